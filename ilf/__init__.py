@@ -5,7 +5,7 @@ Names are imported when they are first used, from where `__init__.pyi` says: all
 
 import lazy_loader
 
-from .version import __version__
+from ._runtime.installation import __version__
 
 __getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 

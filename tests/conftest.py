@@ -15,7 +15,8 @@ import hypothesis
 import numpy as np
 import pytest
 
-from ilf.frame import CameraIntrinsics, RGBDFrame
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import RGBDFrame
 
 # no timed assertions; the same examples on every continuous run, new ones at home
 hypothesis.settings.register_profile("home", deadline=None)

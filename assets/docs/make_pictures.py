@@ -21,14 +21,15 @@ from PySide6.QtGui import QPixmap
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
-from gui import theme
-from gui.accuracy.hidden_dialog import HiddenTestDialog
-from gui.accuracy.part import AccuracyPart
-from gui.desk import Part
-from gui.main_window import MainWindow
-from gui.sweep.part import SweepPart
-from ilf.assets import asset_path
-from ilf.judgement import judge_blocks, judge_completion, judge_hidden
+from gui.app.main_window import MainWindow
+from gui.base import theme
+from gui.features.accuracy.feature import AccuracyPart
+from gui.features.accuracy.hold_out import HiddenTestDialog
+from gui.features.context import Part
+from gui.features.sweep.feature import SweepPart
+from ilf._runtime.installation import asset_path
+from ilf.evaluation.evaluation import judge_blocks, judge_completion
+from ilf.evaluation.hold_out import judge_hidden
 
 HERE = Path(__file__).parent
 IMAGES = HERE / "images"

@@ -23,12 +23,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion import complete
-from ilf.correction import UNCORRECTED
-from ilf.ebs import extract_blocks
-from ilf.edges.training.depth_edges.pictures import Picture, less_known, random_colour, read_picture
-from ilf.filter.stepper import edges_for
-from ilf.frame import RGBDFrame
+from ilf.completion.completion import complete
+from ilf.completion.correction import UNCORRECTED
+from ilf.completion.filter import edges_for
+from ilf.data.frame import RGBDFrame
+from ilf.lab.training.depth_edges.pictures import Picture, less_known, random_colour, read_picture
+from ilf.segmentation.extraction import extract_blocks
 
 SEED = 41
 AS_IT_IS = 3

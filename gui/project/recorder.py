@@ -2,24 +2,135 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, field, replace
+from typing import Generic, TypeVar
 from weakref import WeakSet
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from gui.project.capture import SessionCapture
-from gui.project.store import WorkStore
-from gui.project.whole import project_of
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.work.worker import Worker
+from ilf.data.blocks import Box
 from ilf.errors import IlfError
-from ilf.project import FrameState, JournalNote, Project
 from ilf.project.encoding import Encoder, frame_part
+from ilf.project.frame_state import FrameState, Looked
+from ilf.project.journal import JournalNote
+from ilf.project.project import Project
 from ilf.project.project_json import PROJECT, encode_project
+from ilf.project.run_history import Guess, KeptRun
 from ilf.project.thumbnail import thumbnail, thumbnail_part
+
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..work.jobs import Worker
+from .present import project_of
+from .store import WorkStore
+
+# Copies of an array that changes in place: cheap to bring up to date, whatever its size.
+
+T = TypeVar("T", bound=np.generic)
+
+_SIDE = 256
+
+
+class Tiles(Generic[T]):
+    """An array (H, W) as it was, in tiles that nobody changes: only those that a change touches are copied anew."""
+
+    def __init__(self) -> None:
+        self._shape: tuple[int, ...] = ()
+        self._tiles: list[list[NDArray[T]]] = []
+
+    def update(self, array: NDArray[T], box: Box | None) -> Callable[[], NDArray[T]]:
+        """Note how the array is now, which since the last time has changed in a box only; None if nowhere.
+
+        Returns
+        -------
+        callable
+            Puts the copy together, of this very moment: in any thread, at any time.
+        """
+        height, width = array.shape
+        if array.shape != self._shape:
+            self._shape, box = array.shape, (slice(0, height), slice(0, width))
+            self._tiles = [[array[:0, :0]] * -(-width // _SIDE) for _ in range(-(-height // _SIDE))]
+        if box is not None:
+            rows, columns = (range(side.start // _SIDE, -(-side.stop // _SIDE)) for side in box)
+            for row in rows:
+                fresh = list(self._tiles[row])
+                for column in columns:
+                    top, left = row * _SIDE, column * _SIDE
+                    fresh[column] = array[top : top + _SIDE, left : left + _SIDE].copy()
+                self._tiles[row] = fresh
+        now = list(self._tiles)
+        return lambda: np.block(now)
+
+
+# How a frame that is open stands at a moment, taken in no time, to be stored by another thread.
+
+
+class SessionCapture:
+    """Takes the state of one session, again and again: only what has changed since the last time costs anything.
+
+    Nobody else may ask the session where its arrays have changed.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._labels = Tiles[np.int32]()
+        self._drawn = Tiles[np.bool_]()
+
+    def take(self) -> Callable[[], FrameState]:
+        """The state as it is now, to be put together in any thread."""
+        session = self._session
+        dirty = session.take_dirty()
+        labels = self._labels.update(session.labels, dirty)
+        former = session.notes.drawn
+        drawn = None if former is None else self._drawn.update(former, dirty)
+        if drawn is None:
+            self._drawn = Tiles()
+        notes = replace(session.notes, infos=dict(session.notes.infos), own=dict(session.notes.own), drawn=None)
+        results = dict(session.valid_results())
+        completion = session.completion() if session.guessed else None
+        runs = tuple(map(_left_alone, session.kept_runs))
+        chains = tuple(tuple(chain) for chain in session.chains.chains)
+        state = FrameState(
+            session.id,
+            session.frame,
+            session.labels,
+            notes,
+            session.common,
+            results,
+            runs=runs,
+            compared=tuple(kept.number for kept in session.compared),
+            next_number=session.next_run,
+            dense=session.dense,
+            own_parameters=session.own_parameters,
+            note=session.note,
+            to_check=frozenset(session.to_check),
+            selected=tuple(session.selected),
+            looked=Looked(session.line, session.region, chains, session.chains.reference),
+            view=dict(session.view),
+        )
+
+        def whole() -> FrameState:
+            return replace(
+                state,
+                labels=labels(),
+                notes=replace(notes, drawn=None if drawn is None else drawn()),
+                guess=None if completion is None else Guess.of(completion),
+            )
+
+        return whole
+
+
+def _left_alone(kept: KeptRun) -> KeptRun:
+    """A copy that does not follow what becomes of the run, nor holds its depth."""
+    one = copy.copy(kept)
+    one._composed = one._held = None
+    return one
+
 
 PACE_MS = 300
 """From one look at the work to the next."""

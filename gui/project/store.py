@@ -13,13 +13,14 @@ from datetime import datetime
 from pathlib import Path
 
 from ilf.errors import InputError
-from ilf.io.frame_source import FrameSource
-from ilf.project import Journal, JournalNote, Parts
+from ilf.project.archive import Parts
 from ilf.project.decoding import Decoded, load_state
 from ilf.project.encoding import frame_part
+from ilf.project.journal import Journal, JournalNote
 from ilf.project.journals import SUFFIX
 from ilf.project.sources import Places
 from ilf.project.thumbnail import thumbnail_part
+from ilf.sources.frame_source import FrameSource
 
 ARRAYS = "arrays/"
 

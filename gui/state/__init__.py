@@ -1,0 +1,1 @@
+"""What is worked on, without widgets; `workspace.py` is where it changes."""

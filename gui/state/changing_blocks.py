@@ -9,22 +9,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.state.block_errors import BlockErrors
-from gui.state.carry_commands import CarryBlocks, LookAtBlocks
-from gui.state.changing_parameters import ChangingParameters
-from gui.state.commands import Distrust, EditInfo, EditLabels, TakeGuide
-from gui.state.results import same_guide, same_mask
-from gui.state.session import Session
-from ilf.blocks import Box
-from ilf.drawing.block_pictures import block_colour
-from ilf.ebs import Extraction
-from ilf.ebs.edit import LabelPatch, patch_between
-from ilf.ebs.reextraction import flow_around, keep_under
-from ilf.frame import TruthFile
-from ilf.guide import Guide
-from ilf.parameters import BlockParameters
-from ilf.project import FrameState
-from ilf.project.block_notes import BlockInfo, BlockNotes
+from ilf.data.blocks import Box
+from ilf.data.frame import TruthFile
+from ilf.data.guide import Guide
+from ilf.data.parameters import BlockParameters
+from ilf.drawing.blocks import block_colour
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.segmentation.extraction import Extraction
+from ilf.segmentation.reextraction import flow_around, keep_under
+
+from .changing_parameters import ChangingParameters
+from .commands import CarryBlocks, Distrust, EditInfo, EditLabels, LookAtBlocks, TakeGuide
+from .results import BlockErrors, same_guide, same_mask
+from .session import Session
 
 
 class Kept(NamedTuple):

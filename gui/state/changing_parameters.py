@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from gui.state.commands import EditParameters, OwnChange
-from gui.state.frames_at_work import FramesAtWork
-from gui.state.session import Session
-from gui.state.sharing import Shared, ShareParameters
-from ilf.parameters import Parameters
-from ilf.project.own_values import OwnValues, differing, own_values, parameter_labels
+from ilf.data.parameters import Parameters
+from ilf.project.frame_state import OwnValues, differing, own_values, parameter_labels
+
+from .commands import EditParameters, OwnChange
+from .frames_at_work import FramesAtWork
+from .session import Session
+from .sharing import Shared, ShareParameters
 
 
 class ChangingParameters(FramesAtWork):

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
-from gui.state.results import Held
-from gui.state.session import Session, touched_by
-from ilf.blocks import Box
-from ilf.ebs.drawn import redrawn
-from ilf.ebs.edit import LabelPatch
-from ilf.frame import RGBDFrame
-from ilf.parameters import Parameters
-from ilf.project.block_notes import BlockNotes
-from ilf.project.own_values import OwnValues
+from ilf.data.blocks import Box
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import BlockResult
+from ilf.project.frame_state import BlockNotes, FrameState, OwnValues, own_values
+from ilf.project.run_history import KeptRun
+from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
+
+from .results import Held
+from .session import Session, touched_by
 
 Mask = NDArray[np.bool_]
 
@@ -289,3 +291,152 @@ class TakeGuide(Distrust):
 
     def _tell(self) -> None:
         self._notices.note_guide_changed(self._session)
+
+
+# Undoable commands on blocks that come from another frame: to take them, and to have looked at them.
+
+
+class CarryNotices(Notices, Protocol):
+    """Who is told, also of common parameters and of what should be looked at."""
+
+    def take_common(self, session: Session, common: Parameters, own: bool) -> None:
+        """Other common parameters of a frame; `own`: they are its own where parameters are for all frames."""
+        ...
+
+    def note_checked(self, session: Session) -> None:
+        """Other blocks should be looked at."""
+        ...
+
+
+class CarryBlocks(QUndoCommand):
+    """A frame takes the blocks that were carried to it, with all that is known of them and the values of their runs."""
+
+    def __init__(self, notices: CarryNotices, session: Session, carried: FrameState, text: str) -> None:
+        super().__init__(text)
+        self._notices = notices
+        self._session = session
+        self._patch = patch_between(session.labels, carried.labels)
+        notes = carried.notes
+        self._notes = replace(notes, infos=dict(notes.infos), own=dict(notes.own))
+        self._common, self._own, self._dense = carried.common, carried.own_parameters, carried.dense
+        self._to_check = set(carried.to_check)
+
+    def redo(self) -> None:
+        """Make the change."""
+        self._swap(forward=True)
+
+    def undo(self) -> None:
+        """Take it back."""
+        self._swap(forward=False)
+
+    def _swap(self, forward: bool) -> None:
+        session = self._session
+        self._notices.prepare_change(session)
+        if self._patch is not None:
+            session.apply(self._patch, forward)
+        self._notes = session.take_notes(self._notes)
+        session.to_check, self._to_check = self._to_check, session.to_check
+        session.dense, self._dense = self._dense, session.dense
+        common, own = session.common, session.own_parameters
+        self._notices.take_common(session, self._common, self._own)
+        self._common, self._own = common, own
+        self._notices.note_checked(session)
+        self._notices.note_labels_changed(session, self._patch)
+
+
+class LookAtBlocks(QUndoCommand):
+    """Blocks that needed a look have been looked at."""
+
+    def __init__(self, notices: CarryNotices, session: Session, blocks: Collection[int]) -> None:
+        name = session.info(next(iter(blocks))).name if len(blocks) == 1 else f"{len(blocks)} blocks"
+        super().__init__(f"Looked at {name}")
+        self._notices = notices
+        self._session = session
+        self._blocks = frozenset(blocks)
+
+    def redo(self) -> None:
+        """Make the change."""
+        self._session.to_check = self._session.to_check - self._blocks
+        self._notices.note_checked(self._session)
+
+    def undo(self) -> None:
+        """Take it back."""
+        self._session.to_check = self._session.to_check | self._blocks
+        self._notices.note_checked(self._session)
+
+
+# Undoable commands on kept runs: to delete some, and to have the results of one for the present ones.
+
+
+class KeptNotices(Notices, Protocol):
+    """Who is told, also of kept runs."""
+
+    def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
+        """Other runs are kept, and others of them compared."""
+        ...
+
+
+class DeleteRuns(QUndoCommand):
+    """Some runs are kept no longer. Undo brings them back beside those that have been kept since."""
+
+    def __init__(self, notices: KeptNotices, session: Session, runs: Collection[KeptRun]) -> None:
+        super().__init__(f"Delete {next(iter(runs)).name}" if len(runs) == 1 else f"Delete {len(runs)} runs")
+        self._notices = notices
+        self._session = session
+        self._runs = list(runs)
+        self._compared = [kept for kept in session.compared if kept in runs]
+
+    def redo(self) -> None:
+        """Make the change."""
+        session, runs = self._session, self._runs
+        self._notices.take_kept_runs(
+            session,
+            [kept for kept in session.kept_runs if kept not in runs],
+            [kept for kept in session.compared if kept not in runs],
+        )
+
+    def undo(self) -> None:
+        """Take it back."""
+        session = self._session
+        runs = sorted([*session.kept_runs, *self._runs], key=lambda kept: kept.number)
+        self._notices.take_kept_runs(session, runs, [*session.compared, *self._compared])
+
+
+class AcceptRun(QUndoCommand):
+    """Results of a kept run become the present ones, with the parameters that they are of."""
+
+    def __init__(
+        self, notices: Notices, session: Session, kept: KeptRun, results: Collection[BlockResult], text: str
+    ) -> None:
+        super().__init__(text)
+        self._notices = notices
+        self._session = session
+        self._kept = kept
+        self._results = list(results)
+        self._before, self._accepted = Held({}), Held({})
+        common = kept.run.parameters
+        self._common = session.common.to_dict(), common.to_dict()
+        own = session.notes.own
+        after = {
+            result.block.label: None if result.parameters.same_effect(common) else own_values(result.parameters, common)
+            for result in results
+        }
+        self._own = {label: (own.get(label), values) for label, values in after.items()}
+
+    def redo(self) -> None:
+        """Make the change."""
+        self._take(1)
+        self._before = self._session.bring_back(self._results, self._kept.guess)
+        self._accepted = self._session.results.held()
+        self._notices.note_results_changed(self._session)
+
+    def undo(self) -> None:
+        """Take it back; what has come since stays."""
+        self._take(0)
+        newer = self._session.swap_results(Held({})).without(self._accepted)
+        self._session.swap_results(self._before.with_newer(newer))
+        self._notices.note_results_changed(self._session)
+
+    def _take(self, which: int) -> None:
+        own: Mapping[int, OwnValues | None] = {label: values[which] for label, values in self._own.items()}
+        self._notices.take_parameters(self._session, self._common[which], own)

@@ -9,11 +9,12 @@ from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.session import Session
-from ilf.io.frame_source import FrameSource
-from ilf.outcomes import Status
-from ilf.project import FrameSummary, Stage
+from ilf.data.results import Status
 from ilf.project.frame_state import is_carried
+from ilf.project.project import FrameSummary, Stage
+from ilf.sources.frame_source import FrameSource
+
+from .session import Session
 
 
 @dataclass(eq=False)

@@ -8,16 +8,17 @@ from weakref import ref
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
-from gui.state.commands import Change
-from gui.state.entries import Entries, Entry
-from gui.state.past import Past
-from gui.state.session import Session
-from gui.state.sharing import Shared
-from gui.state.stroke import StrokeUnderWay
-from ilf.ebs.edit import LabelPatch
-from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
-from ilf.project.own_values import own_values
-from ilf.run import Run
+from ilf.data.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.project.frame_state import own_values
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch
+
+from .commands import Change
+from .entries import Entries, Entry
+from .results import Past
+from .session import Session
+from .sharing import Shared
+from .stroke import StrokeUnderWay
 
 
 class FramesAtWork(QObject):

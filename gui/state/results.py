@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.blocks import Block, drawn_of
-from ilf.filter.convergence import IterationRecord
-from ilf.filter.stepper import edge_parameters
-from ilf.frame import RGBDFrame
-from ilf.guide import Guide
-from ilf.outcomes import BlockResult, Completion
-from ilf.parameters import BlockParameters, Parameters
+from ilf.completion.filter import edge_parameters
+from ilf.data.blocks import Block, Box, drawn_of, union
+from ilf.data.frame import RGBDFrame
+from ilf.data.guide import Guide
+from ilf.data.parameters import BlockParameters, Parameters
+from ilf.data.results import BlockResult, Completion, IterationRecord
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A block that runs, and the depth [m] at its pixels as it stands."""
@@ -196,3 +196,194 @@ def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) ->
     if one is None or other is None:
         return one is other or not np.any(other if one is None else one)
     return one is other or np.array_equal(one, other)
+
+
+# The depth that the views show, kept up to date where something has changed.
+
+Depth = NDArray[np.float32]
+
+
+class ShownDepth:
+    """What is completed, the last depth of blocks that have changed since, and previews of the blocks that run.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        [m], NaN where there is none. Changed in place.
+    stale : ndarray of bool, shape (H, W)
+        Pixels whose depth is what a block had before it was changed. Changed in place.
+    """
+
+    def __init__(self, frame: RGBDFrame) -> None:
+        self._raw = frame.depth
+        self.depth: Depth = frame.depth.copy()
+        self.stale: NDArray[np.bool_] = np.zeros(frame.shape, bool)
+        self._last: Depth = np.full(frame.shape, np.nan, np.float32)
+        self._changed: Box | None = None
+
+    def take_frame(self, frame: RGBDFrame) -> None:
+        """Go by another frame of the same shape, as when other depth is distrusted."""
+        self._raw = frame.depth
+        self.note_all()
+
+    def keep(self, results: Iterable[BlockResult]) -> None:
+        """What blocks have come to: shown until there is something newer, whatever becomes of the blocks."""
+        for result in results:
+            self._last[result.block.box][result.block.mask] = result.depth
+            self.note(result.block.box)
+
+    def forget(self) -> None:
+        """There are no results any more."""
+        self._last.fill(np.nan)
+        self.note_all()
+
+    def note(self, box: Box) -> None:
+        """Something has changed inside a box (rows, columns)."""
+        self._changed = box if self._changed is None else union(self._changed, box)
+
+    def note_all(self) -> None:
+        """Something has changed all over the frame."""
+        self._changed = _whole(self._raw.shape)
+
+    def update(
+        self,
+        labels: NDArray[np.int32],
+        valid: Collection[int],
+        completion: Completion | None,
+        previews: Iterable[Preview],
+    ) -> Box | None:
+        """Bring `depth` and `stale` up to date.
+
+        Parameters
+        ----------
+        labels : ndarray of int32, shape (H, W)
+            The label map as it is.
+        valid : collection of int
+            Blocks whose results are of it.
+        completion : Completion or None
+            What they make, guesses included.
+        previews : iterable of (Block, ndarray)
+
+        Returns
+        -------
+        (slice, slice) or None
+            Where they have changed; None if they have not.
+        """
+        box, self._changed = self._changed, None
+        if box is None:
+            return None
+        part = (self._raw if completion is None else completion.depth)[box].copy()
+        here = labels[box]
+        fresh = np.zeros(max(int(here.max()), 0) + 1, bool)
+        fresh[[0, *(label for label in valid if label < fresh.size)]] = True
+        stale = ~fresh[here]
+        if stale.any():
+            last = self._last[box]
+            stale &= np.isfinite(last)
+            part = np.where(stale, last, part)
+        self.depth[box], self.stale[box] = part, stale
+        for block, preview in previews:
+            still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it began
+            mask = block.mask.copy()
+            mask[block.mask] = still
+            self.depth[block.box][mask] = preview[still]
+            self.stale[block.box][mask] = False
+        return box
+
+
+def _whole(shape: tuple[int, ...]) -> Box:
+    return slice(0, shape[0]), slice(0, shape[1])
+
+
+# What the views show while somebody looks back.
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """The depth of the present frame as it was in the course of its last run.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        [m], NaN where there was none.
+    iteration : int
+        After which iteration of every block.
+    """
+
+    depth: NDArray[np.float32]
+    iteration: int
+
+    @property
+    def text(self) -> str:
+        """What to call it."""
+        return f"as after iteration {self.iteration}"
+
+
+# How many pixels blocks have, and of how many of them depth is missing; kept up to date box by box.
+
+
+@dataclass(frozen=True)
+class BlockCounts:
+    """Pixels of a block, and those of them that lack no depth: it is known, or they are out of the camera's view."""
+
+    pixels: int
+    known: int
+
+    @property
+    def defect_rate(self) -> float:
+        """Share of pixels without raw depth in the depth camera's view, 0-1."""
+        return 1.0 - self.known / self.pixels if self.pixels else 0.0
+
+
+class BlockTally:
+    """Counts of all blocks of a label map, int32 (H, W), over a mask of pixels that lack no depth, bool (H, W)."""
+
+    def __init__(self, labels: NDArray[np.int32], known: NDArray[np.bool_]) -> None:
+        self._labels = labels
+        self._known = known
+        self._counts = np.zeros((2, 1), np.int64)
+        self.add((slice(0, labels.shape[0]), slice(0, labels.shape[1])))
+
+    def add(self, box: Box) -> None:
+        """Count the pixels of a box as they are now."""
+        self._count(box, 1)
+
+    def take_out(self, box: Box) -> None:
+        """Count the pixels of a box no more."""
+        self._count(box, -1)
+
+    def counts(self) -> dict[int, BlockCounts]:
+        """Block label -> counts, in rising order of labels; 0 is no block."""
+        pixels, known = self._counts
+        present = np.flatnonzero(pixels)
+        return {int(label): BlockCounts(int(pixels[label]), int(known[label])) for label in present if label > 0}
+
+    def _count(self, box: Box, sign: int) -> None:
+        here = self._labels[box]
+        beyond = int(here.max()) + 1 - self._counts.shape[1]
+        if beyond > 0:
+            self._counts = np.pad(self._counts, ((0, 0), (0, beyond)))
+        size = self._counts.shape[1]
+        self._counts[0] += sign * np.bincount(here.ravel(), minlength=size)
+        self._counts[1] += sign * np.bincount(here[self._known[box]], minlength=size)
+
+
+# How far off the blocks of a frame are known to be.
+
+TRUTH, HIDDEN_DEPTH = "the truth", "hidden depth"
+
+
+@dataclass(frozen=True)
+class BlockErrors:
+    """Errors of the present results against the truth, or of the present values on hidden depth.
+
+    Attributes
+    ----------
+    source : str
+        `TRUTH` or `HIDDEN_DEPTH`; "" where nothing is known.
+    rmse : mapping of int to float
+        Block label -> root mean square error [m]; blocks of which none is known are left out.
+    """
+
+    source: str = ""
+    rmse: Mapping[int, float] = field(default_factory=dict)

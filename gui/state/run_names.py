@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from gui.state.session import Session
-from ilf.parameters import Parameters
-from ilf.preset_words import in_words, likeness
-from ilf.project.own_values import own_values
-from ilf.run import Run
+from ilf.data.parameters import Parameters, in_words, likeness
+from ilf.project.frame_state import own_values
+from ilf.run.run import Run
+
+from .session import Session
 
 _IN_NAMES = 2
 """Values that a name has at most."""

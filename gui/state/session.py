@@ -4,30 +4,51 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-from gui.state.block_errors import BlockErrors
-from gui.state.chains import Chains, Point
-from gui.state.results import Held, Kept, Preview, Results
-from gui.state.shown_depth import ShownDepth
-from gui.state.tally import BlockCounts, BlockTally
-from ilf.blocks import Box, union
-from ilf.drawing.block_pictures import block_colour
-from ilf.ebs.edit import LabelPatch
-from ilf.ebs.reextraction import made_by_hand
-from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame, TruthFile
-from ilf.outcomes import BlockResult, Completion, compose
-from ilf.parameters import Parameters
-from ilf.project.block_notes import BlockInfo, BlockNotes
-from ilf.project.frame_state import is_edited
-from ilf.project.kept_run import Guess, KeptRun
-from ilf.run import KeyFrames, Replay, Run
+from ilf.data.blocks import Box, union
+from ilf.data.frame import RGBDFrame, TruthFile
+from ilf.data.parameters import Parameters
+from ilf.data.results import BlockResult, Completion, IterationRecord, compose
+from ilf.drawing.blocks import block_colour
+from ilf.project.frame_state import BlockInfo, BlockNotes, is_edited
+from ilf.project.run_history import Guess, KeptRun
+from ilf.run.key_frames import KeyFrames
+from ilf.run.replaying import Replay
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.reextraction import made_by_hand
+
+from .results import BlockCounts, BlockErrors, BlockTally, Held, Kept, Preview, Results, ShownDepth
+
+# The points of a frame that are measured between.
+
+Point = tuple[float, float]
+
+
+@dataclass
+class Chains:
+    """Measurements of a frame: chains of points in image coordinates.
+
+    Attributes
+    ----------
+    chains : list of list of Point
+        The oldest first.
+    is_open : bool
+        Whether the next point belongs to the last one.
+    reference : int
+        The block whose plane heights are measured over; 0 for the image's upright.
+    """
+
+    chains: list[list[Point]] = field(default_factory=list)
+    is_open: bool = False
+    reference: int = 0
+
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""

@@ -13,8 +13,9 @@ from weakref import WeakKeyDictionary
 
 from PySide6.QtGui import QUndoCommand
 
-from gui.state.session import Session
-from ilf.parameters import Parameters
+from ilf.data.parameters import Parameters
+
+from .session import Session
 
 
 class Shared(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.blocks import Box
-from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.data.blocks import Box
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
 class StrokeUnderWay:

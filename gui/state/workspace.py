@@ -7,21 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from gui.state.changing_blocks import ChangingBlocks
-from gui.state.changing_parameters import names_in
-from gui.state.commands import ClearResults, EditParameters
-from gui.state.kept_commands import AcceptRun, DeleteRuns
-from gui.state.kept_runs import COLOURS, MOST_COMPARED
-from gui.state.past import Past
-from gui.state.results import Doubt, Preview
-from gui.state.session import Session
-from ilf.completion import Watch
-from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult, Completion
-from ilf.project.kept_run import KeptRun
-from ilf.project.own_values import own_values
-from ilf.run import Run
+from ilf.completion.completion import Watch
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult, Completion, IterationRecord
+from ilf.project.frame_state import own_values
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
+
+from .changing_blocks import ChangingBlocks
+from .changing_parameters import names_in
+from .commands import AcceptRun, ClearResults, DeleteRuns, EditParameters
+from .results import Doubt, Past, Preview
+from .run_history import COLOURS, MOST_COMPARED
+from .session import Session
 
 _MOST_WATCHED = 4
 """Frames that have key frames at a time."""

@@ -1,0 +1,1 @@
+"""The tools: state machines in image coordinates, without widgets, and the editor that drives them."""

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.extraction.found_blocks import Found, find
-from gui.state.session import Session
-from gui.work.latest_question import LatestQuestion
-from ilf.ebs.similar import Similar
-from ilf.ebs.snapping import Snapper
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.editing.snapping import Similar, Snapper
+
+from ..state.session import Session
+from ..work.found_blocks import Found, find
+from ..work.latest_question import LatestQuestion
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,19 +4,60 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
-from gui.state.inspection import Inspection
-from gui.state.session import Session
-from gui.tools.aid import Aid
-from gui.tools.options import LARGEST_LEASH, ToolOptions
-from gui.views.pointer import PointerEvent
-from gui.views.preview import Preview
-from ilf.ebs.edit import LabelPatch
+from ilf.segmentation.editing.patches import LabelPatch, Labels
+
+from ..state.inspection import Inspection
+from ..state.session import Session
+from ..views.interaction import PointerEvent, Preview
+from .aid import Aid
+
+# What the user has set for the tools: it holds from tool to tool for as long as the program runs.
+
+BRUSH_RADII = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0)
+"""Where the steps between brush sizes lead, in pixels."""
+
+LARGEST_LEASH = 20
+LARGEST_AMOUNT = 30
+
+
+@dataclass
+class ToolOptions:
+    """Options of all tools. A tool names those that it has.
+
+    Attributes
+    ----------
+    brush_radius : float
+        Of the round brush, in pixels.
+    leash : int
+        How far a drawn line may move to lie on an edge, in pixels of the screen, as it is there that a hand trembles;
+        0 leaves it as drawn. Never farther than `LARGEST_LEASH` pixels of the image.
+    similar_only : bool
+        Whether a stroke keeps to pixels like those where it begins.
+    to_no_block : bool
+        Whether erased pixels belong to no block afterwards, instead of the neighbour that they fit best.
+    amount : int
+        By how many pixels blocks grow, shrink or are smoothed.
+    """
+
+    brush_radius: float = 8.0
+    leash: int = 6
+    similar_only: bool = False
+    to_no_block: bool = False
+    amount: int = 2
+
+    def step_brush(self, steps: int) -> None:
+        """A larger or smaller brush, by steps that are larger for large ones."""
+        nearest = min(range(len(BRUSH_RADII)), key=lambda k: abs(BRUSH_RADII[k] - self.brush_radius))
+        self.brush_radius = BRUSH_RADII[min(max(nearest + steps, 0), len(BRUSH_RADII) - 1)]
+
 
 Point = tuple[float, float]
 Found = TypeVar("Found")
@@ -181,3 +222,36 @@ def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
     if aid is None or leash <= 0 or len(points) < 2:
         return list(points)
     return aid.snapper.snap(points, leash)
+
+
+# Which blocks a line runs through or begins near, and what is too thin to be meant.
+
+_THIN = 3
+"""Pixels per pixel of the line that cuts it off up to which a part may be but its trembling."""
+
+
+def crossed(labels: Labels, points: list[Point]) -> dict[int, int]:
+    """How many pixels of a line are in each block that it crosses, the one that it crosses most first."""
+    line = np.zeros(labels.shape, np.uint8)
+    path = np.floor(np.asarray(points)).astype(np.int32).reshape(-1, 1, 2)
+    cv2.polylines(line, [path], False, 1)
+    pixels = np.bincount(labels[line > 0], minlength=1)
+    most = sorted(np.flatnonzero(pixels[1:]) + 1, key=lambda label: -pixels[label])
+    return {int(label): int(pixels[label]) for label in most}
+
+
+def is_thick(labels: Labels, label: int, patch: LabelPatch, pixels: int) -> bool:
+    """Whether a cut by a line with so many pixels in a block leaves more on both of its sides than it trembles."""
+    moved = np.count_nonzero(patch.before != patch.after)
+    return bool(min(moved, np.count_nonzero(labels == label) - moved) > _THIN * pixels)
+
+
+def around(labels: Labels, point: Point, reach: float) -> list[int]:
+    """The blocks that have pixels within reach of a point, the nearest first."""
+    (x, y), (height, width) = point, labels.shape
+    top, left = (max(math.floor(at - reach), 0) for at in (y, x))
+    seen = labels[top : min(math.ceil(y + reach), height), left : min(math.ceil(x + reach), width)]
+    rows, columns = np.nonzero(seen)
+    distance = np.hypot(columns + left + 0.5 - x, rows + top + 0.5 - y)
+    order = np.argsort(distance, kind="stable")
+    return list(dict.fromkeys(seen[rows, columns][order[distance[order] <= reach]].tolist()))

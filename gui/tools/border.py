@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 
-from gui.state.session import touched_by
-from gui.tools.base import Host, Point, Press, refuses_one
-from gui.tools.line import LineTool
-from gui.tools.outlook import Outlook, of_patch
-from gui.tools.select import choose
-from gui.views.pointer import PointerEvent, PointerKind
-from ilf.ebs.edit import LabelPatch, redraw_border
+from ilf.segmentation.editing.borders import redraw_border
+from ilf.segmentation.editing.cleaning import pixels_apart
+from ilf.segmentation.editing.painting import assign_outline
+from ilf.segmentation.editing.patches import LabelPatch
+
+from ..state.session import touched_by
+from ..views.interaction import PointerEvent, PointerKind
+from .base import Host, Point, Press, refuses, refuses_one
+from .line import LineTool
+from .outlook import Outlook, of_patch, say_apart
+from .select import choose
 
 
 class BorderTool(LineTool):
@@ -57,3 +62,110 @@ def _redraw(line: list[Point], host: Host) -> None:
         host.say(
             "The line moves no border: draw it beside the one that it replaces. Give cuts a part off along a line."
         )
+
+
+# Drawing around what shall be one block.
+
+_NEAR = 8
+"""Pixels of the screen around the first corner within which a click closes the outline."""
+
+
+class OutlineTool(LineTool):
+    """Drag around, or click corner by corner: what is inside goes to the chosen block, or becomes a new one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._new = False
+
+    @property
+    def hint(self) -> str:
+        """What a drag, a click or a key would do."""
+        close = "close" if self._outlook is None else self._outlook.text
+        if self._by_clicks:
+            return f"Click: next corner | Shift: straight | Enter or double click: {close} | Backspace: one back"
+        if self._outlook is not None:
+            return f"Release: {close} | Shift: straight | Esc: give up"
+        return "Drag around, or click corners: give the inside to the chosen block | Ctrl: to a new block"
+
+    def pointer(self, event: PointerEvent, host: Host) -> bool:
+        """Draw; a drag closes at its release."""
+        match event.kind:
+            case PointerKind.PRESS:
+                self._begin(event, host)
+            case PointerKind.MOVE if self._press is not None:
+                self._drag(self._press, event, host)
+            case PointerKind.RELEASE if self._press is not None:
+                press, self._press = self._press, None
+                self._end(press, event, host)
+            case PointerKind.HOVER if self._by_clicks:
+                self._show(host, event)
+            case PointerKind.DOUBLE:
+                if len(self._pen.corners) > 2:
+                    self.finish(host)
+        return True
+
+    def finish(self, host: Host) -> bool:
+        """Close the outline; with two corners it goes on."""
+        if not self._pen.down:
+            return False
+        line = self._pen.line
+        if len(line) < 3:
+            host.say("An outline needs three corners.")
+            return True
+        closing = self._pen.reach(line[0], False, self._snap(host))
+        self.cancel(host)
+        session = host.session
+        label = self._target(host) or session.next_label()
+        name = session.info(label).name
+        outline = line + closing[1:-1]
+        patch = assign_outline(session.labels, outline, label, session.locked)
+        apart = pixels_apart(session.labels, patch, label)
+        if host.commit(patch, f"Outline {name}"):
+            host.select([label])
+            if apart:
+                host.say(f"{say_apart(name, apart)} Ctrl at the start of an outline makes a new block.")
+        else:
+            host.say(f"The outline gives {name} no pixel: it has those inside already, or they are of locked blocks.")
+        return True
+
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
+        """The change that the outline would make, and how many pixels would lie apart from their block."""
+        session = host.session
+        labels, locked, label = session.labels.copy(), session.locked, self._target(host) or session.next_label()
+
+        def find() -> tuple[LabelPatch | None, int]:
+            patch = assign_outline(labels, line, label, locked)
+            return patch, pixels_apart(labels, patch, label)
+
+        return find
+
+    def outlook(self, answer: tuple[LabelPatch | None, int], host: Host) -> Outlook:
+        """What the block would get."""
+        return of_patch(host.session, *answer)
+
+    def _target(self, host: Host) -> int:
+        """The block that gets the inside; 0 for a new one."""
+        return 0 if self._new or not host.session.selected else host.session.selected[0]
+
+    def _begin(self, event: PointerEvent, host: Host) -> None:
+        if not self._pen.down:
+            self._new = event.ctrl
+            if not refuses(host, self._target(host)):
+                self._press = Press(event)
+        elif self._closes(event):
+            self.finish(host)
+        else:
+            self._press = Press(event)
+
+    def _closes(self, event: PointerEvent) -> bool:
+        corners = self._pen.corners
+        return len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
+
+    def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
+        if not press.drags:
+            self._click(press.point, event.shift, host)
+        elif self._by_clicks:
+            self._pen.rest()
+        else:
+            self.finish(host)
+            self.cancel(host)

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.inspection import Inspection
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.tools.aid import Aid, AidSource
-from gui.tools.base import Found, Tool
-from gui.tools.kinds import CORRECTING, INSPECTING, make_tools
-from gui.tools.options import ToolOptions
-from gui.views.linked_views import LinkedViews
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
-from gui.work.latest_question import LatestQuestion
-from ilf.ebs.edit import LabelPatch, count_slivers
 from ilf.errors import InputError
+from ilf.segmentation.editing.cleaning import count_slivers
+from ilf.segmentation.editing.patches import LabelPatch
+
+from ..state.inspection import Inspection
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.linked_views import LinkedViews
+from ..work.latest_question import LatestQuestion
+from .aid import Aid, AidSource
+from .base import Found, Tool, ToolOptions
+from .kinds import CORRECTING, INSPECTING, make_tools
 
 _GUIDED = {"leash", "similar"}
 """Options of tools that ask for the aid."""

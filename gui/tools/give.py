@@ -9,15 +9,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.tools.base import Host, Point, Press, refuses
-from gui.tools.crossing import around, crossed, is_thick
-from gui.tools.line import LineTool
-from gui.tools.outlook import Outlook, of_patch, say_apart
-from gui.views.overlay import boundary_path
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
-from ilf.ebs.edit import LabelPatch, Labels, cut_off, give, pixels_apart
-from ilf.ebs.pieces import piece_at
+from ilf.segmentation.editing.cleaning import pixels_apart
+from ilf.segmentation.editing.cutting import cut_off, piece_at
+from ilf.segmentation.editing.painting import give
+from ilf.segmentation.editing.patches import LabelPatch, Labels
+
+from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.pixel_items import boundary_path
+from .base import Host, Point, Press, around, crossed, is_thick, refuses
+from .line import LineTool
+from .outlook import Outlook, of_patch, say_apart
 
 
 class GiveTool(LineTool):

@@ -4,19 +4,11 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import (
-    QAbstractSpinBox,
-    QApplication,
-    QDockWidget,
-    QLineEdit,
-    QPlainTextEdit,
-    QTextEdit,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
 
-from gui.inventory import HELD
-from gui.tools.editor import Editor
-from gui.views.linked_views import LinkedViews
+from ..base.commands import HELD
+from ..views.linked_views import LinkedViews
+from .editor import Editor
 
 _PLAIN = Qt.KeyboardModifier.NoModifier
 _Key = Qt.Key

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from gui.tools.base import Tool
-from gui.tools.border import BorderTool
-from gui.tools.brush import BrushTool
-from gui.tools.distrust import DistrustTool
-from gui.tools.give import GiveTool
-from gui.tools.measure import MeasureTool
-from gui.tools.outline import OutlineTool
-from gui.tools.profile import ProfileTool
-from gui.tools.rectangle import RectangleTool
-from gui.tools.select import SelectTool
-from gui.tools.split import SplitTool
+from .base import Tool
+from .border import BorderTool, OutlineTool
+from .brush import BrushTool, DistrustTool
+from .give import GiveTool
+from .inspect import MeasureTool, ProfileTool, RectangleTool
+from .select import SelectTool
+from .split import SplitTool
 
 CORRECTING = ("select", "border", "outline", "split", "paint", "erase", "give", "distrust")
 INSPECTING = ("profile", "rectangle", "measure")

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from PySide6.QtGui import QPainterPath
 
-from gui.state.session import Session
-from gui.views.overlay import boundary_path
-from ilf.ebs.edit import LabelPatch
-from ilf.number_words import grouped
+from ilf._runtime.formatting import grouped
+from ilf.segmentation.editing.patches import LabelPatch
+
+from ..state.session import Session
+from ..views.pixel_items import boundary_path
 
 _NAMED = 2
 """Blocks that give pixels which are named one by one; more are counted."""

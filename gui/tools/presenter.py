@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
-from gui.tools.editor import Editor
-from gui.tools.options_row import OptionsRow
+from .editor import Editor
+from .options_row import OptionsRow
 
 
 class ToolsPresenter(QObject):

@@ -6,9 +6,8 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
-from gui.tools.base import Host, Point, Press, Tool
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
+from ..views.interaction import PointerEvent, PointerKind, Preview
+from .base import Host, Point, Press, Tool
 
 
 class SelectTool(Tool):

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from gui.tools.base import Host, Point, Press, knows_edges, line_path, refuses
-from gui.tools.crossing import crossed, is_thick
-from gui.tools.line import LineTool
-from gui.tools.outlook import Outlook
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
-from ilf.ebs.edit import Labels, run_on, split
-from ilf.ebs.splitting import suggest_split
+from ilf.segmentation.editing.cutting import run_on, split, suggest_split
+from ilf.segmentation.editing.patches import Labels
+
+from ..views.interaction import PointerEvent, PointerKind, Preview
+from .base import Host, Point, Press, crossed, is_thick, knows_edges, line_path, refuses
+from .line import LineTool
+from .outlook import Outlook
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""The linked views, the point cloud and the curves."""

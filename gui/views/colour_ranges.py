@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from ilf.drawing.levels import robust_depth_levels
+from ilf.drawing.colours import robust_depth_levels
 
-from .colour_maps import depth_table
-from .contents.material import Material
-from .contents.painter import full_levels
-from .ranges import FIXED, FULL, KINDS, Levels, Range
+from .colours import FIXED, FULL, KINDS, Levels, Range, depth_table
+from .painter import Material, full_levels
 
 
 class ColourRanges(QObject):

@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.results import Doubt
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.views.linked_views import LinkedViews
-from gui.work.latest_question import LatestQuestion
-from gui.work.runs import RunController, RunState
-from ilf.confidence import expected_error, unvouched
-from ilf.outcomes import Completion
+from ilf.completion.confidence.expected_error import expected_error, unvouched
+from ilf.data.results import Completion
+
+from ..state.results import Doubt
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..work.frame_runs import RunState
+from ..work.latest_question import LatestQuestion
+from ..work.runs import RunController
+from .linked_views import LinkedViews
 
 
 class _Question(NamedTuple):

@@ -8,19 +8,159 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem
+from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QResizeEvent, QTransform
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
-from gui.theme import Colours
-from ilf.drawing.inner_points import InnerPoint
+from ilf.drawing.blocks import InnerPoint
 
-from .block_names import NamesItem
-from .items import HaloPath, Hatch, ViewItem
-from .pixel_item import PixelItem
-from .preview import PreviewItem
-from .sampling import Sampling
-from .screen_item import ScreenItem
-from .view_transform import ViewTransform
+from ..base.theme import Colours
+from .interaction import PreviewItem
+from .pixel_items import PixelItem
+from .scene_items import HaloPath, Hatch, ViewItem
+from .screen_items import Sampling, ScreenItem
+
+# Where the linked views look: one centre and one scale for all of them, without any Qt.
+
+FIT_MARGIN = 2
+"""Screen pixels left free on each side of a fitted frame."""
+SMALLEST_SHARE = 0.25
+"""Furthest out: the frame takes this share of the view that fits it."""
+CLOSEST_PIXELS = 8
+"""Furthest in: image pixels across the view."""
+
+
+class ViewTransform:
+    """Image point in the middle of the views and screen pixels per image pixel.
+
+    The scale is that of the view given by `set_view`; one of another size shows the same at its `share` of it.
+    """
+
+    def __init__(self) -> None:
+        self.x = self.y = 0.5
+        self.scale = 1.0
+        self.fitted = True
+        self._frame = (1, 1)
+        self._view = (1, 1)
+
+    def set_frame(self, width: int, height: int) -> None:
+        """Take a frame of this size [px] and fit it."""
+        self._frame = (width, height)
+        self.fit()
+
+    def set_view(self, width: int, height: int) -> None:
+        """Take the views' size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
+        self._view = (max(width, 1), max(height, 1))
+        if self.fitted:
+            self.fit()
+
+    @property
+    def aspect(self) -> float:
+        """Width over height of the frame."""
+        return self._frame[0] / self._frame[1]
+
+    def share(self, width: int, height: int) -> float:
+        """Scale of a view of this size over that of the view that was set: a frame fits both at once."""
+        return self._fitting(width, height) / self._fitting(*self._view)
+
+    def fit(self) -> None:
+        """Show the whole frame."""
+        self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
+        self.scale = self._fit_scale()
+        self.fitted = True
+
+    def show(self, left: float, top: float, right: float, bottom: float, margin: float = 0.15) -> None:
+        """Show a box of the image with a margin, given as a share of the box, on each side."""
+        self.x, self.y = (left + right) / 2, (top + bottom) / 2
+        spread = 1 + 2 * margin
+        width, height = max(right - left, 1) * spread, max(bottom - top, 1) * spread
+        self.set_scale(min(self._view[0] / width, self._view[1] / height))
+
+    def look_at(self, x: float, y: float, scale: float) -> None:
+        """Show an image point in the middle, at `scale` screen pixels per image pixel, within the limits."""
+        self.x, self.y = x, y
+        self.set_scale(scale)
+        self._keep_in_frame()
+
+    def pan(self, dx: float, dy: float) -> None:
+        """Move the image by screen pixels."""
+        self.x -= dx / self.scale
+        self.y -= dy / self.scale
+        self._keep_in_frame()
+
+    def zoom(self, factor: float, x: float, y: float) -> None:
+        """Scale by a factor; the image point (x, y) keeps its place on the screen."""
+        before = self.scale
+        self.set_scale(before * factor)
+        ratio = before / self.scale
+        self.x, self.y = x - (x - self.x) * ratio, y - (y - self.y) * ratio
+        self._keep_in_frame()
+
+    def set_scale(self, scale: float) -> None:
+        """Show `scale` screen pixels per image pixel around the present centre, within the limits."""
+        lowest = self._fit_scale() * SMALLEST_SHARE
+        self.scale = max(min(scale, max(self._view[0] / CLOSEST_PIXELS, lowest)), lowest)
+        self.fitted = False
+
+    def _fit_scale(self) -> float:
+        return self._fitting(*self._view)
+
+    def _fitting(self, width: int, height: int) -> float:
+        room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
+        return min(space / size for space, size in zip(room, self._frame, strict=True))
+
+    def _keep_in_frame(self) -> None:
+        self.x = min(max(self.x, 0.0), float(self._frame[0]))
+        self.y = min(max(self.y, 0.0), float(self._frame[1]))
+        self.fitted = False
+
+
+# Names of blocks, each at a place well inside its block.
+
+_LEAST_ROOM = 5.0
+"""A block has its name if it holds a circle of this radius on the screen [px]."""
+_PAD = 3.0
+
+
+class NamesItem(ViewItem):
+    """Texts of one size on the screen, on plates that let them be read on any picture."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self._texts: list[tuple[str, InnerPoint]] = []
+        self._font = QFont()
+        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
+
+    @property
+    def texts(self) -> list[str]:
+        """What is written, if there is room for it."""
+        return [text for text, _ in self._texts]
+
+    def set_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint], frame: QRectF) -> None:
+        """Write names by label at the inner points of their blocks, within the frame."""
+        self._texts = [(names[label], point) for label, point in points.items() if label in names]
+        metrics = QFontMetricsF(self._font)
+        widest = max((metrics.horizontalAdvance(text) for text in self.texts), default=0.0)
+        self.set_extent(frame if self._texts else None, widest / 2 + _PAD + metrics.height())
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        transform = painter.worldTransform()
+        scale, metrics = transform.m11(), QFontMetricsF(self._font)
+        painter.save()
+        painter.resetTransform()
+        painter.setFont(self._font)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for text, (x, y, radius) in self._texts:
+            if radius * scale < _LEAST_ROOM:
+                continue
+            plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
+            plate.moveCenter(transform.map(QPointF(x, y)))
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(0, 0, 0, 150))
+            painter.drawRoundedRect(plate, 3, 3)
+            painter.setPen(QColor("white"))
+            painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+        painter.restore()
+
 
 _CROSS_GAP = 9
 _SHARE_FOR_NAMES = 0.5

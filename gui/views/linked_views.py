@@ -11,28 +11,23 @@ from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from gui import theme
-from gui.views.contents.cell import Cell
-from gui.views.contents.making import Studio
-from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
-from gui.views.contents.stages import StageBoard
-from ilf.drawing.inner_points import InnerPoint, inner_points
-from ilf.edges import FrameEdges
+from ilf.drawing.blocks import InnerPoint, inner_points
+from ilf.segmentation.edges.frame_edges import FrameEdges
 
+from ..base import theme
+from .analysis_painters import StageBoard
+from .cells import Cell, EmptyHint, Sheet, Studio
 from .colour_ranges import ColourRanges
-from .empty_hint import EmptyHint
-from .image_view import ImageView
-from .items import missing_brush
+from .colours import FIXED
+from .image_view import ImageView, ViewTransform
+from .interaction import PointerHandler, Preview
 from .layouts import CELLS
 from .navigation import Navigation
-from .overlay import BlockOverlay
-from .pointer import PointerHandler
-from .preview import Preview
-from .ranges import FIXED
+from .painter import Layer, Material, ShownRun, Spectrum
+from .pixel_items import BlockOverlay
+from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
-from .sheet import Sheet
 from .two_sides import TwoSides
-from .view_transform import ViewTransform
 
 _ALL = (
     *("frame", "distrust", "result", "moment", "expected-error", "truth", "guide", "runs"),

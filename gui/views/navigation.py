@@ -9,10 +9,8 @@ from enum import Enum, auto
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
-from gui.views.pointer import PointerEvent, PointerHandler, PointerKind
-
-from .image_view import ImageView
-from .view_transform import ViewTransform
+from .image_view import ImageView, ViewTransform
+from .interaction import PointerEvent, PointerHandler, PointerKind
 
 ZOOM_STEP = 1.25
 """Factor per notch of the wheel or press of a key."""

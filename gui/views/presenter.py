@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.views.linked_views import LinkedViews
-from ilf.blocks import Box
+from ilf.data.blocks import Box
+
+from ..state.session import Session
+from ..state.workspace import Workspace
+from .linked_views import LinkedViews
 
 
 class ViewsPresenter(QObject):

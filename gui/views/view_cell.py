@@ -4,19 +4,183 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QPointF, Qt
-from PySide6.QtGui import QBrush, QColor, QResizeEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from gui.theme import Colours
-
+from ..base.theme import Colours
 from .colour_bar import ColourBar
 from .image_view import ImageView
-from .title_strip import TitleStrip
+
+# The strip over a picture: what it shows, and a menu to choose that by; a legend, and what there is to say of it.
+
+_PAD = 6
+_SWATCH = 10
+_ARROW = 7
+_LEAST_TITLE = 40
+"""Pixels that the title has at least, however long the text at the right is."""
+_FOR_TEXT = 110
+"""Pixels that a guest leaves to the text at the right."""
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+class TitleStrip(QWidget):
+    """Small muted title with an arrow, and a legend at the right.
+
+    Signals
+    -------
+    titled(str)
+        There is another title.
+    doubleClicked()
+    menuWished(QPoint)
+        The title was clicked: the menu is to open at this place on the screen.
+    """
+
+    titled = Signal(str)
+    doubleClicked = Signal()
+    menuWished = Signal(QPoint)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.title = ""
+        self._swatch: QColor | None = None
+        self._legend: list[tuple[QBrush, str]] = []
+        self._text = ""
+        self._colours: Colours | None = None
+        self._guest: QWidget | None = None
+        self._hovered = False
+        font = self.font()
+        font.setPointSizeF(font.pointSizeF() * 0.88)
+        self.setFont(font)
+        self.setFixedHeight(self.fontMetrics().height() + 3)
+        self.setMouseTracking(True)
+        self.setToolTip("Click on the title to choose what is shown here; double-click to show it large or alone")
+
+    def set_colours(self, colours: Colours) -> None:
+        """Take the colours of the theme."""
+        self._colours = colours
+        self.update()
+
+    def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
+        """What the picture shows, and its own colour (R, G, B) if it has one."""
+        colour = None if swatch is None else QColor(*swatch)
+        if (title, colour) != (self.title, self._swatch):
+            self.title, self._swatch = title, colour
+            self.setAccessibleName(f"View: {title}")
+            self.titled.emit(title)
+            self._place_guest()
+            self.update()
+
+    @property
+    def caption_end(self) -> int:
+        """Where the title ends and other things may begin, in pixels from the left."""
+        swatch = _SWATCH + _PAD if self._swatch is not None else 0
+        wanted = 2 * _PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + _PAD
+        text = self.fontMetrics().horizontalAdvance(self._text) + 2 * _PAD if self._text else 0
+        return min(wanted, max(self.width() - text, _LEAST_TITLE + swatch))
+
+    def set_text(self, text: str) -> None:
+        """What there is to say of the picture, at the right."""
+        if text != self._text:
+            self._text = text
+            self.update()
+
+    def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
+        """Swatches and what they stand for, from left to right; those that there is no room for are left out."""
+        self._legend = legend
+        self.update()
+
+    def set_guest(self, guest: QWidget | None) -> None:
+        """A widget beside the title, with a method `set_room(width)`; None for none: the former one goes."""
+        if self._guest is not None:
+            self._guest.hide()
+            self._guest.setParent(None)
+            self._guest.deleteLater()
+        self._guest = guest
+        if guest is not None:
+            guest.show()
+            self._place_guest()
+
+    def _place_guest(self) -> None:
+        if self._guest is not None:
+            self._guest.set_room(self.width() - self.caption_end - _FOR_TEXT)  # type: ignore[attr-defined]
+            self._guest.setGeometry(self.caption_end, 1, self._guest.sizeHint().width(), self.height() - 2)
+
+    def menu_place(self) -> QPoint:
+        """Where a menu of the title opens, on the screen."""
+        return self.mapToGlobal(QPoint(0, self.height()))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if self._colours is None:
+            return
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), self._colours.panel)
+        self._paint_title(painter)
+        right = self.width() - _PAD
+        metrics = self.fontMetrics()
+        painter.setPen(self._colours.muted)
+        painter.drawText(self.rect().adjusted(0, 0, -_PAD, 0), _RIGHT, self._text)
+        if self._text:
+            right -= metrics.horizontalAdvance(self._text) + _PAD + 2
+        # other things in the strip stand right of the title
+        taken = max(self.caption_end, self.childrenRect().right() + _PAD)
+        for brush, text in reversed(self._legend):
+            left = right - metrics.horizontalAdvance(text)
+            swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
+            if swatch.left() < taken:
+                return
+            painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
+            painter.setBrush(brush)
+            painter.drawRect(swatch.adjusted(0, 0, -1, -1))
+            right = swatch.left() - _PAD - 2
+
+    def _paint_title(self, painter: QPainter) -> None:
+        assert self._colours is not None
+        left, end = _PAD, self.caption_end
+        if self._swatch is not None:
+            painter.fillRect(left, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH, self._swatch)
+            left += _SWATCH + _PAD
+        colour = self._colours.text if self._hovered else self._colours.muted
+        painter.setPen(colour)
+        room = QRect(left, 0, end - left - 2 * _PAD - _ARROW, self.height())
+        title = self.fontMetrics().elidedText(self.title, Qt.TextElideMode.ElideRight, room.width() + _PAD // 2)
+        painter.drawText(room.adjusted(0, 0, _PAD, 0), _LEFT, title)
+        x, y = left + self.fontMetrics().horizontalAdvance(title) + _PAD - 1.0, self.height() / 2 - 1.5
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(colour)
+        half = _ARROW / 2
+        painter.drawPolygon(QPolygonF([QPointF(x, y), QPointF(x + _ARROW, y), QPointF(x + half, y + half + 0.5)]))
+        painter.restore()
+
+    def _set_hovered(self, hovered: bool) -> None:
+        if hovered != self._hovered:
+            self._hovered = hovered
+            self.update()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._set_hovered(event.position().x() < self.caption_end)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self._set_hovered(False)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.caption_end:
+            self.menuWished.emit(self.menu_place())
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.doubleClicked.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place_guest()
+
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
-_PAD = 6
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
 _DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
 _OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern

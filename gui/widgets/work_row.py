@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
 
-from gui.work.pace import Pace
+from ..work.jobs import Pace
 
 
 class WorkRow(QWidget):

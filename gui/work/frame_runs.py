@@ -12,17 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from gui.state.results import Preview
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.work.cores import spare_cores
-from gui.work.worker import Worker
-from ilf.dense import guess_steps
-from ilf.filter.convergence import IterationRecord
-from ilf.number_words import counted
-from ilf.outcomes import NO_BLOCK, Completion, Progress
-from ilf.run import GUESS, Run, RunSteps
-from ilf.stopping import check_stopped
+from ilf._runtime.cancellation import check_stopped
+from ilf._runtime.formatting import counted
+from ilf.completion.extrapolation import guess_steps
+from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Progress
+from ilf.run.run import GUESS, Run, RunSteps
+
+from ..state.results import Preview
+from ..state.session import Session
+from ..state.workspace import Workspace
+from .jobs import Worker, spare_cores
 
 Step = tuple[Progress, list[Preview] | None]
 

@@ -9,15 +9,17 @@ from weakref import ReferenceType, WeakKeyDictionary, WeakSet, ref
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QUndoCommand
 
-from gui.state.commands import EditParameters
-from gui.state.kept_runs import MOST_KEPT, MOST_MEMORY, memory_of, next_colour, sharing
-from gui.state.run_names import run_name
-from gui.state.session import Session
-from gui.state.workspace import Workspace
-from gui.work.runs import Ended, RunController, RunState
-from ilf.outcomes import BlockResult
-from ilf.project.kept_run import KeptRun
-from ilf.run import Run
+from ilf.data.results import BlockResult
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
+
+from ..state.commands import EditParameters
+from ..state.run_history import MOST_KEPT, MOST_MEMORY, memory_of, next_colour, sharing
+from ..state.run_names import run_name
+from ..state.session import Session
+from ..state.workspace import Workspace
+from .frame_runs import Ended, RunState
+from .runs import RunController
 
 REST_MS = 400
 """How long no block may have been solved anew for values to be at rest."""

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from gui.work.worker import Worker
+from .jobs import Worker
 
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")

@@ -2,23 +2,123 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
+from .._runtime.files import made_folder
+from .._runtime.formatting import counted
+from .._runtime.processes import done_apart
+from .._runtime.threads import available_cores
 from ..errors import InputError
-from ..io.folders import made_folder
-from ..number_words import counted
-from .cluster import outcomes_on_cluster
-from .frame_record import FrameOutcome
+from ..io.tables import write_csv
+from .frame_record import FRAME_FILE, FrameOutcome, FrameRecord, content_now, read_frame_record
 from .frames import BatchFrame
-from .local import Outcomes, outcomes_here
-from .manifest import write_manifest
 from .pictures import depth_levels
 from .settings import BatchSettings, differences, read_settings, sha256_of, write_settings
-from .states import State, frame_states
 from .task import Task
+from .workers import Outcomes, outcomes_here, outcomes_on_cluster
+
+# What there is of every frame before a batch begins, by the records in its folder.
+
+
+class State(Enum):
+    """Of a frame: not completed with these settings; completed; failed; completed, but its files have changed."""
+
+    OPEN, FINISHED, FAILED, CHANGED = range(4)
+
+
+@dataclass(frozen=True)
+class FrameState:
+    """A frame, what there is of it, and what came of it; None where it is open."""
+
+    frame: BatchFrame
+    state: State
+    outcome: FrameOutcome | None = None
+
+
+def frame_states(task: Task, frames: Sequence[BatchFrame]) -> list[FrameState]:
+    """What there is of some frames. Those whose files look different are read, in processes of their own."""
+    records = {frame: task.record_of(frame) for frame in frames}
+    same = {frame: record is not None and record.is_of(frame) for frame, record in records.items()}
+    doubtful = [frame for frame, record in records.items() if record and record.is_completed and same[frame] is None]
+    for frame, content in done_apart(content_now, doubtful, jobs=available_cores()):
+        record = records[frame]
+        same[frame] = record is not None and content is not None and content == record.content
+    return [_frame_state(frame, record, bool(same[frame])) for frame, record in records.items()]
+
+
+def _frame_state(frame: BatchFrame, record: FrameRecord | None, same: bool) -> FrameState:
+    if record is None:
+        return FrameState(frame, State.OPEN)
+    if record.is_completed:
+        return FrameState(frame, State.FINISHED if same else State.CHANGED, record.outcome)
+    return FrameState(frame, State.FAILED, record.outcome) if same else FrameState(frame, State.OPEN)
+
+
+# manifest.csv: what came of every frame whose results are in a folder, by their records.
+
+MANIFEST_FILE = "manifest.csv"
+
+_UNITS = {
+    "time": "time_s",
+    "expected_error_median": "expected_error_median_m",
+    "expected_error_p90": "expected_error_p90_m",
+    "hidden_mae": "hidden_mae_m",
+    "hidden_rmse": "hidden_rmse_m",
+    "truth_mae": "truth_mae_m",
+    "truth_rmse": "truth_rmse_m",
+}
+
+MANIFEST_COLUMNS = tuple(_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))
+
+
+def write_manifest(folder: Path, order: Sequence[BatchFrame]) -> list[FrameOutcome]:
+    """Write the manifest, and return what is in it.
+
+    Several processes may share a folder: whoever writes looks again afterwards, and writes once more if a record has
+    come meanwhile. The last one to write has then seen all that there is.
+
+    Parameters
+    ----------
+    folder : Path
+    order : sequence of BatchFrame
+        Rows come in this order; those of other frames behind them.
+
+    Raises
+    ------
+    ExportError
+        If it cannot be written.
+    """
+    before = None
+    while (state := _recorded_state(folder)) != before:
+        before = state
+        outcomes = read_outcomes(folder, order)
+        write_csv(folder / MANIFEST_FILE, [MANIFEST_COLUMNS, *map(dataclasses.astuple, outcomes)])
+    return outcomes
+
+
+def read_outcomes(folder: Path, order: Sequence[BatchFrame] = ()) -> list[FrameOutcome]:
+    """What came of the frames whose records are in a folder."""
+    places = {frame.folder: place for place, frame in enumerate(order)}
+    records = (read_frame_record(path.parent) for path in folder.glob(f"*/{FRAME_FILE}"))
+    outcomes = [record.outcome for record in records if record is not None]
+    return sorted(outcomes, key=lambda outcome: (places.get(outcome.folder, len(places)), outcome.frame))
+
+
+def _recorded_state(folder: Path) -> dict[str, int]:
+    """The records that there are, and when they were written."""
+    state = {}
+    for path in folder.glob(f"*/{FRAME_FILE}"):
+        try:
+            state[path.parent.name] = path.stat().st_mtime_ns
+        except OSError:  # gone since
+            continue
+    return state
+
 
 _SHOWN = 3
 _ANEW = (

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, cause
-from ..io.frame_source import FrameSource
-from ..sources import Source
+from ..sources.frame_source import FrameSource
+from ..sources.source import Source
 
 _LONGEST_NAME = 100
 """Letters of a folder's name; file systems take 255 bytes."""

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
 
-from ..drawing.colour_tables import depth_colours
-from ..drawing.levels import robust_depth_levels, sample, to_indices
+from .._runtime.files import atomic_path, write_bytes
+from .._runtime.installation import optional
+from .._runtime.processes import done_apart
+from ..data.frame import RGBDFrame
+from ..drawing.colours import depth_colours, robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError
-from ..frame import RGBDFrame
-from ..io.atomic import write_bytes
-from ..io.frame_source import FrameSource
 from ..io.images import read_colour
-from .apart import done_apart
+from ..sources.frame_source import FrameSource
+from .frame_record import FrameOutcome, FrameStatus
 from .frames import BatchFrame
 from .settings import Levels
 
@@ -81,3 +84,120 @@ def read_preview(folder: Path) -> NDArray[np.uint8]:
         return read_colour(folder / PREVIEW_FILE)
     except InputError as error:
         raise FormatError(f"{error} Or complete the frame again.") from error
+
+
+# All frames of a batch at a glance: a contact sheet, and a video, of their previews.
+
+SHEET_FILE, VIDEO_FILE = "contact-sheet.png", "video.mp4"
+
+_COLUMNS, _MOST = 4, 160
+_CELL, _CAPTION, _GAP = (384, 96), 16, 8
+"""Of the contact sheet: columns, pictures at most, and sizes in pixels."""
+
+_PAPER, _INK, _WARNING = (255, 255, 255), (40, 44, 52), (186, 32, 42)
+
+_USUAL_RATE = 10.0
+"""Pictures per second of a video whose frames have no times."""
+
+_RATES = (1.0, 60.0)
+
+Picture = NDArray[np.uint8]
+
+
+def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
+    """Write the previews of a batch's frames, evenly chosen if they are many, with their names as one picture.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the batch's results.
+    outcomes : sequence of FrameOutcome
+        In the order of the pictures; of those that failed there is the name.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    ExportError
+        If it cannot be written.
+    """
+    if not outcomes:
+        raise InputError(f"{folder} has no frames to make a contact sheet of.")
+    places = np.unique(np.linspace(0, len(outcomes) - 1, _MOST).round().astype(int))
+    chosen = [outcomes[place] for place in places.tolist()]
+    columns = min(_COLUMNS, len(chosen))
+    rows = -(-len(chosen) // columns)
+    width, height = _CELL[0] + _GAP, _CELL[1] + _CAPTION + _GAP
+    sheet = Image.new("RGB", (columns * width + _GAP, rows * height + _GAP), _PAPER)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(11)
+    for number, outcome in enumerate(chosen):
+        row, column = divmod(number, columns)
+        left, top = _GAP + column * width, _GAP + row * height
+        failed = outcome.status is FrameStatus.FAILED
+        if not failed:
+            sheet.paste(Image.fromarray(_fitted(read_preview(folder / outcome.folder), _CELL)), (left, top))
+        draw.text((left, top + _CELL[1] + 1), _caption(outcome), _WARNING if failed else _INK, font)
+    path = folder / SHEET_FILE
+    with atomic_path(path) as temporary:
+        sheet.save(temporary)
+    return path
+
+
+def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
+    """Write the previews of a batch's completed frames as a video, at the rate at which they were taken.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the batch's results.
+    outcomes : sequence of FrameOutcome
+        In the order of the pictures; those that failed are left out.
+
+    Raises
+    ------
+    InputError
+        If there are none, or PyAV is not installed (extra `sequences`).
+    ExportError
+        If it cannot be written.
+    """
+    av = optional("av", "sequences", "A video")
+    shown = [outcome for outcome in outcomes if outcome.status is FrameStatus.COMPLETED]
+    if not shown:
+        raise InputError(f"{folder} has no completed frames to make a video of.")
+    height, width, _ = read_preview(folder / shown[0].folder).shape
+    size = width - width % 2, height - height % 2  # as the codec wants it
+    path = folder / VIDEO_FILE
+    with atomic_path(path) as temporary, av.open(str(temporary), "w") as video:
+        stream = video.add_stream("libx264", rate=Fraction(_rate(shown)).limit_denominator(1000))
+        stream.width, stream.height = size
+        stream.pix_fmt = "yuv420p"
+        for outcome in shown:
+            picture = _fitted(read_preview(folder / outcome.folder), size)
+            video.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        video.mux(stream.encode())
+    return path
+
+
+def _rate(outcomes: Sequence[FrameOutcome]) -> float:
+    times = [outcome.time for outcome in outcomes if outcome.time is not None]
+    if len(times) < max(len(outcomes), 2):
+        return _USUAL_RATE
+    step = float(np.median(np.diff(times)))
+    return float(np.clip(1 / step, *_RATES)) if step > 0 else _USUAL_RATE
+
+
+def _fitted(picture: Picture, size: tuple[int, int]) -> Picture:
+    """A picture in the middle of one of this width and height, as large as it goes."""
+    height, width, _ = picture.shape
+    scale = min(size[0] / width, size[1] / height)
+    inside = max(round(width * scale), 1), max(round(height * scale), 1)
+    small = picture if inside == (width, height) else cv2.resize(picture, inside, interpolation=cv2.INTER_AREA)
+    fitted = np.full((size[1], size[0], 3), _PAPER, np.uint8)
+    left, top = (size[0] - inside[0]) // 2, (size[1] - inside[1]) // 2
+    fitted[top : top + inside[1], left : left + inside[0]] = small
+    return fitted
+
+
+def _caption(outcome: FrameOutcome) -> str:
+    name = outcome.frame if len(outcome.frame) <= 48 else f"…{outcome.frame[-47:]}"
+    return f"{name}: failed" if outcome.status is FrameStatus.FAILED else name

@@ -11,16 +11,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.installation import __version__
+from .._runtime.networks.models import CORRECTION
+from .._runtime.schema import Section
 from ..errors import FormatError, InputError, cause
-from ..io.atomic import write_bytes
-from ..io.files import file_sha256, read_json
-from ..judgement import HiddenTest
-from ..models import CORRECTION
-from ..run import ExportOptions, Recipe
-from ..run.networks import asked_networks, present_sha256
-from ..run.record import PROGRAM
-from ..sections import Section
-from ..version import __version__
+from ..evaluation.hold_out import HiddenTest
+from ..run.options import ExportOptions
+from ..run.record import PROGRAM, asked_networks, present_sha256
+from ..run.run import Recipe
 
 SETTINGS_FILE = "batch.json"
 

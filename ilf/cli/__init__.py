@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from ..children import serve_as_child
+from .._runtime.children import serve_as_child
+from .._runtime.ending import ending_at_once
+from .._runtime.memory import check_address_space
+from .._runtime.threads import available_cores
 from ..errors import InputError
-from ..memory import check_address_space
-from ..threads import available_cores
-from .ending import ending_at_once
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -33,6 +33,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("ilf: error:", error, file=sys.stderr)
         return 1
     with ending_at_once("ilf"):
-        from .commands import run  # takes a second, in which it can be asked to end, too
+        from .commands import run
 
         return run(argv)

@@ -12,20 +12,22 @@ from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
-from ..batch import Batch, BatchFrame, BatchSettings, FrameOutcome, FrameStatus, frames_of_sources, open_batch
-from ..batch.frames import selected, shard_of, with_files
-from ..batch.sequence import write_contact_sheet, write_video
-from ..confidence import MEDIAN_NAME
+from .._runtime.ending import allowing
+from .._runtime.formatting import counted, millimetres
+from ..batch.batch import Batch, open_batch
+from ..batch.frame_record import FrameOutcome, FrameStatus
+from ..batch.frames import BatchFrame, frames_of_sources, selected, shard_of, with_files
+from ..batch.pictures import write_contact_sheet, write_video
+from ..batch.settings import BatchSettings
+from ..completion.confidence.expected_error import MEDIAN_NAME
+from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..errors import IlfError
-from ..io.doubts import first_of_each
-from ..judgement import HIDDEN_PATTERNS, HiddenTest
-from ..number_words import counted, millimetres
-from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..run import Recipe
-from ..sources import open_source
-from .ending import allowing
-from .export_options import add_export_options, export_options
-from .given_blocks import add_given_blocks, check_given_blocks
+from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ..io.depth_reading import first_of_each
+from ..run.run import Recipe
+from ..sources.source import open_source
+from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
+from .output import FramesBar, warn
 from .parsing import (
     Commands,
     UsageError,
@@ -46,8 +48,6 @@ from .parsing import (
     seeds_of,
     with_given,
 )
-from .progress import FramesBar
-from .report import warn
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --jobs 4

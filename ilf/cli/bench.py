@@ -4,29 +4,135 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
+from itertools import groupby
 from operator import attrgetter
 
-from ..bench import (
-    PATTERNS,
+from ..errors import InputError
+from ..lab.bench.blocks import (
+    BLOCK_METHODS,
+    BlockPlan,
+    choose_block_methods,
+    run_block_bench,
+    summarise_blocks,
+    write_block_csv,
+    write_block_json,
+)
+from ..lab.bench.denoising import (
+    DENOISE_METHODS,
+    SCENES,
+    DenoisePlan,
+    DenoiseRow,
+    choose_denoise_methods,
+    run_denoise_bench,
+)
+from ..lab.bench.frames import chosen_names, find_frames
+from ..lab.bench.methods import GROUPS, choose_methods
+from ..lab.bench.patterns import PATTERNS
+from ..lab.bench.results import (
     BenchResult,
     Plan,
     Summary,
-    choose_methods,
-    find_frames,
-    read_earlier,
-    run_bench,
+    records,
     summarise,
+    write_bench_csv,
+    write_content,
+    write_json,
+    write_table,
 )
-from ..bench.block_methods import BLOCK_METHODS
-from ..bench.choices import chosen_names
-from ..bench.denoise_runner import DENOISE_METHODS
-from ..bench.methods import GROUPS
-from ..bench.results import write_csv, write_json
-from ..errors import InputError
-from . import bench_blocks, bench_denoise
-from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar
-from .parsing import Commands, add_progress, count, seed
-from .report import warn
+from ..lab.bench.runner import read_earlier, run_bench
+from .output import Column, advance, comparison_table, skipped_lines, unit_bar, warn
+from .parsing import Commands, UsageError, add_progress, count, seed
+
+# `ilf bench blocks`: ways to make operation blocks compared on any set of frames.
+
+BLOCKS = "blocks"
+"""The first positional argument that asks for this bench."""
+
+_BLOCK_COLUMNS = (
+    Column("coverage", lambda line: line.coverage, ".2%", max),
+    Column("of frame", lambda line: line.frame_coverage, ".2%", max),
+    Column("recoverable", lambda line: line.recoverable, ".2%", max),
+    Column("watertight", lambda line: line.watertight, ".1%", max),
+    Column("purity", lambda line: line.purity, ".2%", max),
+    Column("cut rate", lambda line: line.cut_rate, ".2%"),
+    Column("recall", lambda line: line.recall, ".4f", max),
+    Column("precision", lambda line: line.precision, ".4f", max),
+    Column("F", lambda line: line.f, ".4f", max),
+    Column("blocks", lambda line: line.blocks, ".1f", None),
+    Column("seconds", lambda line: line.seconds, ".3f"),
+)
+
+
+def run_blocks(arguments: argparse.Namespace) -> None:
+    """Carry the command out; the first of the folders is the mode's name."""
+    folders = arguments.folders[1:]
+    if not folders:
+        raise UsageError(f"Give folders of frames after {BLOCKS!r}; for a folder of this name write ./{BLOCKS}.")
+    if not {arguments.pattern, arguments.seed, arguments.peers_from} <= {None}:
+        raise UsageError("No depth is hidden to measure blocks: leave out --pattern, --seed and --peers-from.")
+    plan = BlockPlan(
+        folders=tuple(find_frames(folders)[: arguments.limit]),
+        methods=tuple(choose_block_methods(arguments.methods)),
+    )
+    with unit_bar(arguments, len(plan.folders), "frames") as bar:
+        result = run_block_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
+    warn(skipped_lines((item.frame, "", item.reason) for item in result.skipped))
+    warn(
+        f"{row.method} failed on {row.frame}, which counts as no blocks. {row.failure}"
+        for row in result.rows
+        if row.failure
+    )
+    if not result.rows:
+        raise InputError("No frame could be read, so there is nothing to compare.")
+    lines = summarise_blocks(result)
+    frames = lines[0].frames
+    print(f"blocks: quality of operation blocks, nothing hidden ({frames} frame{'s' * (frames != 1)})")
+    print("\n".join(comparison_table(_BLOCK_COLUMNS, lines)))
+    if arguments.csv is not None:
+        write_block_csv(arguments.csv, result)
+    if arguments.json is not None:
+        write_block_json(arguments.json, result)
+
+
+# `ilf bench denoise`: presets and filters against noise compared on generated scenes of known depth and noise.
+
+DENOISE = "denoise"
+"""The first positional argument that asks for this bench."""
+
+_DENOISE_COLUMNS = (
+    Column("RMSE [mm]", lambda row: 1000 * row.rmse, ".3f"),
+    Column("MAE [mm]", lambda row: 1000 * row.mae, ".3f"),
+    Column("seconds", lambda row: row.seconds, ".3f", None),
+)
+
+
+def run_denoise(arguments: argparse.Namespace) -> None:
+    """Carry the command out; the first of the folders is the mode's name."""
+    if arguments.folders[1:]:
+        raise UsageError(f"The scenes of {DENOISE!r} are generated: leave out folders of frames.")
+    if not {arguments.pattern, arguments.limit, arguments.peers_from} <= {None}:
+        raise UsageError(
+            f"With {DENOISE!r}, leave out --pattern, --limit and --peers-from: all scenes are run as they are."
+        )
+    plan = DenoisePlan(methods=tuple(choose_denoise_methods(arguments.methods)), seed=arguments.seed or 0)
+    with unit_bar(arguments, len(SCENES), "scenes") as bar:
+        rows = run_denoise_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
+    warn(f"{row.method} failed on {row.scene}, which counts as given. {row.failure}" for row in rows if row.failure)
+    print("\n".join(_denoise_tables(rows)))
+    if arguments.csv is not None:
+        write_table(arguments.csv, DenoiseRow, rows)
+    if arguments.json is not None:
+        write_content(arguments.json, {"seed": plan.seed, "methods": list(plan.methods), "rows": records(rows)})
+
+
+def _denoise_tables(rows: list[DenoiseRow]) -> list[str]:
+    """A table for every part of a scene, the lowest RMSE first."""
+    lines: list[str] = []
+    for (scene, part), members in groupby(rows, key=lambda row: (row.scene, row.part)):
+        ordered = sorted(members, key=lambda row: row.rmse)
+        lines += ["", f"{scene}: {part} ({ordered[0].pixels} pixels)", *comparison_table(_DENOISE_COLUMNS, ordered)]
+    return lines[1:]
+
 
 _PATTERNS_USED = "random,areas"
 
@@ -78,14 +184,14 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "bench",
         help="compare presets and other methods on frames with depth hidden, or ways to make blocks",
-        usage=f"ilf bench FOLDER... [options]\n       ilf bench {bench_blocks.MODE} FOLDER... [options]\n"
-        f"       ilf bench {bench_denoise.MODE} [options]",
+        usage=f"ilf bench FOLDER... [options]\n       ilf bench {BLOCKS} FOLDER... [options]\n"
+        f"       ilf bench {DENOISE} [options]",
         description="Hide known depth of frames, let every method complete it, and compare with what was hidden: "
         "over all frames, and frame by frame with the best of all peers (methods that are no presets) on that frame. "
         "Hidden pixels that a method leaves open count with their nearest known depth. "
-        f"With {bench_blocks.MODE!r} first: measure the operation blocks that several methods make of the frames; "
+        f"With {BLOCKS!r} first: measure the operation blocks that several methods make of the frames; "
         "nothing is hidden. "
-        f"With {bench_denoise.MODE!r}: compare what presets in the mode fill+denoise and other filters leave of "
+        f"With {DENOISE!r}: compare what presets in the mode fill+denoise and other filters leave of "
         "the noise of generated scenes.",
         epilog="Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + ".",
         allow_abbrev=False,
@@ -96,7 +202,7 @@ def add_command(commands: Commands) -> None:
         nargs="+",
         metavar="FOLDER",
         help="a folder with rgb.*, depth.* and meta.json, or one of such folders; "
-        f"a folder named {bench_blocks.MODE} is given as ./{bench_blocks.MODE}",
+        f"a folder named {BLOCKS} is given as ./{BLOCKS}",
     )
     parser.add_argument(
         "--pattern",
@@ -108,7 +214,7 @@ def add_command(commands: Commands) -> None:
         default="all",
         metavar="LIST",
         help="any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
-        + f"; with {bench_blocks.MODE!r} any of all,{','.join(BLOCK_METHODS)}; with {bench_denoise.MODE!r} any "
+        + f"; with {BLOCKS!r} any of all,{','.join(BLOCK_METHODS)}; with {DENOISE!r} any "
         f"of all,presets,peers,{','.join(DENOISE_METHODS)} (default: all)",
     )  # fmt: skip
     parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames only")
@@ -135,9 +241,9 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    for mode in (bench_blocks, bench_denoise):
-        if arguments.folders[0] == mode.MODE:
-            mode.run(arguments)
+    for mode, run_mode in ((BLOCKS, run_blocks), (DENOISE, run_denoise)):
+        if arguments.folders[0] == mode:
+            run_mode(arguments)
             return
     patterns = _PATTERNS_USED if arguments.pattern is None else arguments.pattern
     plan = Plan(
@@ -159,7 +265,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("No frame could be scored, so there is nothing to compare.")
     print("\n".join(_tables(result)))
     if arguments.csv is not None:
-        write_csv(arguments.csv, result)
+        write_bench_csv(arguments.csv, result)
     if arguments.json is not None:
         write_json(arguments.json, result)
 

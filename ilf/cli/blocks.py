@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing.block_pictures import stage_pictures
-from ..ebs import extract, found_blocks
+from .._runtime.files import made_folder, write_bytes
+from .._runtime.formatting import covered
+from ..drawing.blocks import stage_pictures
 from ..errors import InputError
-from ..io import BLOCK_FORMATS, LoadedBlocks, write_blocks
-from ..io.atomic import write_bytes
-from ..io.folders import made_folder
+from ..io.block_files import BLOCK_FORMATS, write_blocks
 from ..io.images import encode_image
-from ..number_words import covered
-from ..run import check_not_an_input
-from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
+from ..io.labels import LoadedBlocks
+from ..run.writing import check_not_an_input
+from ..segmentation.extraction import extract, found_blocks
+from .options import add_given_blocks, check_given_blocks, filled, given_blocks
+from .output import table, warn
 from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from
-from .report import table, warn
 
 
 def add_command(commands: Commands) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from ..io.frame_folders import new_frame_files, write_frame
+from ..sources.frames import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, take_frame
+from .output import warn
 from .parsing import Commands, count
-from .report import warn
 
 
 def add_command(commands: Commands) -> None:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TextIO
 
+from .._runtime.ending import Interrupted, ending_when_asked, note_fault
+from .._runtime.installation import __version__
 from ..errors import IlfError, in_words, one_line
-from ..fault_log import note_fault
-from ..version import __version__
 from . import (
     batch,
     bench,
@@ -20,16 +20,15 @@ from . import (
     complete,
     experiments,
     info,
-    judge,
     models,
     nerfstudio,
     presets,
     project,
-    report_page,
     rosbag,
     sample,
 )
-from .ending import Interrupted, ending_when_asked
+from . import evaluate as judge
+from . import report as report_page
 from .parsing import Parser, UsageError
 
 

@@ -8,13 +8,16 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..io import frame_folder
-from ..io.recordings import is_recording
-from ..outcomes import Completion
-from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..run import ExportOptions, Recipe, Replay, Run, check_write, output_folder_name, replay, write
-from .export_options import add_export_options, export_options, fitting, space_flags
-from .given_blocks import add_given_blocks, check_given_blocks
+from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
+from ..data.results import Completion
+from ..run.options import ExportOptions, output_folder_name
+from ..run.replaying import Replay, replay
+from ..run.run import Recipe, Run
+from ..run.writing import check_write, write
+from ..sources.frames import frame_folder
+from ..sources.opening import is_recording
+from .options import add_export_options, add_given_blocks, check_given_blocks, export_options, fitting, space_flags
+from .output import RunProgress, completion_report, warn
 from .parsing import (
     Commands,
     UsageError,
@@ -33,8 +36,6 @@ from .parsing import (
     preset_from,
     with_given,
 )
-from .progress import RunProgress
-from .report import completion_report, warn
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]

@@ -7,14 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..io.folders import made_folder
-from .comparison import unit_bar
+from .._runtime.files import made_folder
+from .output import Bar, unit_bar, warn
 from .parsing import Commands, add_progress, count, seed
-from .progress import Bar
-from .report import warn
 
 if TYPE_CHECKING:
-    from ..experiments import Progress
+    from ..lab.experiments.experiment import Progress
 
 _OUT = "experiments"
 """Where results go if nothing is said."""
@@ -97,7 +95,7 @@ def _add_out(parser: argparse.ArgumentParser) -> None:
 
 
 def _list(arguments: argparse.Namespace) -> None:
-    from ..experiments import EXPERIMENTS
+    from ..lab.experiments.registry import EXPERIMENTS
 
     width = max(map(len, EXPERIMENTS))
     for name, experiment in EXPERIMENTS.items():
@@ -105,8 +103,10 @@ def _list(arguments: argparse.Namespace) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    from ..experiments import EXPERIMENTS, Settings, chosen_experiments, run_experiment, write_result
-    from ..experiments.sources import find_sources
+    from ..lab.experiments.experiment import Settings
+    from ..lab.experiments.files import write_result
+    from ..lab.experiments.registry import EXPERIMENTS, chosen_experiments, run_experiment
+    from ..lab.experiments.sources import find_sources
 
     names = chosen_experiments(arguments.names)
     settings = Settings(
@@ -131,7 +131,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def _report(arguments: argparse.Namespace) -> None:
-    from ..experiments import write_report
+    from ..lab.experiments.report import write_report
 
     for path in write_report(arguments.out, markdown_file=arguments.markdown):
         print(f"Written: {path}")

@@ -4,37 +4,36 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import CameraIntrinsics, camera_text
-from ..errors import InputError
-from ..frame import RGBDFrame, check_depth_scale, check_same_size
-from ..io import (
-    META_NAME,
-    FrameFiles,
-    frame_beside,
-    frame_folder,
-    load_guide,
-)
-from ..io.camera_files import intrinsics_from
-from ..io.confidence_files import UNUSED, below, read_confidence
-from ..io.depth_reading import DepthReading, read_depth
-from ..io.encodings import one_encoding
-from ..io.files import read_file
-from ..io.frame_source import FrameSource
+from .._runtime.files import read_file
+from .._runtime.formatting import counted
+from .._runtime.staging import interrupted
+from ..data.camera import CameraIntrinsics, camera_text
+from ..data.declarations import ParameterSet, Value
+from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
+from ..data.parameters import BlockParameters, likeness
+from ..errors import IlfError, InputError
+from ..io.cameras import intrinsics_from
+from ..io.companions import UNUSED, below, load_guide, read_confidence, read_truth, scale_misfit
+from ..io.depth_reading import DepthReading, first_of_each, read_depth
+from ..io.encodings import encoding_of_inputs, one_encoding
 from ..io.images import read_doubted_colour
-from ..io.recordings import is_recording
-from ..io.truth_files import read_truth, scale_misfit
 from ..project.file import SUFFIX
-from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
-from ..run.staging import interrupted
-from ..sources import Source
+from ..run.record import RunRecord
+from ..run.record_file import read_record
+from ..run.replaying import missing_or_changed
+from ..sources.frame_source import FrameSource
+from ..sources.frames import META_NAME, FrameFiles, frame_beside, frame_folder
+from ..sources.opening import is_recording
+from ..sources.source import Source
+from .output import outcome_lines
 from .parsing import (
     Commands,
     UsageError,
@@ -46,9 +45,104 @@ from .parsing import (
     frame_of_source,
     source_from,
 )
-from .record_facts import record_facts
-from .report import outcome_lines
-from .source_facts import doubt_facts, source_facts
+
+# A run record in words, for `ilf info`.
+
+
+def record_facts(record: RunRecord) -> list[tuple[str, str]]:
+    """What a run was made of, as pairs of name and fact."""
+    facts = [
+        ("made with", f"ILF Studio {record.version}, " + ", ".join(f"{k} {v}" for k, v in record.versions.items()))
+    ]
+    if record.inputs is None:
+        facts.append(("frame", "not read from files, so the run cannot be replayed"))
+    else:
+        facts += [
+            ("colour", record.inputs.rgb.path),
+            ("depth", record.inputs.depth.path),
+            ("encoding", encoding_of_inputs(record.inputs).text),
+            ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
+        ]
+        if record.inputs.frame is not None:
+            facts.append(("frame", record.inputs.frame))
+        if record.inputs.truth is not None:
+            facts.append(("truth", f"{record.inputs.truth.path}, {record.inputs.truth.units:g} units per metre"))
+    origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
+    facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
+    if record.extraction is not None:
+        facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
+    nearest = likeness(record.common)
+    changes = _text(nearest.differs)
+    facts.append(("parameters", f"preset {nearest.preset}" + (f" with {changes}" if changes else "")))
+    facts += [
+        (f"block {label}", _changes(own, record.common))
+        for label, own in record.parameters.items()
+        if own != record.common
+    ]
+    uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
+    for name, sha256 in dict.fromkeys(item for networks, _ in uses for item in networks.items()):
+        use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
+        facts.append(("network", f"{name} ({sha256[:12]}) for {use}"))
+    if record.distrusted is not None:
+        facts.append(("distrusted", f"depth in {record.distrusted.file}"))
+    if record.drawn is not None:
+        facts.append(("drawn", f"borders in {record.drawn.file}"))
+    if record.guide is not None:
+        origin = "" if record.guide.path is None else f", read from {record.guide.path}"
+        facts.append(("guide", f"in {record.guide.file}{origin}"))
+    if record.dense:
+        facts.append(("dense", "the rest was guessed"))
+    return [*facts, ("files", ", ".join(record.outputs or record.options.filenames()))]
+
+
+def _changes(values: ParameterSet, base: ParameterSet) -> str:
+    return _text(values.unlike(base))
+
+
+def _text(values: Mapping[str, Value]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in values.items())
+
+
+# A source in words, for `ilf info`.
+
+_SHOWN = 3
+"""Keys that are shown at either end of many."""
+
+
+def source_facts(source: Source) -> list[tuple[str, str]]:
+    """What frames a source has, as pairs of name and fact."""
+    facts = [("source", f"{source.path}, {counted(len(source), 'frame')}"), ("keys", _some(source.keys))]
+    times = source.timestamps
+    if times is not None:
+        start, end = min(times), max(times)
+        span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
+        facts.append(("time", span))
+    first = source.calibration(source.keys[0])
+    facts += [("colour camera", camera_text(first.colour)), ("depth camera", camera_text(first.depth))]
+    way = "done as it is read" if source.frame_source(source.keys[0]).frame is not None else "read as it is"
+    facts.append(("registered", "yes" if source.is_registered else f"no: {way}"))
+    return facts
+
+
+def doubt_facts(source: Source) -> list[tuple[str, str]]:
+    """What speaks against the way that the first, the middle and the last frame are read, and what keeps them from it,
+    as pairs of name and fact."""
+    known: set[str] = set()
+    facts = []
+    for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
+        try:
+            found = [("doubt", text) for text in source.frame_source(key).load().doubts]
+        except IlfError as error:
+            found = [("problem", str(error))]
+        facts += [(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
+    return facts
+
+
+def _some(keys: tuple[str, ...]) -> str:
+    if len(keys) <= 2 * _SHOWN:
+        return ", ".join(keys)
+    return f"{', '.join(keys[:_SHOWN])} ... {', '.join(keys[-_SHOWN:])}"
+
 
 _WIDTH = 13
 """Characters that names of facts take, at least."""

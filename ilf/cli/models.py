@@ -5,11 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..edges.importing import INPUTS, add_model
+from .._runtime.networks.models import (
+    BUNDLED,
+    CORRECTION,
+    DEPTH_EDGES,
+    model_names,
+    model_path,
+    models_folder,
+    remove_model,
+)
 from ..errors import InputError
-from ..models import BUNDLED, CORRECTION, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ..segmentation.edges.hed_weights import INPUTS
+from ..segmentation.edges.importing import add_model
+from .output import table
 from .parsing import Commands
-from .report import table
 
 _BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd", CORRECTION: "bundled, corrects depth"}
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from ..run import write_nerfstudio
+from ..run.nerfstudio import write_nerfstudio
+from .output import warn
 from .parsing import Commands
-from .report import warn
 
 
 def add_command(commands: Commands) -> None:

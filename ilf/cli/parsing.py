@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NoReturn, TypeVar
 
-from ..camera import INTRINSICS
-from ..declarations import Declaration, ParameterSet, Value
+from ..data.camera import INTRINSICS
+from ..data.declarations import Declaration, ParameterSet, Value
+from ..data.frame import RGBDFrame
+from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..errors import IlfError, InputError, ParameterError
-from ..frame import RGBDFrame
 from ..io.encodings import MEANINGS
-from ..io.frame_source import FrameSource
-from ..io.label_files import also_distrusting
-from ..io.time_lists import MOST_APART_S
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
-from ..preset_files import OwnPreset, find_preset
-from ..sources import Source, open_source
-from .report import warn
+from ..io.labels import also_distrusting
+from ..run.preset_files import OwnPreset, find_preset
+from ..sources.frame_source import FrameSource
+from ..sources.source import Source, open_source
+from ..sources.times import MOST_APART_S
+from .output import warn
 
 Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""

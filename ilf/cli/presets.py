@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from ..declarations import Value
-from ..parameters import PRESETS
-from ..preset_files import list_presets, presets_folder
+from ..data.declarations import Value
+from ..data.parameters import PRESETS
+from ..run.preset_files import list_presets, presets_folder
+from .output import table, warn
 from .parsing import Commands
-from .report import table, warn
 
 
 def add_command(commands: Commands) -> None:

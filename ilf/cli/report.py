@@ -1,156 +1,239 @@
-"""What the commands print: tables of blocks and summaries, as plain text."""
+"""`ilf report`: one HTML page about a frame, a recorded run, a project, or several of them."""
 
 from __future__ import annotations
 
-import math
+import argparse
+import os
+import shlex
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
-import numpy as np
+from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..data.results import Completion
+from ..errors import IlfError, InputError
+from ..evaluation.evaluation import Step, run_out
+from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, completion_steps
+from ..project.file import SUFFIX, OpenedProject, open_project
+from ..project.project import ProjectFrame
+from ..report.content import Subject, Unreadable
+from ..report.report import ReportOptions, report_steps, write_report
+from ..run.options import RECORD_FILE, as_file_name
+from ..run.replaying import replay
+from ..run.run import Run
+from .output import ShareProgress, warn
+from .parsing import (
+    Commands,
+    UsageError,
+    add_block_parameters,
+    add_distrusted,
+    add_frame,
+    add_guide,
+    add_look_in,
+    add_parameters,
+    add_preset,
+    add_progress,
+    add_seeds,
+    add_truth,
+    frame_from,
+    parameter_flags,
+    preset_from,
+    seeds_of,
+    with_given,
+)
 
-from ..confidence import expected_error, unvouched
-from ..errors import one_line
-from ..filter.edge_aware.guiding import fit_guide
-from ..frame import RGBDFrame
-from ..judgement import Judgement, judge_blocks, judge_completion
-from ..number_words import counted, covered
-from ..outcomes import BlockOutcome, Completion, Status, blocks_by_message
-from ..run import Run
+# What the arguments of `ilf report` name, read one after the other.
 
-_MOST = 0.5
-"""The larger part of a whole, from this share on."""
-
-
-def completion_report(
-    run: Run,
-    completion: Completion,
-    seconds: float,
-    folder: Path,
-    files: Sequence[Path],
-) -> str:
-    """What came out of a run, and where it lies."""
-    outcomes, frame = completion.outcomes.values(), run.frame
-    judged: list[str] = []
-    guide = fit_guide(frame)
-    errors: dict[int, Judgement] = {}
-    if frame.truth is not None:
-        expected = expected_error(frame, completion)
-        whole = judge_completion(frame, completion, expected=expected)
-        errors = judge_blocks(frame, completion, run.blocks)
-        judged = [_judgement_line(whole), *_source_of_error(run, completion, largest_share(whole, errors))]
-    return "\n".join([
-        *outcome_lines(outcomes, errors),
-        "",
-        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
-        _recovered_line(frame, completion, seconds),
-        *([] if guide is None else [f"Guide: {guide.in_words()}."]),
-        *judged,
-        f"Written to {folder}: {', '.join(file.name for file in files)}",
-    ])  # fmt: skip
+Tell = Callable[[Step], None]
 
 
-def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgement] | None = None) -> list[str]:
-    """Table of the blocks that were run, with their errors if any are known, and below it what there is to say about
-    single ones."""
-    outcomes = list(outcomes)
-    rows = [
-        [
-            str(outcome.label),
-            str(outcome.pixels),
-            f"{outcome.defect_rate:.1%}",
-            str(outcome.recovered),
-            outcome.status.value,
-            str(outcome.iterations),
-            str(outcome.stages),
-            "-" if math.isnan(outcome.sigma_i) else f"{outcome.sigma_i * 1000:.3g}",
-        ]
-        for outcome in outcomes
-    ]
-    head = ["block", "pixels", "missing", "recovered", "status", "iterations", "stages", "sigma [mm]"]
-    if errors:
-        head.append("RMSE [mm]")
-        for row, outcome in zip(rows, outcomes, strict=True):
-            row.append(f"{1000 * errors[outcome.label].rmse:.2f}" if outcome.label in errors else "-")
-    told = blocks_by_message(outcome for outcome in outcomes if outcome.status is not Status.NOTHING_MISSING)
-    remarks = [f"{_blocks_text(labels)}: {message}" for message, labels in told.items()]
-    return [*table(head, rows), *([""] if remarks else []), *remarks]
+@dataclass(frozen=True)
+class ReportSource:
+    """A frame to report on: what it is called, and how it is had, which adds to some notes and tells how far it is."""
+
+    name: str
+    read: Callable[[list[str], Tell], Subject]
 
 
-def _blocks_text(labels: Sequence[int]) -> str:
-    if len(labels) == 1:
-        return f"Block {labels[0]}"
-    return f"{counted(len(labels), 'block')} ({', '.join(map(str, labels))})"
+def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[ReportSource]:
+    """What the arguments name: folders, records and projects, or the two files of one frame.
+
+    Projects stay open as long as `opened`.
+    """
+    inputs = [Path(path) for path in arguments.inputs]
+    if not inputs:
+        raise UsageError("Give a colour and a depth file, one folder or more, a run.json, or a project.")
+    if not all(os.path.isdir(path) or path.suffix.lower() in (".json", SUFFIX) for path in inputs):
+        return [ReportSource(arguments.inputs[0], partial(_completed, arguments, arguments.inputs))]
+    sources: list[ReportSource] = []
+    for path in inputs:
+        record = path / RECORD_FILE if os.path.isdir(path) else path
+        if path.suffix.lower() == SUFFIX and not os.path.isdir(path):
+            _refuse_flags(arguments, path)
+            sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
+        elif os.path.isfile(record) or not os.path.isdir(
+            path
+        ):  # what a run wrote can be read as a frame, too, but is a run
+            _refuse_flags(arguments, record)
+            sources.append(ReportSource(str(path), partial(_replayed, record)))
+        else:
+            sources.append(ReportSource(str(path), partial(_completed, arguments, [str(path)])))
+    return sources
 
 
-def largest_share(whole: Judgement, blocks: Mapping[int, Judgement]) -> tuple[int, float] | None:
-    """The block that has at least half of the squared error of the whole in less than half of its pixels, and its
-    share of the error, 0-1; None if no block has."""
-    for label, one in blocks.items():
-        if 0 < one.pixels < _MOST * whole.pixels and one.rmse > 0:
-            share = one.pixels * one.rmse**2 / (whole.pixels * whole.rmse**2)
-            if share >= _MOST:
-                return label, share
-    return None
+def read_subjects(sources: Sequence[ReportSource], notes: list[str], tell: Tell) -> Iterator[Subject | Unreadable]:
+    """One after the other; of several, one that cannot be read costs that one only. Notes are added on the way."""
+    total = len(sources)
+    for number, source in enumerate(sources):
+
+        def tell_all(step: Step, number: int = number) -> None:
+            tell(Step(number / total, step.text))
+
+        own: list[str] = []
+        try:
+            subject = source.read(own, tell_all)
+        except UsageError:
+            raise
+        except IlfError as error:
+            if total == 1:
+                raise
+            notes.append(f"{source.name} is not in the report: {error}")
+            yield Unreadable(source.name, str(error))
+        else:
+            before = f"{subject.run.frame.name}: " if total > 1 else ""
+            notes += [before + note for note in own]
+            yield subject
 
 
-def warn(notes: Iterable[str]) -> None:
-    """Print what there is to tell the user on stderr, a line each and each once."""
-    for note in dict.fromkeys(notes):
-        print("ilf: warning:", one_line(note), file=sys.stderr)
+def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], tell: Tell) -> Subject:
+    """A frame, completed by what the arguments say."""
+    chosen = preset_from(arguments.preset)
+    parameters = with_given(chosen.parameters, arguments)
+    extraction = with_given(chosen.extraction or BlockParameters(), arguments)
+    frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
+    made = Run.extracted(frame, extraction, parameters)
+    if not made.blocks.any():
+        raise InputError(f"There are no blocks in {frame.name}, so there is nothing to report on.")
+    completion = _complete(made, tell)
+    notes += [*made.notes, *completion.notes]
+    return Subject(made, completion)
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table; columns of words are set left, those of numbers right."""
-    columns = list(zip(head, *rows, strict=True))
-    widths = [max(map(len, column)) for column in columns]
-    left = [any(cell[:1].isalpha() for cell in column[1:]) for column in columns]
-    return [
-        "  ".join(
-            cell.ljust(width) if at_left else cell.rjust(width)
-            for cell, width, at_left in zip(row, widths, left, strict=True)
-        ).rstrip()
-        for row in (head, *rows)
-    ]
+def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
+    """A recorded run, made again."""
+    again = replay(record)
+    completion = _complete(again.run, tell)
+    notes += [*again.differences, *again.run.notes, *completion.notes, *again.verdict(completion)]
+    return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
 
-def _judgement_line(judgement: Judgement) -> str:
-    """How far the filled depth is from the truth, in words."""
-    if not judgement.pixels:
-        return "Against the truth: it is not known where depth was filled."
-    within = "" if judgement.within is None else f"; {judgement.within:.0%} within the expected error"
-    return (
-        f"Against the truth, over {judgement.pixels} filled pixels: median error {1000 * judgement.median:.2f} mm, "
-        f"MAE {1000 * judgement.mae:.2f} mm, RMSE {1000 * judgement.rmse:.2f} mm{within}."
+def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSource]:
+    """Its frames that have been worked on; their files may also be in these folders."""
+    places = replace(project.places, folders=tuple(map(Path, folders)))
+    frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.is_worked_on]
+    if not frames:
+        raise InputError(f"{project.path} has no frame that has been worked on, so there is nothing to report on.")
+
+    for_all = project.project.common if project.project.for_all else None
+
+    def stored(frame: ProjectFrame, notes: list[str], tell: Tell) -> Subject:
+        decoded = project.state(frame.id, places)
+        notes += decoded.problems
+        again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame.id])
+        return Subject.of_state(decoded.state.as_set(frame.summary.note, for_all), again, decoded.problems)
+
+    return [ReportSource(frame.name, partial(stored, frame)) for frame in frames]
+
+
+def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
+    """Raise UsageError for flags that say what the file says already."""
+    reading = "depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"
+    names = "frame", "max_gap", "topics", "preset", "distrust", "guide", "truth", "truth_units", *reading
+    also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
+    if also := [*also, *parameter_flags(arguments)]:
+        raise UsageError(f"{file} says how its runs are made: leave out {', '.join(also)}.")
+
+
+def _complete(made: Run, tell: Tell) -> Completion:
+    name = made.frame.name
+    return run_out(completion_steps(made, None), lambda step: tell(Step(0.0, f"{name}: {step.text}")))
+
+
+_USAGE = """ilf report RGB DEPTH [options]
+       ilf report (FOLDER | run.json | PROJECT.ilf)... [options]"""
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "report",
+        help="write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
+        usage=_USAGE,
+        description="Write one HTML page that needs no other file and no network. A frame is completed first, a "
+        "recorded run made again, and of a project all frames that have been worked on are taken as they are. Several "
+        "of them make one page with an index. For PDF, print the page in a browser, or use File > Report… in the "
+        "window.",
+        allow_abbrev=False,
     )
-
-
-def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:
-    """Where most of the error comes from, as a line; none if it comes from all over the frame."""
-    if largest is None:
-        return []
-    label, share = largest
-    doubtful = unvouched(run.frame, completion)[completion.filled & (run.blocks == label)].mean()
-    why = f"; nothing measured vouches for {doubtful:.0%} of its filled pixels" if doubtful >= _MOST else ""
-    return [f"Block {label} has {share:.0%} of the squared error{why}."]
-
-
-def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:
-    missing = int(np.count_nonzero(frame.missing))
-    iterations = sum(outcome.iterations for outcome in completion.outcomes.values())
-    effort = f"{iterations} iterations in {seconds:.1f} s."
-    outside = _outside_sentence(frame, completion)
-    if missing == 0:
-        return f"No pixel was missing. {outside}{effort}"
-    recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    return f"{recovered} of {missing} missing pixels recovered ({recovered / missing:.1%}). {outside}{effort}"
-
-
-def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
-    if frame.outside_view is None:
-        return ""
-    pixels, filled = (
-        int(np.count_nonzero(mask)) for mask in (frame.outside_view, frame.outside_view & completion.filled)
+    parser.set_defaults(command=run)
+    add_frame(parser)
+    add_distrusted(parser)
+    add_guide(parser)
+    add_truth(parser)
+    add_look_in(parser)
+    add_preset(parser)
+    parser.add_argument(
+        "--hidden",
+        choices=tuple(HIDDEN_PATTERNS),
+        help="also judge on known depth that is hidden, in this pattern; takes as long as the run, once per seed",
     )
-    left = "left missing" if not filled else f"{filled} of them filled, though nothing could be measured there"
-    return f"{pixels} pixels outside the depth camera's view, {left}. "
+    add_seeds(parser)
+    output = parser.add_argument_group("output")
+    output.add_argument("--out", metavar="FILE.html", help="the page (default: NAME-report.html here)")
+    add_progress(output)
+    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
+    add_block_parameters(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    options, path = _test(arguments), _output(arguments)
+    notes: list[str] = []
+    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
+    with ExitStack() as opened:
+        sources = report_sources(arguments, opened)
+        progress = opened.enter_context(ShareProgress(shown=shown))
+        subjects = read_subjects(sources, notes, progress.update)
+        only = Path(arguments.inputs[0])
+        title = only.stem if len(arguments.inputs) == 1 else "Report"
+        made = ReportOptions(title, options)
+        content = run_out(report_steps(subjects, made, len(sources)), progress.update)
+    warn(notes)
+    if path is None:
+        path = Path(f"{as_file_name(content.title)}-report.html")
+    write_report(path, content, made)
+    print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
+
+
+def _test(arguments: argparse.Namespace) -> HiddenTest | None:
+    if arguments.hidden is None:
+        if arguments.seeds is not None:
+            raise UsageError("--seeds is about hidden depth: add --hidden.")
+        return None
+    return HiddenTest(arguments.hidden, seeds_of(arguments))
+
+
+def _output(arguments: argparse.Namespace) -> Path | None:
+    """Where the page goes, if that is said."""
+    if arguments.out is None:
+        return None
+    path = Path(arguments.out)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(
+            f"--out is an HTML page: {path.name} should end in .html. For PDF, print the page in a browser, or use "
+            "File > Report… in the window."
+        )
+    return path

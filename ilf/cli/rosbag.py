@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted
+from ..data.frame import FrameInputs
 from ..errors import InputError
-from ..io import load_frame
-from ..io.depth_files import depth_in_metres, read_depth_values
-from ..io.ros_output import (
+from ..io.depth import depth_in_metres, read_depth_values
+from ..io.rosbags import (
     CAMERA_TOPIC,
     COLOUR_TOPIC,
     DEPTH_TOPIC,
@@ -22,12 +24,38 @@ from ..io.ros_output import (
     StampedDepth,
     write_rosbag,
 )
-from ..number_words import counted
-from ..run import read_record
+from ..run.nerfstudio import result_folders
 from ..run.options import ERROR_FILES, RECORD_FILE
-from ..run.result_folders import result_folders
-from ..run.stamps import stamp_of
+from ..run.record_file import read_record
+from ..sources.frames import load_frame
+from ..sources.opening import opened
+from ..sources.pairing import time_of
 from .parsing import Commands
+
+# When the frame of a run was taken.
+
+_SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
+
+
+def stamp_of(inputs: FrameInputs) -> int | None:
+    """The time of a frame's colour [ns], by its key in a recording, by the recording, or by the name of its file; None
+    if it is not known.
+
+    Raises
+    ------
+    InputError
+        If it is in a recording whose keys are no times, and that cannot be read.
+    """
+    if inputs.frame is None:
+        time = time_of(inputs.rgb.path)
+        return None if time is None else round(time * 1e9)
+    found = _SECONDS.fullmatch(inputs.frame.rpartition("/")[2])
+    if found is not None:
+        return int(found[1]) * 10**9 + int(found[2].ljust(9, "0"))
+    with opened(inputs.rgb.path) as recording:
+        taken = recording.frame(inputs.frame).time
+    return None if taken is None else round(taken * 1e9)
+
 
 _BEST_FIRST = ("npy", "tiff", "png")
 """Formats of depth files, the most precise first."""

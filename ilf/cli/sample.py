@@ -6,10 +6,10 @@ import argparse
 import os
 from pathlib import Path
 
-from ..assets import asset_path
+from .._runtime.files import write_bytes
+from .._runtime.installation import asset_path
+from .._runtime.staging import move_in, staging
 from ..errors import ExportError
-from ..io.atomic import write_bytes
-from ..run.staging import move_in, staging
 from .parsing import Commands
 
 SAMPLE = "samples/room"

@@ -1,1 +1,1 @@
-"""Pictures in numpy: label maps, stages of the extraction, point clouds. No Qt, no OpenGL."""
+"""Pictures in numpy: label maps, stages of the extraction, point clouds."""

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import as_float
+from ..data.frame import FrameInputs
 from ..errors import FormatError, ParameterError
-from ..frame import FrameInputs
-from ..numbers import as_float
-from .bop import camera_of_image
-from .depth_files import checked_units, default_depth_units, depth_in_metres
+from .cameras import camera_of_image
+from .depth import checked_units, default_depth_units, depth_in_metres
 
 FARTHEST_DEPTH = 300.0
 """Depth [m] beyond what any sensor of frames gives; markers such as FLT_MAX and 1000 m lie there."""

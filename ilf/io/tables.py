@@ -8,7 +8,7 @@ import os
 import re
 from collections.abc import Iterable
 
-from .atomic import write_bytes
+from .._runtime.files import write_bytes
 
 _FORMULA = re.compile(r"(^|[;\t\n])(?=\s*[=+\-@＝＋－＠]|[\t\n])")
 """Where a spreadsheet would take up a formula: at the beginning of a cell, or behind what divides cells in some

@@ -14,10 +14,10 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Self
+from typing import BinaryIO, Protocol, Self
 
+from .._runtime.files import atomic_path
 from ..errors import FormatError, InputError, cause
-from ..io.atomic import atomic_path
 
 MAX_INFLATED = 2**28
 """Bytes that a member may have which some other program has compressed."""
@@ -259,3 +259,24 @@ def _members_in(data: mmap.mmap) -> dict[str, _Member]:
 
 def _identity(status: os.stat_result) -> tuple[int, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
+
+# What keeps the parts of a project: bytes by name, in a project file or in a journal.
+
+
+class Parts(Protocol):
+    """Bytes by name. Safe from several threads."""
+
+    def names(self) -> Collection[str]:
+        """All names."""
+        ...
+
+    def read(self, name: str) -> bytes:
+        """The bytes of a name.
+
+        Raises
+        ------
+        InputError
+            If there is no such part, or it cannot be read or is damaged.
+        """
+        ...

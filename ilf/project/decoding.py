@@ -11,30 +11,38 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.schema import Section
+from ..data.frame import RGBDFrame, TruthFile
+from ..data.guide import Guide
+from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.results import BlockResult
 from ..errors import FormatError, InputError
-from ..frame import RGBDFrame, TruthFile
-from ..guide import Guide
-from ..io.frame_source import FrameSource
-from ..judgement import HiddenTest
-from ..outcomes import BlockResult
-from ..parameters import BlockParameters, Parameters, preset
-from ..run import Run
-from ..sections import Section
-from .block_notes import BlockNotes
+from ..evaluation.hold_out import HiddenTest
+from ..run.run import Run
+from ..sources.frame_source import FrameSource
+from .archive import Parts
 from .encoding import SCHEMA, Origin, measured_sha256
-from .frame_state import FrameState
-from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
-from .kept_run import Guess, KeptRun
-from .own_values import OwnValues
-from .packing import (
-    Npz,
-    labels_from_bytes,
-    mask_from_bytes,
+from .frame_state import BlockNotes, FrameState, OwnValues
+from .packing import Npz, labels_from_bytes, mask_from_bytes
+from .recorded import (
+    UNREADABLE,
+    array_content,
+    bare_state,
+    block_infos,
+    chosen_labels,
+    colour_of,
+    looked_at,
+    number_or_none,
+    own_values_from,
+    parameters_from,
+    read_frame_part,
+    reasons_of,
+    recorded_frame,
+    recorded_shape,
+    result_rows,
 )
-from .parameter_values import own_values_from, parameters_from
-from .parts import Parts
-from .recorded import UNREADABLE, array_content, bare_state, read_frame_part, recorded_frame, recorded_shape
 from .result_packs import unpack_results
+from .run_history import Guess, KeptRun
 from .sources import ChangedSource, MissingSource, Places, with_truth
 
 T = TypeVar("T")

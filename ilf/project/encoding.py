@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frame import RGBDFrame
-from ..guide import Guide
-from ..outcomes import BlockResult
-from ..per_frame import once_per_frame
-from ..run import Run
+from .._runtime.schema import plain, strict_json
+from ..data.frame import RGBDFrame
+from ..data.frame_cache import once_per_frame
+from ..data.guide import Guide
+from ..data.results import BlockResult
 from ..run.record import array_sha256, inputs_to_dict
-from .block_notes import BlockNotes
-from .frame_state import FrameState, Looked
-from .json_values import plain, strict_json
-from .kept_run import Guess, KeptRun
+from ..run.run import Run
+from .frame_state import BlockNotes, FrameState, Looked
 from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
 from .result_packs import PACK_BYTES, pack_results, packed_bytes
+from .run_history import Guess, KeptRun
 
 SCHEMA = 1
 """Number of the form that a project's parts have."""

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import platformdirs
 
+from .._runtime.temporary_files import tighten
 from ..errors import IlfError, InputError
-from ..private import tighten
+from .archive import Parts
 from .encoding import frame_part
 from .journal import Journal, JournalInUse, JournalNote
-from .parts import Parts
 from .project import Project, ProjectFrame
 from .project_json import ReadProject, decode_project, found_frames
 from .recorded import UNREADABLE, arrays_of

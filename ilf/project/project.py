@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from ..io.frame_source import FrameSource
-from ..parameters import BlockParameters, Parameters, preset
+from ..data.parameters import BlockParameters, Parameters, preset
+from ..sources.frame_source import FrameSource
 
 
 class Stage(StrEnum):

@@ -13,20 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from ..camera import CameraIntrinsics
+from .._runtime.installation import __version__
+from .._runtime.schema import Section, plain, strict_json
+from ..data.camera import CameraIntrinsics
+from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
-from ..io.camera_files import IntrinsicsSpec
-from ..io.frame_source import FrameSource
-from ..parameters import BlockParameters, Parameters
+from ..io.cameras import IntrinsicsSpec
 from ..run.record_file import parsed_inputs
-from ..sections import Section
-from ..version import __version__
+from ..sources.frame_source import FrameSource
+from .archive import Parts
 from .encoding import PROGRAM, SCHEMA
-from .json_values import plain, strict_json
-from .parameter_values import parameters_from
-from .parts import Parts
 from .project import FrameSummary, Project, ProjectFrame, Stage
-from .recorded import UNREADABLE, read_frame_part
+from .recorded import UNREADABLE, parameters_from, read_frame_part
 from .sources import FilePlace, Places
 
 PROJECT = "project.json"

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..camera import CameraIntrinsics
-from ..errors import FormatError, IlfError
-from ..frame import InputFile, RGBDFrame
+from .._runtime.schema import Section
+from ..data.camera import CameraIntrinsics
+from ..data.declarations import ParameterSet, Value
+from ..data.frame import InputFile, RGBDFrame
+from ..data.parameters import Parameters
+from ..errors import FormatError, IlfError, ParameterError
 from ..run.record_file import parsed_inputs
-from ..sections import Section
+from .archive import Parts
 from .encoding import frame_part
-from .frame_state import FrameState
+from .frame_state import BlockInfo, FrameState, Looked
 from .packing import Npz, check_content, colour_from_bytes, mask_from_bytes
-from .parts import Parts
+from .run_history import Colour
 from .sources import Places, load_inputs
 
 UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -113,3 +118,119 @@ def bare_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     labels = np.zeros(frame.shape, np.int32)
     labels.setflags(write=False)
     return FrameState(frame_id, frame, labels)
+
+
+# Parameters from a project, which another version may have written.
+
+Set = TypeVar("Set", bound=ParameterSet)
+
+
+def parameters_from(kind: type[Set], values: Mapping[str, Any], what: str, problems: list[str]) -> Set:
+    """A parameter set; where a name is unknown or a value does not do, the default is taken, and a sentence added.
+
+    Examples
+    --------
+    >>> problems = []
+    >>> parameters_from(Parameters, {"smoothness": 2, "sharpness": 1}, "The parameters", problems).smoothness
+    2.0
+    >>> problems
+    ["The parameters: There is no parameter 'sharpness'. Did you mean smoothness? It is left out."]
+    """
+    try:
+        return kind.from_dict(values)
+    except (ParameterError, TypeError):  # one by one, then
+        pass
+    known = kind.declarations()
+    usable = {}
+    for name, value in values.items():
+        try:
+            kind().replace(**{name: value})
+        except (ParameterError, TypeError) as error:
+            problems.append(f"{what}: {error} {'The default is taken' if name in known else 'It is left out'}.")
+            if name in known:
+                usable[name] = known[name].default
+        else:
+            usable[name] = value
+    return kind.from_dict(usable)
+
+
+def own_values_from(values: Mapping[str, Any], what: str, problems: list[str]) -> dict[str, Value]:
+    """Own values of a block, but for those that do not do."""
+    parameters = Parameters()
+    found = {}
+    for name, value in values.items():
+        try:
+            found[name] = parameters.replace(**{name: value}).to_dict()[name]
+        except (ParameterError, TypeError) as error:
+            problems.append(f"{what}: {error} It is left out.")
+    return found
+
+
+# What of a state needs no arrays, from its json; a reader that cannot raises FormatError, or what Python does.
+
+
+def result_rows(data: Section, frame_part: Section) -> list[tuple[int, str, int]]:
+    """Label, pack and number in it, of every result."""
+    packs = frame_part.items("packs", str)
+    rows = data.items("results", list)
+    if not all(len(row) == 3 and all(type(number) is int for number in row) for row in rows):
+        raise FormatError("They are not told of as label, part and place.")
+    return [(label, packs[pack], place) for label, pack, place in rows if 0 <= pack < len(packs)]
+
+
+def block_infos(data: Section) -> dict[int, BlockInfo]:
+    """Names, colours and the like, by label."""
+    infos = {}
+    for label in data.values:
+        info = data.section(label)
+        infos[int(label)] = BlockInfo(
+            info.get("name", str), colour_of(info), info.get("visible", bool), info.get("locked", bool)
+        )
+    return infos
+
+
+def reasons_of(data: Section) -> dict[int, str]:
+    """Why blocks need a look, by label."""
+    return {int(label): data.get(label, str) for label in data.values}
+
+
+def colour_of(data: Section) -> Colour:
+    """Red, green, blue."""
+    red, green, blue = data.items("colour", int)
+    if not all(0 <= value <= 255 for value in (red, green, blue)):
+        raise FormatError("A colour is not of numbers from 0 to 255.")
+    return red, green, blue
+
+
+def chosen_labels(data: Section) -> Sequence[int] | frozenset[int]:
+    """Which blocks a run was of, in their order if they had one."""
+    labels = data.items("only", int)
+    return tuple(labels) if data.get("in_order", bool) else frozenset(labels)
+
+
+def number_or_none(data: Section, key: str) -> float | None:
+    """None if it has not been worked out, NaN if there is none."""
+    if key not in data.values:
+        return None
+    number: float | None = data.get(key, float, type(None))
+    return math.nan if number is None else number
+
+
+def looked_at(data: Section) -> Looked:
+    """Where the user has looked closely."""
+    line, region = data.get("line", list, type(None)), data.get("region", list, type(None))
+    box = None
+    if region is not None:
+        (top, bottom), (left, right) = region
+        box = slice(int(top), int(bottom)), slice(int(left), int(right))
+    ends = None
+    if line is not None:
+        one, other = line
+        ends = _point(one), _point(other)
+    chains = tuple(tuple(map(_point, chain)) for chain in data.items("chains", list))
+    return Looked(ends, box, chains, data.get("reference", int))
+
+
+def _point(numbers: Any) -> tuple[float, float]:
+    x, y = numbers
+    return float(x), float(y)

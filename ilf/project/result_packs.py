@@ -10,18 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks import Block, Box
+from .._runtime.schema import Section, strict_json
+from ..data.blocks import Block, Box
+from ..data.parameters import BlockParameters, Parameters
+from ..data.results import BlockResult, CompactHistory, EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
-from ..filter.convergence import IterationRecord
-from ..filter.edge_aware.record import EdgeAwareRecord
-from ..filter.history import CompactHistory
-from ..filter.pass_band.record import PassBandRecord
-from ..outcomes import BlockResult, History
-from ..parameters import BlockParameters, Parameters
 from ..run.record import outcome_to_dict
 from ..run.record_file import parsed_outcome
-from ..sections import Section
-from .json_values import strict_json
 from .packing import MAX_UNPACKED, Npz, npz
 
 PACK_BYTES = 2**23

@@ -12,18 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ..camera import CameraIntrinsics
+from .._runtime.files import FileContent, read_file
+from ..data.camera import CameraIntrinsics
+from ..data.frame import FrameInputs, InputFile, RGBDFrame, TruthFile
 from ..errors import InputError
-from ..frame import FrameInputs, InputFile, RGBDFrame, TruthFile
-from ..io.depth_files import read_depth_values
+from ..io.companions import read_truth
+from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
-from ..io.files import FileContent, read_file
 from ..io.images import read_colour
-from ..io.poses import camera_pose
-from ..io.recorded import read_recorded
-from ..io.truth_files import read_truth
-from .parts import Parts
+from ..sources.poses import camera_pose
+from ..sources.recorded import read_recorded
+from .archive import Parts
 
 SOURCES = "sources/"
 

@@ -1,12 +1,128 @@
-"""The present results of a stored frame as a run and what came of it, to be exported, or made again."""
+"""What there is to tell of a project's frames without opening them."""
 
 from __future__ import annotations
 
-from ..outcomes import Completion, compose
-from ..run import Run
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from .._runtime.schema import Section
+from ..data.frame import InputFile
+from ..data.results import Completion, compose
+from ..errors import InputError
 from ..run.record import array_sha256
 from ..run.replaying import how_far
+from ..run.run import Run
+from ..sources.frame_source import FrameSource
+from .encoding import frame_part
+from .file import OpenedProject
 from .frame_state import FrameState
+from .project import ProjectFrame
+from .recorded import UNREADABLE, array_content, arrays_of, files_of, number_or_none, parsed_frame_part
+from .sources import ChangedSource, find_source, source_part
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """A kept run. Errors are root mean squares [m], NaN if there is none, None if it has not been worked out."""
+
+    number: int
+    name: str
+    how: str
+    blocks: int
+    seconds: float
+    note: str
+    truth_error: float | None
+    hidden_error: float | None
+    expected_error: float | None
+
+
+@dataclass(frozen=True)
+class FrameFacts:
+    """What a project has of a frame.
+
+    Attributes
+    ----------
+    frame : ProjectFrame
+    sources : dict of str to str
+        Path of every file that it is made of -> "embedded", "present", "changed" or "missing".
+    runs : tuple of RunFacts
+    size : int
+        Bytes of its own part and of the arrays that it refers to.
+    problems : tuple of str
+        What is damaged or cannot be found, a sentence each.
+    """
+
+    frame: ProjectFrame
+    sources: dict[str, str]
+    runs: tuple[RunFacts, ...] = ()
+    size: int = 0
+    problems: tuple[str, ...] = ()
+
+
+def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
+    """What the project has of a frame; all its parts and files are read for that, and checked by their hashes.
+
+    Parameters
+    ----------
+    opened : OpenedProject
+    frame : ProjectFrame
+    """
+    if not frame.has_state:
+        return FrameFacts(frame, {} if frame.source is None else _places(frame.source))
+    try:
+        content = opened.parts.read(frame_part(frame.id))
+        data, arrays, files = parsed_frame_part(content), arrays_of(content), files_of(content)
+        runs = tuple(_run_facts(Section("kept run", run)) for run in data.items("runs", dict))
+    except UNREADABLE as error:
+        problem = f"The work on this frame cannot be read: {error}"
+        return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
+    problems, size = [], len(content)
+    for name in sorted(arrays):
+        try:
+            size += len(array_content(opened.parts, name))
+        except InputError as error:
+            problems.append(str(error))
+    return FrameFacts(frame, dict(_found(opened, files)), runs, size, tuple(problems))
+
+
+def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
+    for file in files:
+        if not file.sha256:  # a recording
+            yield file.path, "missing" if opened.places.present(file) is None else "present"
+            continue
+        try:
+            find_source(file, opened.parts, opened.places)
+        except ChangedSource:
+            yield file.path, "changed"
+        except InputError:
+            yield file.path, "missing"
+        else:
+            embedded = source_part(file.sha256, file.path) in opened.parts.names()
+            yield file.path, "embedded" if embedded else "present"
+
+
+def _places(source: FrameSource) -> dict[str, str]:
+    """Of a frame that nobody has worked on, whose files' content is not known."""
+    paths = [path for path in (source.rgb, source.depth, source.truth, source.guide) if path is not None]
+    return {path: "present" if Path(path).exists() else "missing" for path in paths}
+
+
+def _run_facts(run: Section) -> RunFacts:
+    return RunFacts(
+        run.get("number", int),
+        run.get("name", str),
+        run.get("how", str),
+        len(run.get("done", list)),
+        run.get("seconds", float),
+        run.get("note", str),
+        number_or_none(run, "truth_error"),
+        number_or_none(run, "hidden_error"),
+        number_or_none(run, "expected_error"),
+    )
+
+
+# The present results of a stored frame as a run and what came of it, to be exported, or made again.
 
 
 def stored_run(state: FrameState) -> Run:
@@ -54,7 +170,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     Examples
     --------
     >>> import ilf
-    >>> from ilf.assets import asset_path
+    >>> from ilf._runtime.installation import asset_path
     >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
     >>> completion = run.complete()
     >>> state = FrameState("a1", run.frame, run.blocks, results=completion.results)

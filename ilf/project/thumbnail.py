@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..drawing.block_pictures import block_colour
+from ..drawing.blocks import block_colour
 from .frame_state import FrameState
 
 _LONGER_SIDE = 240
@@ -24,7 +24,7 @@ def thumbnail(state: FrameState) -> bytes:
 
     Examples
     --------
-    >>> from ilf.frame import RGBDFrame
+    >>> from ilf.data.frame import RGBDFrame
     >>> frame = RGBDFrame(np.zeros((30, 40, 3), np.uint8), np.full((30, 40), 2.0))
     >>> thumbnail(FrameState("a1", frame, np.ones((30, 40), np.int32)))[:2]
     b'\\xff\\xd8'

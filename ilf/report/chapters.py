@@ -3,30 +3,252 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..camera import camera_text
-from ..confidence import MEDIAN_NAME, RMS_NAME
-from ..declarations import ParameterSet, Value
-from ..filter.edge_aware.guiding import fit_guide
-from ..frame import InputFile
+from .._runtime.cancellation import stoppable
+from .._runtime.formatting import UNKNOWN, grouped, millimetres
+from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
+from ..completion.edge_aware.fitted_guide import fit_guide
+from ..data.camera import camera_text
+from ..data.declarations import ParameterSet, Value
+from ..data.frame import InputFile
+from ..data.parameters import BlockParameters, Parameters, in_words, likeness
+from ..data.results import Status, blocks_by_message
+from ..evaluation.evaluation import Judgement
 from ..io.encodings import encoding_of_inputs
-from ..number_words import grouped, millimetres
-from ..parameters import BlockParameters, Parameters
-from ..preset_words import likeness
-from ..run import ExportOptions, RunRecord, make_record
-from ..stopping import stoppable
-from .again import again_text
-from .content import Cell, Chapter, Column, Fact, Facts, Gallery, Image, Paragraph, Part, Section, Table
+from ..project.frame_state import own_values
+from ..run.options import ExportOptions
+from ..run.record import RunRecord, make_record
+from ..run.run import Run
+from .content import (
+    Cell,
+    Chapter,
+    Column,
+    Fact,
+    Facts,
+    Gallery,
+    Image,
+    Paragraph,
+    Part,
+    Section,
+    Subject,
+    Table,
+    Unreadable,
+)
 from .curves import MOST_CURVES, curve_blocks, curve_plots
 from .figures import ErrorFigures, Figures
-from .images import photo
-from .pictures import frame_pictures, thumbnail
-from .subject import Subject, Unreadable
-from .tables import EXPECTED, block_remarks, block_table, error_table, own_table, runs_table
+from .pictures import frame_pictures, photo, thumbnail
+
+# The tables of a frame: its blocks, how far off it is, the runs that were kept, own values.
+
+_WORDS = False
+RMSE = Column("RMSE [mm]", "Root mean square error: large errors count most")
+EXPECTED = Column(f"{RMS_NAME} [mm]", RMS_MEANING)
+
+NOT_RUN, OUTDATED = "not run", "values changed"
+
+
+def block_table(figures: Figures) -> Table:
+    """A row per block."""
+    subject, completion = figures.subject, figures.subject.completion
+    judged = figures.judged_by
+    columns = [
+        Column("no."),
+        Column("block", number=_WORDS),
+        Column("pixels"),
+        Column("missing", "Share of its pixels that had no depth"),
+        Column("filled", "Pixels that were missing and now have depth"),
+        Column("status", number=_WORDS),
+        Column("iterations"),
+        Column("sigma [mm]", "sigma_i of the last iteration: by how much it still changed the surface"),
+        EXPECTED,
+    ]
+    if judged:
+        columns.append(Column(f"RMSE, {judged} [mm]", f"Root mean square error of what was filled, by {judged}"))
+    rows = []
+    frame, blocks = subject.run.frame, subject.run.blocks
+    pixels = np.bincount(blocks.ravel())
+    known = np.bincount(blocks[~frame.missing], minlength=pixels.size)
+    for label in (np.flatnonzero(pixels[1:]) + 1).tolist():
+        result = completion.results.get(label)
+        cells = [
+            Cell(str(label)),
+            Cell(subject.name_of(label), subject.colour_of(label)),
+            Cell(grouped(int(pixels[label]))),
+            Cell(f"{1 - known[label] / pixels[label]:.1%}"),
+        ]
+        if result is None:
+            cells += [Cell(UNKNOWN), Cell(NOT_RUN), Cell(UNKNOWN), Cell(UNKNOWN), Cell(UNKNOWN)]
+        else:
+            outcome = result.outcome
+            outdated = not result.parameters.same_effect(subject.run.parameters_of(label))
+            cells += [
+                Cell(grouped(outcome.recovered)),
+                Cell(OUTDATED if outdated else str(outcome.status), about=outcome.message),
+                Cell(grouped(outcome.iterations)),
+                Cell(millimetres(outcome.sigma_i)),
+                Cell(millimetres(figures.expected_of(result))),
+            ]
+        if judged:
+            cells.append(Cell(millimetres(figures.by_block.get(label, Judgement()).rmse)))
+        rows.append(tuple(cells))
+    return Table(tuple(columns), tuple(rows))
+
+
+def block_remarks(subject: Subject) -> list[str]:
+    """What went wrong with single blocks, and what the table's words mean."""
+    wrong = [
+        outcome
+        for outcome in subject.completion.outcomes.values()
+        if outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT)
+    ]
+    remarks = [f"No. {', '.join(map(str, labels))}: {message}" for message, labels in blocks_by_message(wrong).items()]
+    run = subject.run
+    if any(
+        not result.parameters.same_effect(run.parameters_of(label))
+        for label, result in subject.completion.results.items()
+    ):
+        remarks.append(f"“{OUTDATED}”: the result is of other values than are set now.")
+    return remarks
+
+
+def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
+    """A row per judgement."""
+    columns = (
+        Column("judged", number=_WORDS),
+        Column("pixels", "That were compared"),
+        RMSE,
+        Column("MAE [mm]", "Mean absolute error"),
+        Column("median [mm]", "Half of the pixels are closer"),
+        Column("95 % [mm]", "95 % of the pixels are at least as close"),
+        Column("bias [mm]", "Mean error; positive where the depth is too large"),
+        Column("within", "Share whose error is within the expected error; about 68 % is as it should be"),
+        Column("filled", "Share of the pixels to be filled that were"),
+    )
+    rows = tuple(
+        (
+            Cell(one.name),
+            Cell(grouped(one.judgement.pixels)),
+            Cell(millimetres(one.judgement.rmse)),
+            Cell(millimetres(one.judgement.mae)),
+            Cell(millimetres(one.judgement.median)),
+            Cell(millimetres(one.p95)),
+            Cell(millimetres(one.judgement.bias)),
+            Cell(share(one.judgement.within)),
+            Cell(share(one.coverage)),
+        )
+        for one in errors
+    )
+    return Table(columns, rows)
+
+
+def own_table(subject: Subject) -> Table | None:
+    """Blocks that have values of their own; None if there are none."""
+    run = subject.run
+    own = {label: own_values(parameters, run.parameters) for label, parameters in sorted(run.own.items())}
+    rows = tuple(
+        (Cell(str(label)), Cell(subject.name_of(label), subject.colour_of(label)), Cell("; ".join(in_words(values))))
+        for label, values in own.items()
+        if values
+    )
+    columns = Column("no."), Column("block", number=_WORDS), Column("values of its own", number=_WORDS)
+    return Table(columns, rows) if rows else None
+
+
+def runs_table(subject: Subject) -> Table:
+    """A row per kept run."""
+    columns = (
+        Column("no."),
+        Column("run", number=_WORDS),
+        Column("when", number=_WORDS),
+        Column("values", number=_WORDS),
+        Column("blocks", "Blocks that it has run"),
+        Column("iterations"),
+        Column("time [s]"),
+        Column("filled", "Pixels that its blocks have filled"),
+        EXPECTED,
+        Column("truth [mm]", "Root mean square error against the truth"),
+        Column("hidden [mm]", "Root mean square error on hidden depth"),
+        Column("note", number=_WORDS),
+    )
+    rows = tuple(
+        (
+            Cell(str(kept.number)),
+            Cell(kept.name if kept.how == "finished" else f"{kept.name} ({kept.how})", kept.colour),
+            Cell(f"{kept.when:%Y-%m-%d %H:%M}"),
+            Cell(likeness(kept.run.parameters).text()),
+            Cell(str(len(kept.done))),
+            Cell(grouped(kept.iterations)),
+            Cell(f"{kept.seconds:.1f}"),
+            Cell(grouped(kept.recovered)),
+            Cell(_or_unknown(kept.expected_error)),
+            Cell(_or_unknown(kept.truth_error)),
+            Cell(_or_unknown(kept.hidden_error)),
+            Cell(kept.note),
+        )
+        for kept in subject.kept
+    )
+    return Table(columns, rows)
+
+
+def share(value: float | None) -> str:
+    """A share in per cent; a dash for none."""
+    return UNKNOWN if value is None or not math.isfinite(value) else f"{value:.1%}"
+
+
+def _or_unknown(metres: float | None) -> str:
+    return UNKNOWN if metres is None else millimetres(metres)
+
+
+# How a run can be had again, as a command where one says it all.
+
+
+def again_text(run: Run) -> tuple[str, str]:
+    """A sentence, and the command line that makes the run again; the latter is empty where no flags can say it.
+
+    Parameters
+    ----------
+    run : Run
+    """
+    inputs, frame = run.frame.inputs, run.frame
+    if inputs is None:
+        return "The frame was not read from files, so no command makes it again.", ""
+    by_hand = run.edited or run.own or frame.distrusted is not None or run.drawn is not None
+    if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
+        return (
+            "Blocks, values or depth were set by hand. Export the frame: its run.json makes the run again.",
+            "ilf complete --replay run.json",
+        )
+    nearest = likeness(run.parameters)
+    encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
+    files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
+    words = ["ilf", "complete", *files, "--depth-encoding", encoding]
+    if inputs.invalid is not None:
+        words += ["--invalid", f"{inputs.invalid:.9g}"]
+    if inputs.intrinsics is not None:
+        words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
+    if frame.guide is not None and frame.guide.path is not None:
+        words += ["--guide", frame.guide.path]
+    words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
+    words += _flags(run.extraction, run.extraction.unlike(BlockParameters()), "blocks-")
+    words += ["--dense"] * run.dense
+    return "This command makes the run again; its run.json holds all hashes.", shlex.join(words)
+
+
+def _flags(values: ParameterSet, differing: Mapping[str, Value], prefix: str = "") -> list[str]:
+    flags = []
+    for name in filter(values.matters, differing):
+        flag, value = f"{prefix}{name.replace('_', '-')}", differing[name]
+        if isinstance(value, bool):
+            flags.append(f"--{flag}" if value else f"--no-{flag}")
+        else:
+            flags += [f"--{flag}", str(value)]
+    return flags
+
 
 INDEX = "frames"
 _THUMBNAIL, _THUMBNAIL_QUALITY = 240, 70

@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import ErrorSummary, error_summary, expected_error, summarised
-from ..judgement import HiddenResult, Judgement, judge_blocks, judge_completion
-from ..outcomes import BlockResult, Completion
-from .subject import Subject
+from ..completion.confidence.expected_error import ErrorSummary, error_summary, expected_error, summarised
+from ..data.results import BlockResult, Completion
+from ..evaluation.evaluation import Judgement, judge_blocks, judge_completion
+from ..evaluation.hold_out import HiddenResult
+from .content import Subject
 
 
 @dataclass(frozen=True)

@@ -2,27 +2,113 @@
 
 from __future__ import annotations
 
+import io
+import math
 from collections.abc import Iterator
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image as Pillow
 
-from ..drawing.colour_tables import MISSING, Colour, depth_colours, difference_colours, error_colours
-from ..drawing.inner_points import inner_points
-from ..drawing.levels import (
+from .._runtime.cancellation import stoppable
+from ..data.frame import RGBDFrame
+from ..drawing.blocks import inner_points
+from ..drawing.colours import (
+    MISSING,
+    Colour,
+    depth_colours,
+    difference_colours,
+    error_colours,
     log_indices,
     robust_depth_levels,
     robust_difference_level,
     robust_error_levels,
     to_indices,
 )
-from ..stopping import stoppable
-from .content import ColourBar, Legend, Mark, Picture
+from .content import ColourBar, Image, Legend, Mark, Picture, ScaleBar, Subject
 from .figures import Figures
-from .images import by_table, colour_bar, photo, shrunk, shrunk_shape
-from .scale import scale_bar
-from .subject import Subject
+
+# Arrays to encoded images of a sensible size.
+
+_QUALITY = 85
+_BAR_PIXELS = 255
+
+
+def photo(rgb: NDArray[np.uint8], quality: int = _QUALITY) -> Image:
+    """A colour image, uint8 (H, W, 3), as JPEG."""
+    buffer = io.BytesIO()
+    Pillow.fromarray(rgb).save(buffer, "JPEG", quality=quality, optimize=True)
+    return Image(buffer.getvalue(), "jpeg", rgb.shape[1], rgb.shape[0])
+
+
+def by_table(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
+    """Indices, uint8 (H, W), to a lookup table, uint8 (256, 3), as PNG without loss."""
+    picture = Pillow.fromarray(indices)
+    picture.putpalette(table.tobytes())
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG", optimize=True)
+    return Image(buffer.getvalue(), "png", indices.shape[1], indices.shape[0])
+
+
+def colour_bar(table: NDArray[np.uint8], ticks: tuple[str, str, str]) -> ColourBar:
+    """The colours of a lookup table, without that of missing values."""
+    row = np.arange(1, _BAR_PIXELS + 1, dtype=np.uint8)[None]
+    return ColourBar(by_table(row, table), ticks)
+
+
+def shrunk_shape(shape: tuple[int, int], most: int) -> tuple[int, int]:
+    """Height and width of a picture that is `most` pixels wide or high at most."""
+    factor = min(1.0, most / max(shape))
+    return max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1)
+
+
+def shrunk(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -> NDArray[Any]:
+    """An array of pixels at another size: by the nearest, or averaged over what falls into one."""
+    if values.shape[:2] == shape:
+        return values
+    how = cv2.INTER_AREA if smooth else cv2.INTER_NEAREST
+    return np.asarray(cv2.resize(values, shape[::-1], interpolation=how))
+
+
+# The scale bar of a frame's pictures: a round length, at the depth at which it holds.
+
+_LARGEST_SHARE = 0.3
+
+
+def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> ScaleBar:
+    """A round length of at most 30 % of the picture's width: in metres where the camera is known, else in pixels.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    depth : ndarray of float, shape (H, W)
+        Depth [m], NaN = missing; the bar holds at its median.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((30, 640, 3), np.uint8), np.full((30, 640), 2.0))
+    >>> scale_bar(frame, frame.depth)
+    ScaleBar(share=0.15625, text='100 px')
+    """
+    width = frame.shape[1]
+    if frame.intrinsics is None:
+        pixels = _round_down(_LARGEST_SHARE * width)
+        return ScaleBar(pixels / width, f"{pixels:g} px")
+    median = float(np.nanmedian(depth))
+    across = width * median / frame.intrinsics.fx
+    metres = _round_down(_LARGEST_SHARE * across)
+    length = f"{metres:g} m" if metres >= 1 else f"{1000 * metres:g} mm" if metres < 0.01 else f"{100 * metres:g} cm"
+    return ScaleBar(metres / across, f"{length} at {median:.2f} m depth")
+
+
+def _round_down(value: float) -> float:
+    """The next smaller 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(step * power for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
+
 
 _NO_DEPTH = Legend(MISSING, "no depth")
 _LEAST_ROOM = 0.011

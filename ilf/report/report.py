@@ -7,15 +7,14 @@ import os
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+from .._runtime.files import write_bytes
 from ..errors import InputError
-from ..io.atomic import write_bytes
-from ..judgement import HiddenResult, HiddenTest, Step, hidden_steps
-from ..judgement.step import part_of, run_out
+from ..evaluation.evaluation import Step, part_of, run_out
+from ..evaluation.hold_out import HiddenResult, HiddenTest, hidden_steps
 from .chapters import Entry, frame_chapter, index_chapter, index_entry, unreadable_chapter
-from .content import Chapter, Report
+from .content import Chapter, Report, Subject, Unreadable
 from .figures import Figures
 from .page import page
-from .subject import Subject, Unreadable
 
 _MOST_PIXELS, _MOST_PIXELS_OF_MANY = 1024, 640
 

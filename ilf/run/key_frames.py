@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks import Block
-from ..completion import Watch, block_depth
-from ..filter.convergence import IterationRecord
-from ..filter.snapshot import Snapshot
-from ..filter.stepper import Stepper
-from ..frame import RGBDFrame
-from ..parameters import Parameters
+from ..completion.completion import Watch, block_depth
+from ..completion.filter import Stepper
+from ..completion.snapshot import Snapshot
+from ..data.blocks import Block
+from ..data.frame import RGBDFrame
+from ..data.parameters import Parameters
+from ..data.results import IterationRecord
 from .run import Run
 
 BUDGET = 64 * 2**20

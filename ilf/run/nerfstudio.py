@@ -12,22 +12,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..camera import CameraIntrinsics
+from .._runtime.files import read_file, write_bytes
+from .._runtime.formatting import counted
+from ..data.camera import CameraIntrinsics
 from ..errors import ExportError, InputError, cause
-from ..io import frame_folder, read_depth_values, write_depth
-from ..io.atomic import write_bytes
+from ..io.depth import read_depth_values, write_depth
 from ..io.depth_reading import read_depth
-from ..io.files import read_file
 from ..io.images import encode_image, read_colour
-from ..io.label_files import read_mask
-from ..io.poses import OF_OPENGL
-from ..io.recordings import is_recording, opened
-from ..number_words import counted
+from ..io.labels import read_mask
+from ..sources.frames import frame_folder
+from ..sources.opening import is_recording, opened
+from ..sources.pairing import natural
+from ..sources.poses import OF_OPENGL
 from .options import ERROR_FILES, RECORD_FILE, UNVOUCHED_FILE
 from .record import RunRecord
 from .record_file import read_record
-from .result_folders import result_folders
 from .writing import Written
+
+# Where results lie, in a folder that a user names.
+
+
+def result_folders(path: str | os.PathLike[str]) -> list[Path]:
+    """A folder of a result, or those in it, by name; InputError if there are none."""
+    root = Path(path).absolute()
+    if (root / RECORD_FILE).is_file():
+        return [root]
+    try:
+        inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
+        found = sorted(inside, key=lambda inner: natural(inner.name))
+    except OSError as error:
+        raise InputError(f"{root}: cannot be read ({cause(error)}). Name a folder of results.") from error
+    if not found:
+        raise InputError(f"{root} holds no results: neither it nor a folder in it has a {RECORD_FILE}.")
+    return found
+
 
 TRANSFORMS_FILE = "transforms.json"
 

@@ -6,9 +6,9 @@ import math
 import re
 from dataclasses import dataclass
 
-from ..cloud import AXES
+from ..data.points import AXES
 from ..errors import ParameterError
-from ..io.columns import UNITS_PER_METRE
+from ..io.clouds import UNITS_PER_METRE
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"

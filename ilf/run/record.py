@@ -13,16 +13,67 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frame import FrameInputs
-from ..guide import Guide
-from ..models import CORRECTION
-from ..outcomes import BlockOutcome, Completion
-from ..parameters import BlockParameters, Parameters, preset
-from ..version import __version__
-from .machine import library_versions, processor
-from .networks import asked_networks, used_network
+from .._runtime.installation import __version__
+from .._runtime.machine import library_versions, processor
+from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
+from ..completion.correction import load_correction_network
+from ..data.frame import FrameInputs
+from ..data.guide import Guide
+from ..data.parameters import BlockParameters, Parameters, preset
+from ..data.results import BlockOutcome, Completion
+from ..errors import InputError
+from ..segmentation.edges.depth_edges import DepthEdgeNetwork
+from ..segmentation.edges.detectors import load_model
 from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
 from .run import Run
+
+# Which network had a part in a run, by name.
+
+Asked = tuple[str, ...]
+"""Names of networks: the one that is asked for, and the one that stands in where that does not work."""
+
+
+def asked_networks(detector: str, model: str) -> Asked:
+    """The networks that edges may come from.
+
+    Parameters
+    ----------
+    detector : str
+        `BlockParameters.detector` or `Parameters.edges`.
+    model : str
+        The network of contours that is chosen beside it.
+
+    Examples
+    --------
+    >>> asked_networks("rgbd", "edges"), asked_networks("combined", "mine"), asked_networks("canny", "edges")
+    (('depth-edges', 'edges'), ('mine',), ())
+    """
+    return {"canny": (), "rgbd": (DEPTH_EDGES, model)}.get(detector, (model,))
+
+
+def used_network(sha256: str | None, asked: Asked) -> dict[str, str]:
+    """Name -> SHA-256 of the network that was used: of those asked for the one that has that very file, else the first;
+    empty if none was."""
+    if sha256 is None or not asked:
+        return {}
+    return {next((name for name in asked[1:] if present_sha256(name) == sha256), asked[0]): sha256}
+
+
+def present_sha256(name: str) -> str | None:
+    """SHA-256 of the network of a name as it is now; None if there is none that works.
+
+    Raises
+    ------
+    InstallationError
+        If no network can be read here.
+    """
+    try:
+        if name == CORRECTION:
+            return load_correction_network().sha256
+        return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
+    except InputError:
+        return None
+
 
 PROGRAM = "ilf-studio"
 

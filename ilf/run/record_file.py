@@ -7,14 +7,14 @@ import math
 import os
 from pathlib import Path
 
-from ..camera import checked_motion
+from .._runtime.files import read_json
+from .._runtime.schema import Section, is_plain
+from ..data.camera import checked_motion
+from ..data.frame import FrameInputs, InputFile, TruthFile
+from ..data.parameters import BlockParameters, Parameters
+from ..data.results import BlockOutcome, Status
 from ..errors import FormatError, InputError, ParameterError
-from ..frame import FrameInputs, InputFile, TruthFile
 from ..io.encodings import encoding_of
-from ..io.files import read_json
-from ..outcomes import BlockOutcome, Status
-from ..parameters import BlockParameters, Parameters
-from ..sections import Section, is_plain
 from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, OUTSIDE_FILE, ExportOptions
 from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 

@@ -11,15 +11,17 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks import checked_drawn, checked_labels
-from ..completion import CompletionRun, Watch
-from ..dense import guess_steps
-from ..ebs import found_blocks
-from ..filter.convergence import IterationRecord
-from ..frame import RGBDFrame, checked_frame
-from ..masks import fixed
-from ..outcomes import Completion, Progress, compose
-from ..parameters import BlockParameters, Parameters, as_parameters, preset
+from ..completion.completion import CompletionRun, Watch
+from ..completion.extrapolation import guess_steps
+from ..data.blocks import checked_drawn, checked_labels
+from ..data.frame import RGBDFrame, checked_frame, fixed
+from ..data.parameters import BlockParameters, Parameters, as_parameters, preset
+from ..data.results import Completion, IterationRecord, Progress, compose
+from ..errors import InputError
+from ..io.block_files import read_blocks
+from ..io.labels import LoadedBlocks, read_mask
+from ..segmentation.extraction import forget_stages, found_blocks
+from ..segmentation.reextraction import gaps_filled
 
 GUESS = 0
 """What stands for a block's label in the `Progress` of the guess."""
@@ -64,7 +66,7 @@ class Run:
 
     Examples
     --------
-    >>> from ilf.assets import asset_path
+    >>> from ilf._runtime.installation import asset_path
     >>> import ilf
     >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
     >>> completion = run.complete()
@@ -136,7 +138,7 @@ class Run:
         threads : int, optional
             Blocks that run at the same time; as many as there are cores if left out. The result is the same.
         watch : callable, optional
-            Called after every iteration of a block, in the thread that made it; see `ilf.completion.CompletionRun`.
+            Called after every iteration of a block, in the thread that made it; see `CompletionRun`.
         """
         return RunSteps(self, threads, watch)
 
@@ -172,7 +174,7 @@ class RunSteps(CompletionRun):
     run : Run
     threads : int, optional
     watch : callable, optional
-        As for `ilf.completion.CompletionRun`.
+        As for `ilf.completion.completion.CompletionRun`.
     """
 
     def __init__(self, run: Run, threads: int | None = None, watch: Watch | None = None) -> None:
@@ -196,3 +198,74 @@ class RunSteps(CompletionRun):
         self._dense = yield from guess_steps(
             self._run.frame, self.completion(), self._run.extraction, self._run.parameters.outside_view
         )
+
+
+# How runs are made of frames, whichever: parameters, and the blocks that are given or extracted.
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """All that makes a `Run` of a frame.
+
+    Parameters
+    ----------
+    parameters : Parameters or str
+        Or the name of a preset; the preset "best" if left out.
+    extraction : BlockParameters
+        The defaults if left out.
+    dense : bool
+        Whether the depth that is still missing after the blocks is guessed.
+    blocks : str, optional
+        Path of blocks that are taken as they are (`ilf.io.read_blocks`); they are extracted if left out.
+    fill_gaps : bool
+        Whether blocks are extracted where none is given.
+    drawn : str, optional
+        Path of the mask of pixels whose border was drawn by hand.
+    """
+
+    parameters: Parameters = field(default_factory=preset)
+    extraction: BlockParameters = field(default_factory=BlockParameters)
+    dense: bool = False
+    blocks: str | None = None
+    fill_gaps: bool = False
+    drawn: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", as_parameters(self.parameters))
+
+    def run_of(self, frame: RGBDFrame) -> Run:
+        """The run of a frame. What only other extractions of it would need is not remembered.
+
+        Raises
+        ------
+        InputError
+            If a file that is named cannot be read or does not fit the frame, or there are no blocks.
+        """
+        given = self._given(frame)
+        drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
+        if given is None or self.fill_gaps:
+            found = found_blocks(frame, self.extraction)
+            forget_stages(frame)
+            run = Run(
+                frame,
+                found.blocks if given is None else gaps_filled(given.labels, found.blocks, self.extraction),
+                self.parameters,
+                dense=self.dense,
+                extraction=self.extraction,
+                edited=self.fill_gaps,
+                network=found.network,
+                notes=found.notes if given is None else given.notes + found.notes,
+                drawn=drawn,
+            )
+            way_out = "Lower min_size or min_known_share of the extraction, or give blocks."
+        else:
+            run = Run(frame, given.labels, self.parameters, dense=self.dense, notes=given.notes, drawn=drawn)
+            way_out = f"{self.blocks} holds none: give a file with blocks, or have its gaps filled."
+        if not run.blocks.any():
+            raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
+        return run
+
+    def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:
+        if self.blocks is None:
+            return None
+        return read_blocks(self.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)

@@ -4,26 +4,36 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import expected_error, unvouched, usual_notes
-from ..errors import ExportError, IlfError
-from ..frame import FrameInputs, RGBDFrame
-from ..io import META_NAME, coarser_units, write_depth, write_expected_error, write_labels, write_mask
-from ..io.atomic import write_bytes
-from ..io.files import file_sha256, read_json
-from ..io.guide_files import write_guide
+from .._runtime.cancellation import check_stopped
+from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.staging import move_in, staging
+from ..completion.confidence.expected_error import expected_error, unvouched
+from ..completion.confidence.features import usual_notes
+from ..data.frame import FrameInputs, RGBDFrame
+from ..data.points import in_world, point_cloud
+from ..data.results import Completion, EdgeAwareRecord, IterationRecord, PassBandRecord
+from ..data.surface import flying_points, surface_mesh, surface_normals
+from ..errors import ExportError, IlfError, InputError
+from ..io.clouds import write_cloud
+from ..io.companions import write_guide
+from ..io.depth import coarser_units, write_depth, write_expected_error
 from ..io.images import encode_image
-from ..outcomes import Completion
-from ..stopping import check_stopped
-from .curve_files import write_curves
+from ..io.labels import write_labels, write_mask
+from ..io.meshes import write_mesh
+from ..io.tables import write_csv
+from ..sources.frames import META_NAME
 from .options import (
+    CLOUD_FILES,
     COLOUR_FILE,
     CURVES_FILE,
     DEPTH_FILES,
@@ -33,15 +43,147 @@ from .options import (
     GUESSED_FILE,
     GUIDE_FILE,
     LABELS_FILE,
+    MESH_FILES,
     OUTSIDE_FILE,
     RECORD_FILE,
     UNVOUCHED_FILE,
+    WORLD,
     ExportOptions,
 )
 from .record import PROGRAM, make_record, to_json
 from .run import Run
-from .space_files import check_space, write_space
-from .staging import move_in, staging
+
+# Convergence curves as CSV.
+
+CURVE_COLUMNS = (
+    "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
+    "cell_px", "round", "error_m",
+)  # fmt: skip
+"""r_y, r_x and weighted are of the filter "ideal", cell_px and round of "edge-aware"; the other's cells are empty."""
+
+
+def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
+    """Write the record of every iteration, block after block, atomically.
+
+    Floats keep every digit, and seconds are left out: the same run gives the same file. The cell of an error that there
+    are no pixels for is empty.
+
+    Parameters
+    ----------
+    path : path-like
+    history : mapping
+        Label -> records, as in `Completion.history`.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written.
+    """
+    lines = ({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
+    write_csv(path, [CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)])
+
+
+def _cells(record: IterationRecord) -> dict[str, object]:
+    """Column -> what stands in it."""
+    cells: dict[str, object] = {
+        "i": record.i,
+        "stage": record.stage,
+        "sigma_i_m": _digits(record.sigma_i),
+        "l1_m": _digits(record.l1),
+    }
+    errors = {"residual_m": record.residual, "held_out_m": record.held_out, "error_m": record.error}
+    cells |= {name: _digits(error) for name, error in errors.items() if not math.isnan(error)}
+    if isinstance(record, PassBandRecord):
+        r_y, r_x = record.radii
+        cells |= {"r_y": _digits(r_y), "r_x": _digits(r_x), "weighted": int(record.weighted)}
+    elif isinstance(record, EdgeAwareRecord):
+        cells |= {"cell_px": record.cell, "round": record.round}
+    return cells
+
+
+def _digits(value: float) -> str:
+    return repr(float(value))
+
+
+# Point cloud and mesh of a run's result, with what is known of every point.
+
+
+def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
+    """Raise InputError if a cloud or a mesh is asked for of a frame without intrinsics, or in the world without a
+    pose."""
+    if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
+        raise InputError("Where the camera was is not known of this frame: choose other axes than those of the world.")
+    if frame.intrinsics is None and (options.cloud or options.mesh):
+        raise InputError(
+            f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
+            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave it out."
+        )
+
+
+def write_space(
+    folder: Path,
+    run: Run,
+    completion: Completion,
+    options: ExportOptions,
+    error: NDArray[np.float32] | None,
+    doubtful: NDArray[np.bool_] | None,
+) -> list[str]:
+    """Write the cloud and the mesh that are chosen; returns notes.
+
+    Parameters
+    ----------
+    folder : Path
+    run, completion, options
+        As `write` takes them; the frame's camera is known.
+    error, doubtful : ndarray, optional
+        Expected error [m] and what nothing vouches for, both (H, W), if they are to be told of every point.
+    """
+    camera, depth, rgb = run.frame.intrinsics, completion.depth, run.frame.rgb
+    if camera is None or not (options.cloud or options.mesh):
+        return []
+    notes = []
+    only = ~flying_points(depth, camera) if options.drop_flying else None
+    if only is not None and (count := np.count_nonzero(~only)):
+        notes.append(f"Left out of cloud and mesh: {count} points in mid-air. The depth files have them.")
+    if options.normals and options.cloud in {"xyz", "xyzrgb"}:
+        notes.append(f"{CLOUD_FILES[options.cloud]} has no place for normals: choose PLY or PCD.")
+    known: dict[str, Any] = {
+        "only": only,
+        "normals": surface_normals(depth, camera) if options.normals else None,
+        "scalars": _scalars(run, completion, error, doubtful),
+    }
+    pose = run.frame.pose if options.axes == WORLD else None
+    axes = options.axes if pose is None else "camera"
+    if options.cloud is not None:
+        cloud = point_cloud(depth, rgb, camera, **known)
+        if pose is not None:
+            cloud = in_world(cloud, pose)
+        path = folder / CLOUD_FILES[options.cloud]
+        write_cloud(path, cloud, axes=axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
+        del cloud  # a mesh is as large
+        check_stopped()
+    if options.mesh is not None:
+        mesh = surface_mesh(depth, rgb, camera, **known)
+        check_stopped()
+        if pose is not None and options.mesh != "glb":
+            mesh = replace(mesh, vertices=in_world(mesh.vertices, pose))
+        write_mesh(folder / MESH_FILES[options.mesh], mesh, axes=axes, unit=options.cloud_unit)
+    return notes
+
+
+def _scalars(
+    run: Run, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
+) -> dict[str, NDArray[Any]]:
+    """What is known of every pixel beside where it is."""
+    scalars: dict[str, NDArray[Any]] = {}
+    if error is not None:
+        scalars["expected_error"] = error
+    scalars["filled"] = completion.filled
+    scalars["block"] = run.blocks
+    if doubtful is not None:
+        scalars["unvouched"] = doubtful
+    return scalars
+
 
 _PREFERRED = ("npy", "tiff", "png")
 """Depth formats in which the folder is opened again as a frame, the one that loses least first."""
@@ -121,7 +263,7 @@ def write(
     Examples
     --------
     >>> import tempfile, ilf
-    >>> from ilf.assets import asset_path
+    >>> from ilf._runtime.installation import asset_path
     >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     written = ilf.write(folder, run, run.complete())

@@ -1,5 +1,1 @@
-"""Recordings and data sets behind one interface: `open_source`."""
-
-from .source import Calibration, Source, open_source
-
-__all__ = ["Calibration", "Source", "open_source"]
+"""Where frames come from: folders, data sets, recordings and cameras, behind one interface."""

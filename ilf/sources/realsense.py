@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import CameraIntrinsics
+from .._runtime.installation import load_libusb, optional
+from ..data.camera import CameraIntrinsics
+from ..data.frame import RGBDFrame
 from ..errors import InputError
-from ..extras import load_libusb, optional
-from ..frame import RGBDFrame
-from ..registration import Camera, RawPair, register
+from .registration import Camera, RawPair, register
 
 SETTLING = 30
 """Frames until exposure and white balance have settled."""

@@ -11,16 +11,18 @@ from typing import Literal, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import CameraIntrinsics
+from ..data.camera import CameraIntrinsics
+from ..data.frame import RGBDFrame
 from ..errors import InputError
-from ..frame import RGBDFrame
-from ..io import Listing, frame_folder, list_frames
-from ..io.camera_files import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
-from ..io.frame_source import FrameSource
-from ..io.recordings import Cameras, Topics, opened
-from ..io.time_lists import MOST_APART_S
-from ..registration import RawPair
+from .frame_source import FrameSource
+from .frames import frame_folder
+from .listing import Listing, list_frames
+from .opening import opened
+from .recording import Cameras, Topics
+from .registration import RawPair
+from .times import MOST_APART_S
 
 _ONE_CAMERA_NOTE = (
     "How the depth camera stands to the colour camera is not known: both are taken for one, and edges of both may lie "
@@ -220,7 +222,7 @@ def open_source(
 
     Examples
     --------
-    >>> from ilf.assets import asset_path
+    >>> from ilf._runtime.installation import asset_path
     >>> source = open_source(asset_path("samples"))
     >>> len(source), source.keys, source.calibration("room").colour.fx, source.read("room").shape
     (1, ('room',), 525.0, (480, 640))

@@ -22,12 +22,12 @@ import cv2
 import numpy as np
 from PySide6.QtWidgets import QApplication
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.project.recorder import Recorder
-from ilf.assets import asset_path
-from ilf.ebs.edit import brush_stroke, paint
-from ilf.io import load_frame
-from ilf.io.frame_source import FrameSource
+from ilf._runtime.installation import asset_path
+from ilf.segmentation.editing.painting import brush_stroke, paint
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
 
 from .waiting import pause, wait
 

@@ -24,8 +24,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import ilf
-from ilf.batch import BatchSettings, frames_of_sources, named_frames, open_batch
-from ilf.batch.settings import write_settings
+from ilf.batch.batch import open_batch
+from ilf.batch.frames import frames_of_sources, named_frames
+from ilf.batch.settings import BatchSettings, write_settings
 from tests.ilf.batch_frames import Deadly, contents, write_frames
 
 ILF = [sys.executable, "-m", "ilf"]

@@ -25,19 +25,20 @@ import numpy as np
 from PySide6.QtCore import QCoreApplication
 
 import ilf
-from gui.report.job import write_steps
-from gui.work.worker import Worker
-from ilf.assets import asset_path
-from ilf.completion import CompletionRun
-from ilf.confidence import expected_error
-from ilf.dense import guess_steps
-from ilf.ebs.following import follow
-from ilf.io.frame_folders import write_frame
-from ilf.outcomes import compose
-from ilf.report import ReportOptions, Subject
-from ilf.run import ExportOptions
-from ilf.stopping import heed, stoppable
-from ilf.suspicion import suspicious_places
+from gui.features.report.feature import write_steps
+from gui.work.jobs import Worker
+from ilf._runtime.cancellation import heed, stoppable
+from ilf._runtime.installation import asset_path
+from ilf.completion.completion import CompletionRun
+from ilf.completion.confidence.expected_error import expected_error
+from ilf.completion.extrapolation import guess_steps
+from ilf.data.results import compose
+from ilf.evaluation.quality.ranking import suspicious_places
+from ilf.report.content import Subject
+from ilf.report.report import ReportOptions
+from ilf.run.options import ExportOptions
+from ilf.segmentation.propagation.propagate import follow
+from ilf.sources.frames import write_frame
 
 from .waiting import pause, wait
 

@@ -18,11 +18,11 @@ import numpy as np
 from PySide6.QtWidgets import QApplication
 
 import ilf
-from gui import theme
-from gui.carrying.part import CarryingPart
+from gui.base import theme
+from gui.features.propagation.feature import CarryingPart
 from gui.state.entries import Entry
-from ilf.assets import asset_path
-from ilf.io.frame_source import FrameSource
+from ilf._runtime.installation import asset_path
+from ilf.sources.frame_source import FrameSource
 
 from .responsive import Heart, new_window
 from .waiting import pause, wait

@@ -26,11 +26,11 @@ os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from gui import theme
-from gui.batch.part import BatchPart
-from gui.faults import leave
-from gui.main_window import MainWindow
-from ilf.run import ExportOptions
+from gui.app.faults import leave
+from gui.app.main_window import MainWindow
+from gui.base import theme
+from gui.features.batch.feature import BatchPart
+from ilf.run.options import ExportOptions
 
 from .responsive import new_window, open_frame, sample
 from .waiting import wait

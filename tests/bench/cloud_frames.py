@@ -17,11 +17,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 import ilf
-from gui.cloud.cloud_view import CloudView
-from gui.cloud.colouring import ColourBy
-from gui.cloud.drawing import REST_MS
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.state.session import Session
+from gui.views.cloud.cloud_view import CloudView
+from gui.views.cloud.colouring import ColourBy
+from gui.views.cloud.drawing import REST_MS
 
 FRAMES = (640, 480), (1280, 720), (1920, 1080)
 VIEWS = (660, 560), (1320, 760), (2560, 1400)

@@ -19,17 +19,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.assets import asset_path
-from ilf.bench import find_frames, load_bench_frame
-from ilf.edges.depth_features import filled_log_depth
-from ilf.edges.depth_network import DepthEdgeNetwork
-from ilf.edges.network import load_model
-from ilf.edges.relief import filled_depth, find_relief
-from ilf.edges.training.depth_edges.measures import LineScore
-from ilf.edges.training.depth_edges.pictures import PictureFolder, less_known, read_picture
-from ilf.judgement.hiding import frame_without, hidden_pixels
-from ilf.models import BUNDLED
-from ilf.parameters import BlockParameters
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks.models import BUNDLED
+from ilf.data.parameters import BlockParameters
+from ilf.evaluation.hold_out import frame_without, hidden_pixels
+from ilf.lab.bench.frames import find_frames, load_bench_frame
+from ilf.lab.training.depth_edges.lesson import LineScore
+from ilf.lab.training.depth_edges.pictures import PictureFolder, less_known, read_picture
+from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork, filled_log_depth
+from ilf.segmentation.edges.detectors import load_model
+from ilf.segmentation.edges.relief import filled_depth, find_relief
 
 TOLERANCES = (1, 2, 4)
 """How far lines may be off [px]; colour and depth of real frames are often some pixels apart."""

@@ -16,18 +16,17 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.bench import BenchFrame, find_frames, load_bench_frame, make_task
-from ilf.bench.peers.interpolation import nearest
 from ilf.cli.parsing import value_from
-from ilf.completion import complete
-from ilf.ebs import extract
-from ilf.edges import FrameEdges, find_edges
-from ilf.edges.depth_network import DepthEdgeNetwork
-from ilf.edges.frame_edges import relief_of
-from ilf.edges.joining import joined
-from ilf.edges.relief import find_relief
-from ilf.frame import RGBDFrame
-from ilf.parameters import PAPER_BLOCKS, BlockParameters, Parameters, preset
+from ilf.completion.completion import complete
+from ilf.completion.interpolation import nearest
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import PAPER_BLOCKS, BlockParameters, Parameters, preset
+from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
+from ilf.lab.bench.patterns import make_task
+from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
+from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges, joined, relief_of
+from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.extraction import extract
 
 Array = NDArray[np.float32]
 
@@ -92,7 +91,7 @@ def errors(source: BenchFrame, ways: Mapping[str, Way], pattern: str, seed: int)
     found = {}
     for name, way in ways.items():
         labels = extract(frame, way.blocks).blocks
-        with patch("ilf.filter.stepper.find_edges", return_value=way.edges(seen)):
+        with patch("ilf.completion.filter.find_edges", return_value=way.edges(seen)):
             depth = complete(frame, labels, preset(**way.changes)).depth
         off = np.where(np.isfinite(depth), depth, fallback)[task.scored].astype(np.float64) - task.truth[task.scored]
         found[name] = float(np.sqrt(np.mean(off**2))), float(np.mean(np.abs(off)))
@@ -117,7 +116,7 @@ def main() -> None:
     ways |= {name: replace(WAYS[name], changes=changes) for name in arguments.ways if name != BEFORE}
     ratios: dict[str, list[tuple[float, float]]] = {name: [] for name in ways}
     network = arguments.network and DepthEdgeNetwork.load(arguments.network)
-    with patch("ilf.edges.frame_edges.load_depth_network", lambda: network) if network else patch.dict({}):
+    with patch("ilf.segmentation.edges.frame_edges.load_depth_network", lambda: network) if network else patch.dict({}):
         for folder in find_frames(arguments.frames):
             source = load_bench_frame(folder)
             for seed in arguments.seeds:

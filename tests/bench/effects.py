@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf import BlockParameters, extract_blocks, load_frame
-from ilf.ebs.drawn import redrawn
-from ilf.ebs.edit import patch_between
-from ilf.run import Run, edit_effect
+from ilf.evaluation.edit_summary import edit_effect
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between, redrawn
 
 from .suspects.__main__ import REPORTED_ON
 from .suspects.spoiling import KINDS, Mask, spoil, with_holes

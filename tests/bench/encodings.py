@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.io import frame_folder
-from ilf.io.depth_files import read_depth_values
-from ilf.io.doubts import Doubt, doubts_of
+from ilf.io.depth import read_depth_values
+from ilf.io.depth_reading import Doubt, doubts_of
 from ilf.io.encodings import DepthEncoding, encoding_of
+from ilf.sources.frames import frame_folder
 
 NOTHING_SEEN = 2047
 

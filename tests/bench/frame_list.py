@@ -19,10 +19,10 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtWidgets import QApplication
 
-from gui import theme
-from gui.main_window import MainWindow
-from ilf.assets import asset_path
-from ilf.io import list_frames
+from gui.app.main_window import MainWindow
+from gui.base import theme
+from ilf._runtime.installation import asset_path
+from ilf.sources.listing import list_frames
 
 from .responsive import Heart, new_window
 from .waiting import pause, wait

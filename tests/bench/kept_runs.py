@@ -17,10 +17,10 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.keeping import RunKeeper
 from gui.work.runs import RunController
-from ilf.assets import asset_path
-from ilf.io import load_frame
-from ilf.parameters import PRESETS, Parameters
-from ilf.run import Run
+from ilf._runtime.installation import asset_path
+from ilf.data.parameters import PRESETS, Parameters
+from ilf.run.run import Run
+from ilf.sources.frames import load_frame
 
 from .memory import resident
 

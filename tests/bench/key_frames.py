@@ -13,7 +13,8 @@ import sys
 import time
 
 import ilf
-from ilf.run import KeyFrames, Run
+from ilf.run.key_frames import KeyFrames
+from ilf.run.run import Run
 
 _TURNS = 11
 

@@ -22,8 +22,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ilf
-from ilf.blocks import Block, find_blocks
-from ilf.filter.pass_band.iteration import PassBandIteration
+from ilf.completion.pass_band.iteration import PassBandIteration
+from ilf.data.blocks import Block, find_blocks
 from tests.reference.full_grid import FullGridIteration
 
 HEIGHT, WIDTH, DEFECT = 540, 960, 0.4277

@@ -4,7 +4,7 @@
 
 The bundled sample, scaled up, is read and completed by the command line, each time in a process of its own, with all
 files that `ilf complete` writes by itself; or opened, extracted, run and shown in the window. Told are the peak of the
-process's memory [GB], bytes for each pixel beyond what the program takes for a tiny frame, and what `ilf/memory.py`
+process's memory [GB], bytes for each pixel beyond what the program takes for a tiny frame, and what `memory.py`
 estimates of completing a frame of that size [GB].
 """
 
@@ -21,8 +21,8 @@ import cv2
 import numpy as np
 
 import ilf
-from ilf.assets import asset_path
-from ilf.memory import memory_needed
+from ilf._runtime.installation import asset_path
+from ilf._runtime.memory import memory_needed
 
 _COMMANDS = {
     "info": ("ilf", "info", "FRAME"),

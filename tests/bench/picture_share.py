@@ -14,8 +14,8 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSettings
 from PySide6.QtWidgets import QApplication, QToolButton
 
 import ilf
-from gui import theme
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.base import theme
 from gui.state.session import Session
 from gui.views.view_cell import ViewCell
 

@@ -19,15 +19,17 @@ from typing import Any
 import numpy as np
 
 import ilf
-from ilf.assets import asset_path
-from ilf.frame import RGBDFrame
-from ilf.io import write_depth
-from ilf.io.frame_source import FrameSource
-from ilf.outcomes import BlockResult, Completion
-from ilf.project import BlockInfo, BlockNotes, FrameState, FrameSummary, KeptRun, Project, ProjectFrame, Stage
+from ilf._runtime.installation import asset_path
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult, Completion
+from ilf.io.depth import write_depth
 from ilf.project.encoding import Encoder
 from ilf.project.file import open_project, save_project
-from ilf.run import Run
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
 
 TIMES = 5
 

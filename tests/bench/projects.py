@@ -20,14 +20,15 @@ from PySide6.QtCore import QCoreApplication, QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
 import ilf
-from gui.main_window import MainWindow
-from gui.project_file.saving import Wish
-from ilf.assets import asset_path
-from ilf.io.frame_source import FrameSource
-from ilf.outcomes import BlockResult
-from ilf.project import BlockInfo, BlockNotes, FrameState, Project, ProjectFrame
+from gui.app.main_window import MainWindow
+from gui.features.project.saving import Wish
+from ilf._runtime.installation import asset_path
+from ilf.data.results import BlockResult
 from ilf.project.file import save_project
-from ilf.run import Run
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.project import Project, ProjectFrame
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
 
 from .waiting import pause, wait
 

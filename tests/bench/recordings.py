@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 
 import ilf
-from ilf.assets import asset_path
-from ilf.io.recordings import close_all
+from ilf._runtime.installation import asset_path
+from ilf.sources.opening import close_all
 from tests.ilf.bags import bag, compressed_depth, path_of
 from tests.ilf.matroska import write_azure
 

@@ -28,9 +28,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.camera import CameraIntrinsics
-from ilf.open3d_images import load_open3d
-from ilf.registration import Camera, RawPair, register, registering
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.open3d_images import load_open3d
+from ilf.sources import registration as registering
+from ilf.sources.registration import Camera, RawPair, register
 
 sys.path.append(str(Path(__file__).parents[2] / "assets" / "samples"))
 from roomkit.room import Room, build

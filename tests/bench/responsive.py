@@ -22,11 +22,11 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 import ilf
-from gui import theme
-from gui.accuracy.part import AccuracyPart
-from gui.main_window import MainWindow
-from gui.sweep.part import SweepPart
-from ilf.assets import asset_path
+from gui.app.main_window import MainWindow
+from gui.base import theme
+from gui.features.accuracy.feature import AccuracyPart
+from gui.features.sweep.feature import SweepPart
+from ilf._runtime.installation import asset_path
 
 from .memory import resident
 from .waiting import pause, wait

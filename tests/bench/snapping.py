@@ -17,9 +17,9 @@ from scipy.spatial import cKDTree
 from skimage.measure import find_contours
 
 import ilf
-from ilf.ebs.snapping import Snapper
-from ilf.edges.pairs import mark
-from ilf.edges.relief import find_relief
+from ilf.data.pixel_grids import mark
+from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.editing.snapping import Snapper
 
 LEASHES = (0, 3, 6, 10)
 BANDS = (0, 4, 8)

@@ -28,10 +28,10 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from gui.main_window import MainWindow
-from gui.widgets.problems import ProblemBox
-from ilf.ebs.edit import brush_stroke, paint
-from ilf.run import ExportOptions
+from gui.app.main_window import MainWindow
+from gui.widgets.notices import ProblemBox
+from ilf.run.options import ExportOptions
+from ilf.segmentation.editing.painting import brush_stroke, paint
 
 from .memory import resident
 from .responsive import new_window, open_frame, sample

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 import ilf
-from ilf.io.recordings import close_all
+from ilf.sources.opening import close_all
 from tests.ilf.phone_files import Scene, colour, sens, write_arkit, write_nyu, write_record3d, write_stray
 
 MOST_FRAMES = 30

@@ -16,10 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
-from ilf.assets import asset_path
-from ilf.cloud import flying_points, links, normals, point_cloud, surface_links, surface_mesh, surface_normals
-from ilf.filter.edge_aware.flying import flying_pixels
-from ilf.io import write_cloud, write_mesh
+from ilf._runtime.installation import asset_path
+from ilf.completion.edge_aware.view import flying_pixels
+from ilf.data import surface as links
+from ilf.data import surface as normals
+from ilf.data.points import point_cloud
+from ilf.data.surface import flying_points, surface_links, surface_mesh, surface_normals
+from ilf.io.clouds import write_cloud
+from ilf.io.meshes import write_mesh
 
 _AROUND = range(-3, 4)
 

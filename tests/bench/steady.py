@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
-from ilf.assets import asset_path
-from ilf.batch.steady import steady_depth
-from ilf.bench.sensor_noise import StructuredLight
-from ilf.frame import CameraIntrinsics, RGBDFrame
+from ilf._runtime.installation import asset_path
+from ilf.batch.task import steady_depth
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import RGBDFrame
+from ilf.lab.bench.denoising import StructuredLight
 
 Depth = NDArray[np.floating]
 

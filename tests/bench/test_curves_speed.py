@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QApplication
 from pytest_benchmark.fixture import BenchmarkFixture
 from pytestqt.qtbot import QtBot
 
-from gui.curves.curve import Curve
-from gui.curves.curves_panel import CurvesPanel
-from ilf.filter.pass_band.record import PassBandRecord
+from gui.views.curves.curve import Curve
+from gui.views.curves.panel import CurvesPanel
+from ilf.data.results import PassBandRecord
 
 pytestmark = [pytest.mark.benchmark(group="curves, thread's own time", timer=time.thread_time)]
 

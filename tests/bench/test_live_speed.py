@@ -18,8 +18,8 @@ from PySide6.QtWidgets import QApplication
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import ilf
-from gui.main_window import MainWindow
-from ilf.assets import asset_path
+from gui.app.main_window import MainWindow
+from ilf._runtime.installation import asset_path
 
 from .waiting import pause, wait
 

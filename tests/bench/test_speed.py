@@ -15,11 +15,11 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import ilf
-from ilf.assets import asset_path
-from ilf.blocks import find_blocks
-from ilf.completion import CompletionRun
-from ilf.filter.pass_band.iteration import PassBandIteration
-from ilf.parameters import PRESETS
+from ilf._runtime.installation import asset_path
+from ilf.completion.completion import CompletionRun
+from ilf.completion.pass_band.iteration import PassBandIteration
+from ilf.data.blocks import find_blocks
+from ilf.data.parameters import PRESETS
 from tests.reference.full_grid import FullGridIteration
 
 ITERATIONS = 100
@@ -103,7 +103,7 @@ def test_window_is_up(benchmark: BenchmarkFixture) -> None:
     program = (
         "from PySide6.QtWidgets import QApplication\n"
         "app = QApplication([])\n"
-        "from gui.main_window import MainWindow\n"
+        "from gui.app.main_window import MainWindow\n"
         "window = MainWindow(remembers=False)\n"
         "window.show()\n"
         "app.processEvents()\n"

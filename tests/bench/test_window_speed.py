@@ -18,11 +18,11 @@ from PySide6.QtWidgets import QApplication
 from pytest_benchmark.fixture import BenchmarkFixture
 
 import ilf
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.state.session import Session
-from gui.work.runs import RunState
-from ilf.completion import CompletionRun
-from ilf.ebs.edit import patch_between
+from gui.work.frame_runs import RunState
+from ilf.completion.completion import CompletionRun
+from ilf.segmentation.editing.patches import patch_between
 
 WIDTH, HEIGHT = 1920, 1080
 ACROSS, DOWN = 6, 5

@@ -71,9 +71,9 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
     import numpy as np
 
     import ilf
-    from ilf.assets import asset_path
-    from ilf.compiling import is_compiled
-    from ilf.completion import complete
+    from ilf._runtime.compiling import is_compiled
+    from ilf._runtime.installation import asset_path
+    from ilf.completion.completion import complete
 
     cv2.setNumThreads(threads)
     frame = ilf.load_frame(Path(folder) if folder else asset_path("samples/room"))

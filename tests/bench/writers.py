@@ -14,18 +14,19 @@ from unittest.mock import patch
 import numpy as np
 
 import ilf
-from ilf.assets import asset_path
+from ilf._runtime import temporary_files as left_over
+from ilf._runtime.files import write_bytes
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks.models import new_model_path
+from ilf._runtime.staging import clear_interrupted
 from ilf.cli.sample import run as write_sample
-from ilf.frame import CameraIntrinsics
-from ilf.io import left_over
-from ilf.io.atomic import write_bytes
-from ilf.io.interchange.writing import write_blocks
-from ilf.models import new_model_path
-from ilf.preset_files import OwnPreset, write_preset
-from ilf.project import FrameState, Project, ProjectFrame
+from ilf.data.camera import CameraIntrinsics
+from ilf.io.block_files import write_blocks
 from ilf.project.file import save_project
-from ilf.run import ExportOptions
-from ilf.run.staging import clear_interrupted
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project, ProjectFrame
+from ilf.run.options import ExportOptions
+from ilf.run.preset_files import OwnPreset, write_preset
 
 Write = Callable[[Path, int], object]
 """Writes into a folder; the number says which of two versions."""

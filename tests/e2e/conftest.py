@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from gui.app.main_window import MainWindow
+from gui.work.frame_runs import RunState
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frame_source import FrameSource
 
 WAIT_MS = 20_000
 

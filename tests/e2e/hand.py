@@ -9,7 +9,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 
 Point = tuple[float, float]
 PLAIN = Qt.KeyboardModifier.NoModifier

@@ -14,12 +14,12 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.views.contents.names import COMPARABLE, DEPTHS, SIDES, TITLES
+from gui.app.main_window import MainWindow
+from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.patches import patch_between
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import open_frame, write_frame
 

@@ -8,12 +8,12 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from gui.batch.job import Opened
-from gui.batch.part import BatchPart
-from gui.main_window import MainWindow
-from gui.work.pace import Pace
-from ilf.batch import Batch, FrameOutcome, FrameStatus
-from ilf.io.frame_source import FrameSource
+from gui.app.main_window import MainWindow
+from gui.features.batch.feature import BatchPart, Opened
+from gui.work.jobs import Pace
+from ilf.batch.batch import Batch
+from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.sources.frame_source import FrameSource
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
 

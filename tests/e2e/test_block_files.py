@@ -10,9 +10,9 @@ import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.dialogs.load_blocks import LoadBlocksDialog
-from gui.main_window import MainWindow
-from ilf.io import read_blocks, write_blocks
+from gui.app.main_window import MainWindow
+from gui.features.documents.blocks import LoadBlocksDialog
+from ilf.io.block_files import read_blocks, write_blocks
 
 from .conftest import WAIT_MS
 

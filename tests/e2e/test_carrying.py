@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.carrying.dialog import CarryDialog
-from gui.carrying.part import CarryingPart
-from gui.filtering.frames_row import Sharing
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.filter.panel import Sharing
+from gui.features.propagation.feature import CarryDialog, CarryingPart
 from gui.state.entries import Entry
 from gui.state.session import Session
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
-from ilf.project import FrameState, Stage
+from ilf.data.frame import RGBDFrame
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Stage
+from ilf.segmentation.editing.patches import patch_between
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

@@ -11,12 +11,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.cloud.canvas import HINT
-from gui.cloud.colouring import ColourBy
-from gui.cloud.scene import Scene
-from gui.main_window import MainWindow
-from ilf.inspection import measure
-from ilf.project.kept_run import KeptRun
+from gui.app.main_window import MainWindow
+from gui.views.cloud.canvas import HINT
+from gui.views.cloud.colouring import ColourBy
+from gui.views.cloud.scene import Scene
+from ilf.evaluation.measuring import measure
+from ilf.project.run_history import KeptRun
 
 Run = Callable[[MainWindow], None]
 

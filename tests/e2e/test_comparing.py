@@ -9,12 +9,12 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-from gui.levels.part import RangePart
-from gui.looking.part import LookingPart
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.colour_range import RangePart
+from gui.features.compare import LookingPart
 from ilf import preset
-from ilf.io.frame_source import FrameSource
-from ilf.project.kept_run import KeptRun
+from ilf.project.run_history import KeptRun
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

@@ -10,9 +10,9 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
-from ilf.ebs.edit import patch_between
+from gui.app.main_window import MainWindow
+from gui.work.frame_runs import RunState
+from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import WAIT_MS
 

@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.state.results import Doubt
-from ilf.confidence import expected_error
-from ilf.ebs.edit import brush_stroke, erase
+from ilf.completion.confidence.expected_error import expected_error
+from ilf.segmentation.editing.painting import brush_stroke, erase
 
 from .conftest import WAIT_MS
 

@@ -14,13 +14,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
-from gui.extraction.found_blocks import Found, find
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.work.found_blocks import Found, find
 from ilf import BlockParameters, RGBDFrame
-from ilf.drawing.block_pictures import block_overlay
-from ilf.ebs import Extraction, extract
+from ilf.drawing.blocks import block_overlay
 from ilf.errors import IlfError
-from ilf.io.frame_source import FrameSource
+from ilf.segmentation.extraction import Extraction, extract
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -124,7 +124,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
-    monkeypatch.delattr("gui.frames.loader.find")
+    monkeypatch.delattr("gui.work.loading.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
     np.testing.assert_array_equal(session.labels, expected)
@@ -228,8 +228,8 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
         assert may_go_on.wait(WAIT_MS / 1000)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.frames.loader.find", after_the_view_has_been_drawn)
-    monkeypatch.delattr("gui.extraction.preview.find")
+    monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
+    monkeypatch.delattr("gui.features.extraction.find")
     window.views.set_layout("extraction")
     window.loader.open(FrameSource(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
@@ -249,8 +249,8 @@ def test_the_view_says_that_the_first_extraction_failed(
     def fail(frame: RGBDFrame, parameters: BlockParameters) -> Found:
         raise IlfError("no edges")
 
-    monkeypatch.setattr("gui.frames.loader.find", fail)
-    monkeypatch.setattr("gui.extraction.preview.find", fail)
+    monkeypatch.setattr("gui.work.loading.find", fail)
+    monkeypatch.setattr("gui.features.extraction.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.set_layout("extraction")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
@@ -354,7 +354,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction.preview.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.find", waiting)
     return opened
 
 
@@ -411,7 +411,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     def no_dialog(*_: object) -> None:
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.extraction.preview.find", broken)
+    monkeypatch.setattr("gui.features.extraction.find", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)
@@ -459,7 +459,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
         assert go_on.wait(WAIT_MS / 1000)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.frames.loader.find", slow)
+    monkeypatch.setattr("gui.work.loading.find", slow)
     window.loader.open(FrameSource(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     window.refresh.now()

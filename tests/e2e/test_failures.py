@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.blocks.block_rows import block_rows
-from gui.dialogs.export import ExportDialog
-from gui.main_window import MainWindow
-from gui.project_file.save_as_dialog import SaveAsDialog
-from ilf.io.frame_source import FrameSource
-from ilf.run import ExportOptions
+from gui.app.main_window import MainWindow
+from gui.features.blocks.presenter import block_rows
+from gui.features.documents.export import ExportDialog
+from gui.features.project.saving import SaveAsDialog
+from ilf.run.options import ExportOptions
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS
 
@@ -204,7 +204,7 @@ def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
     def broken(*_: object) -> None:
         raise MemoryError("no memory for the padded grid")
 
-    monkeypatch.setattr("ilf.completion.make_stepper", broken)
+    monkeypatch.setattr("ilf.completion.completion.make_stepper", broken)
     with qtbot.waitSignal(opened.runs.failed, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert "no memory for the padded grid" in reported[0]

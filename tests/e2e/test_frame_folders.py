@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.recent.part import RecentPart
-from gui.recent.store import key_of
+from gui.app.main_window import MainWindow
+from gui.features.project.recent import RecentPart, key_of
 from gui.state.entries import Entry
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.project import Stage
-from ilf.project.folder_files import projects_of_folders
+from ilf.data.frame import RGBDFrame
+from ilf.project.finding import projects_of_folders
+from ilf.project.project import Stage
+from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import WAIT_MS, write_frame
 

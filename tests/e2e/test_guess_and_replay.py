@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.cloud.cloud_view import ColourBy
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
+from gui.app.main_window import MainWindow
+from gui.views.cloud.colouring import ColourBy
+from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
-from ilf.io.frame_source import FrameSource
-from ilf.run import ExportOptions
+from ilf.run.options import ExportOptions
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -158,7 +158,7 @@ def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
     run_all(opened)
     _export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    from ilf import completion
+    from ilf.completion import completion
 
     honest = completion.block_depth
     monkeypatch.setattr(completion, "block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from gui.guide.dialog import GuideDialog
-from gui.project_file.saving import Wish
-from gui.work.runs import RunState
-from ilf.io.frame_source import FrameSource
+from gui.features.guide import GuideDialog
+from gui.features.project.saving import Wish
+from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame
 

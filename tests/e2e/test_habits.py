@@ -12,11 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.palette.part import PalettePart
-from gui.recent.part import RecentPart
-from gui.shortcuts.dialog import ShortcutsDialog
-from gui.shortcuts.part import ShortcutsPart
+from gui.app.main_window import MainWindow
+from gui.features.palette.palette import PalettePart
+from gui.features.project.recent import RecentPart
+from gui.features.shortcuts import ShortcutsDialog, ShortcutsPart
 from tests.gui.naming import unnamed
 
 P = TypeVar("P")

@@ -11,11 +11,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
-from gui.inspect.part import InspectPart
-from gui.main_window import MainWindow
-from ilf.frame import RGBDFrame
-from ilf.inspection import measure, surface_statistics
-from ilf.io.frame_source import FrameSource
+from gui.app.main_window import MainWindow
+from gui.features.inspect.feature import InspectPart
+from ilf.data.frame import RGBDFrame
+from ilf.evaluation.measuring import measure
+from ilf.evaluation.statistics import surface_statistics
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, hover, key

@@ -11,22 +11,22 @@ import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QWidget
 
-from gui.accuracy.hidden_dialog import HiddenTestDialog
-from gui.accuracy.part import AccuracyPart
-from gui.accuracy.truth_dialog import TruthDialog
-from gui.blocks.block_model import Column
-from gui.desk import Part
-from gui.main_window import MainWindow
-from gui.presets.part import PresetsPart
-from gui.sweep.part import SweepPart
-from gui.views.colour_maps import depth_table
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
-from ilf.judgement import judge_blocks, judge_completion
-from ilf.number_words import millimetres
-from ilf.parameters import PRESETS
-from ilf.project.kept_run import KeptRun
+from gui.app.main_window import MainWindow
+from gui.features.accuracy.feature import AccuracyPart
+from gui.features.accuracy.ground_truth import TruthDialog
+from gui.features.accuracy.hold_out import HiddenTestDialog
+from gui.features.blocks.model import Column
+from gui.features.context import Part
+from gui.features.presets import PresetsPart
+from gui.features.sweep.feature import SweepPart
+from gui.views.colours import depth_table
+from ilf._runtime.formatting import millimetres
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import PRESETS
+from ilf.evaluation.evaluation import judge_blocks, judge_completion
+from ilf.project.run_history import KeptRun
+from ilf.segmentation.editing.patches import patch_between
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame
 

@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QSlider
 from pytestqt.qtbot import QtBot
 
-from gui.kept.part import KeptRunsPart
-from gui.kept.run_model import Column
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
+from gui.app.main_window import MainWindow
+from gui.features.run_history.feature import KeptRunsPart
+from gui.features.run_history.model import Column
+from gui.work.frame_runs import RunState
 from ilf import preset
 
 from .conftest import WAIT_MS

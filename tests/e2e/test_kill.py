@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from ilf.frame import RGBDFrame
+from ilf.data.frame import RGBDFrame
 from tests.bench.kill.rounds import one_round
 
 from .conftest import write_frame

@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QSlider
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.blocks.block_rows import block_rows
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.blocks.presenter import block_rows
 from gui.state.session import Session
-from gui.work.runs import RunState
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult
+from gui.work.frame_runs import RunState
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult
 
 from .conftest import WAIT_MS
 

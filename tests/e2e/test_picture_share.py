@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from tests.bench.picture_share import BARS, cut, made_frame, share, show_frame
 
 

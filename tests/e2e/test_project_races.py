@@ -11,12 +11,12 @@ import pytest
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.project_file.saving import Wish
+from gui.app.main_window import MainWindow
+from gui.features.project.saving import Wish
 from gui.state.entries import Entry
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project, save_project
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, write_frame
 
@@ -84,7 +84,7 @@ def test_the_status_line_shows_how_much_of_the_project_is_written(
             shares.append(opened.documents.saved_share())
         return save_project(*what, **how)
 
-    monkeypatch.setattr("gui.project_file.saving.save_project", told)
+    monkeypatch.setattr("gui.features.project.saving.save_project", told)
     assert opened.documents.saved_share() is None
     _saved(opened, qtbot, tmp_path / "room.ilf")
     assert shares == [0.0, 0.25, 0.75]

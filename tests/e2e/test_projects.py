@@ -16,21 +16,21 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.main_window import MainWindow
-from gui.project.capture import SessionCapture
-from gui.project_file.close_dialog import CloseDialog, Unsaved
-from gui.project_file.missing_dialog import MissingDialog
-from gui.project_file.save_as_dialog import SaveAsDialog
-from gui.project_file.saving import Wish
+from gui.app.main_window import MainWindow
+from gui.features.project.closing import CloseDialog, Unsaved
+from gui.features.project.missing import MissingDialog
+from gui.features.project.saving import SaveAsDialog, Wish
+from gui.features.sweep.feature import SweepPart
+from gui.project.recorder import SessionCapture
 from gui.state.session import Session
-from gui.sweep.part import SweepPart
-from gui.widgets.messages import Message
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
-from ilf.project import FrameState, Stage
+from gui.widgets.basics import Message
+from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project as read_project
-from ilf.run import ExportOptions
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Stage
+from ilf.run.options import ExportOptions
+from ilf.segmentation.editing.patches import patch_between
+from ilf.sources.frame_source import FrameSource
 
 from ..ilf.project_states import assert_same
 from .conftest import WAIT_MS, open_frame, write_frame

@@ -12,9 +12,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from ilf import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import open_frame, write_frame
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
-from gui.project_file.missing_dialog import MissingDialog
-from ilf.io.recordings import close_all
+from gui.app.main_window import MainWindow
+from gui.features.project.missing import MissingDialog
+from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
 from .conftest import WAIT_MS

@@ -12,22 +12,22 @@ import pytest
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.autosave.part import AutosavePart
-from gui.autosave.recovery_dialog import RecoveryDialog
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.project.autosave import AutosavePart, RecoveryDialog
+from gui.features.project.saving import Wish
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
-from gui.project_file.saving import Wish
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.widgets.messages import Message
+from gui.widgets.basics import Message
+from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError
-from ilf.frame import RGBDFrame
-from ilf.io import load_frame
-from ilf.io.frame_source import FrameSource
-from ilf.project import Journal, JournalInUse, Project
 from ilf.project.file import save_project
-from ilf.run import Run
+from ilf.project.journal import Journal, JournalInUse
+from ilf.project.project import Project
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
 from tests.gui.naming import unnamed
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -163,7 +163,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(
         raise OSError("the drive has been removed")
 
     with monkeypatch.context() as broken:
-        broken.setattr("gui.autosave.restoring.copied_frames", fail)
+        broken.setattr("gui.features.project.restoring.copied_frames", fail)
         with qtbot.waitSignal(window.loader.failed, timeout=WAIT_MS):
             dialog.rows[1].restore_button.click()
     assert set(left.glob("*.journal")) == journals

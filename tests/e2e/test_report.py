@@ -10,19 +10,18 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.report.feature import ALL_FRAMES, ReportPart, subjects_of
 from gui.project.store import WorkStore
-from gui.report.dialog import ALL_FRAMES
-from gui.report.part import ReportPart
-from gui.report.subjects import subjects_of
 from gui.state.entries import Entry
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import preset
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
-from ilf.parameters import preset
-from ilf.project import FrameState, FrameSummary
 from ilf.project.decoding import Decoded
-from ilf.report import Subject, Unreadable
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary
+from ilf.report.content import Subject, Unreadable
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS
 
@@ -57,11 +56,13 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
 ) -> None:
     part = next(part for part in opened.parts if isinstance(part, ReportPart))
     shown: list[str] = []
-    monkeypatch.setattr("gui.report.part.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile()))
+    monkeypatch.setattr(
+        "gui.features.report.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())
+    )
     dialog = part.dialog
 
     def choose(path: Path) -> None:
-        monkeypatch.setattr("gui.report.part.ask_path", lambda *_: str(path))
+        monkeypatch.setattr("gui.features.report.feature.ask_path", lambda *_: str(path))
 
     # extracted only: this frame can be reported on, and it is none that has been worked on
     opened.actions_["report"].trigger()
@@ -114,7 +115,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     # what cannot be written is said, and the dialog stays for another try
     opened.actions_["report"].trigger()
     choose(tmp_path / "nowhere" / "page.html")
-    monkeypatch.setattr("gui.widgets.notes.warn", lambda *_: None)
+    monkeypatch.setattr("gui.widgets.notices.warn", lambda *_: None)
     with qtbot.waitSignal(part.worker.failed, timeout=WAIT_MS):
         dialog.write_button.click()
     assert "folder does not exist" in dialog.state.text().replace("\u200b", "")

@@ -10,10 +10,10 @@ from PySide6.QtCore import QPointF
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.state.results import Doubt
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

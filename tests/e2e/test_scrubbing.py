@@ -10,10 +10,10 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
-from ilf.ebs.edit import patch_between
-from ilf.run import Run
+from gui.app.main_window import MainWindow
+from gui.work.frame_runs import RunState
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import WAIT_MS
 

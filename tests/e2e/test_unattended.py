@@ -16,9 +16,10 @@ from PySide6.QtCore import QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui import app, theme
-from gui.main_window import MainWindow
-from gui.unattended import Unattended
+from gui.app import start as app
+from gui.app.headless import Unattended
+from gui.app.main_window import MainWindow
+from gui.base import theme
 from gui.work.frame_runs import FrameRuns
 from ilf import RGBDFrame
 from ilf.cli import main as command_line

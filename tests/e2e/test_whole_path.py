@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.main_window import MainWindow
-from gui.work.runs import RunState
+from gui.app.main_window import MainWindow
+from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
-from ilf.io.frame_source import FrameSource
-from ilf.outcomes import Status
-from ilf.run import ExportOptions
+from ilf.data.results import Status
+from ilf.run.options import ExportOptions
+from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame
 
@@ -192,7 +192,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
 
 
 def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindow) -> None:
-    from gui.actions import COMMANDS
+    from gui.base.actions import COMMANDS
 
     keys = [command.shortcut for command in COMMANDS if command.shortcut]
     assert len(keys) == len(set(keys))

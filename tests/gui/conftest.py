@@ -11,10 +11,10 @@ from pytestqt.qtbot import QtBot
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf import RGBDFrame
-from ilf.completion import complete
-from ilf.outcomes import BlockResult
-from ilf.parameters import BlockParameters
-from ilf.run import Run
+from ilf.completion.completion import complete
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import BlockResult
+from ilf.run.run import Run
 
 from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
 from .states import QUICK, SIGNALS
@@ -23,7 +23,7 @@ from .states import QUICK, SIGNALS
 @pytest.fixture(autouse=True)
 def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Threads have time to end, however busy the machine is: whether they do is what tests ask."""
-    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 20.0)
+    monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 20.0)
 
 
 @pytest.fixture

@@ -11,11 +11,11 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.project import Journal
+from ilf.data.frame import RGBDFrame
 from ilf.project.decoding import load_state
-from ilf.run import Run
+from ilf.project.journal import Journal
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between
 
 WAIT_MS = 20_000
 

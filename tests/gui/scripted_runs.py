@@ -12,13 +12,13 @@ from PySide6.QtCore import QTimer
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.work.runs import RunController, RunState
+from gui.work.frame_runs import RunState
+from gui.work.runs import RunController
 from ilf import RGBDFrame
-from ilf.blocks import Block, drawn_of, find_blocks
-from ilf.filter.convergence import IterationRecord
-from ilf.filter.stepper import edge_parameters
-from ilf.outcomes import NO_BLOCK, BlockOutcome, BlockResult, Progress, Status, notes_of
-from ilf.run import Run
+from ilf.completion.filter import edge_parameters
+from ilf.data.blocks import Block, drawn_of, find_blocks
+from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Progress, Status, notes_of
+from ilf.run.run import Run
 
 WAIT_MS = 4000
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.ebs import Extraction, extract
-from ilf.ebs.edit import patch_between
-from ilf.parameters import preset
-from ilf.project.own_values import own_values
+from ilf.data.parameters import preset
+from ilf.project.frame_state import own_values
+from ilf.segmentation.editing.patches import patch_between
+from ilf.segmentation.extraction import Extraction, extract
 
 QUICK = preset("paper", max_iterations=2)
 QUICK_OWN = own_values(QUICK, preset())

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.block_lines import BlockLines
-from gui.views.changes import box_of, changed_box, whole
-from gui.views.sampling import Sampling
+from gui.views.pixel_items import box_of, changed_box, whole
+from gui.views.screen_items import Sampling
+from gui.views.screen_layers import BlockLines
 
 HEIGHT, WIDTH = 24, 30
 COLOURS = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 200, 0, 255], [0, 0, 200, 0], [90, 90, 0, 255]], np.uint8)

@@ -10,8 +10,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
-from gui.blocks.block_model import Column
-from gui.blocks.block_table import BlockRow, BlockTable
+from gui.features.blocks.model import BlockRow, Column
+from gui.features.blocks.table import BlockTable
 
 
 def _rows(count: int) -> list[BlockRow]:

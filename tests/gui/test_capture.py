@@ -6,15 +6,14 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gui.project.capture import SessionCapture
-from gui.project.restore import restore
-from gui.project.tiles import Tiles
+from gui.project.recorder import SessionCapture, Tiles
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult
-from ilf.run import Run
+from gui.work.loading import restore
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between
 
 
 @given(

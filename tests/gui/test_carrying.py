@@ -7,17 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gui.blocks.block_rows import block_rows
-from gui.carrying.states import session_of, state_of
+from gui.features.blocks.presenter import block_rows
+from gui.features.propagation.carrier import session_of, state_of
 from gui.state.entries import Entry, summary_of
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
-from ilf.ebs.edit import LabelPatch, patch_between
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
-from ilf.parameters import Parameters
-from ilf.project import FrameState, Stage, carry
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Stage
+from ilf.project.propagation import carry
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
+from ilf.sources.frame_source import FrameSource
 
 REASON = "It was not in the picture before."
 

@@ -9,16 +9,14 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QAction, QImage, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
-from gui import theme
-from gui.cloud.clip_row import ClipRow
-from gui.cloud.cloud_view import CloudView
-from gui.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
-from gui.cloud.detail import MOVING_S, Detail
-from gui.cloud.overlays import length_text, round_length
-from gui.cloud.scene import Colouring, Scene
-from gui.views.colour_maps import depth_table
-from gui.views.ranges import FIXED, Range
-from ilf.drawing.levels import to_indices
+from gui.base import theme
+from gui.views.cloud.canvas import length_text, round_length
+from gui.views.cloud.cloud_view import ClipRow, CloudView
+from gui.views.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
+from gui.views.cloud.drawing import MOVING_S, Detail
+from gui.views.cloud.scene import Colouring, Scene
+from gui.views.colours import FIXED, Range, depth_table
+from ilf.drawing.colours import to_indices
 
 RED = 200, 30, 30
 

@@ -9,14 +9,14 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from gui.views.contents.material import ShownRun
-from gui.views.contents.names import checked
+from gui.views.colours import FULL, ROBUST
+from gui.views.contents import checked
 from gui.views.layouts import CELLS
 from gui.views.linked_views import LinkedViews
-from gui.views.ranges import FULL, ROBUST
-from ilf.edges import find_edges
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
+from gui.views.painter import ShownRun
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.edges.frame_edges import find_edges
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton

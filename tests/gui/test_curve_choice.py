@@ -7,15 +7,14 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.curves.curves_panel import CurvesPanel
-from gui.curves.presenter import CurvesPresenter
-from gui.filtering.filter_panel import FilterPanel
+from gui.features.filter.panel import FilterPanel
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.completion import complete
-from ilf.filter.convergence import IterationRecord
-from ilf.outcomes import BlockResult
-from ilf.project.kept_run import KeptRun
+from gui.views.curves.panel import CurvesPanel
+from gui.views.curves.presenter import CurvesPresenter
+from ilf.completion.completion import complete
+from ilf.data.results import BlockResult, IterationRecord
+from ilf.project.run_history import KeptRun
 
 QUICK = ilf.preset(max_iterations=5)
 

@@ -10,18 +10,17 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.curves.axes import LengthAxis, SumAxis
-from gui.curves.curve import FLOOR, Curve
-from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
-from gui.curves.presenter import CurvesPresenter
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.completion import complete
-from ilf.filter.edge_aware.record import EdgeAwareRecord
-from ilf.filter.pass_band.record import PassBandRecord
-from ilf.frame import RGBDFrame
-from ilf.number_words import length_text
-from ilf.run import Run
+from gui.views.curves.curve import FLOOR, Curve
+from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
+from gui.views.curves.plot import LengthAxis, SumAxis
+from gui.views.curves.presenter import CurvesPresenter
+from ilf._runtime.formatting import length_text
+from ilf.completion.completion import complete
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import EdgeAwareRecord, PassBandRecord
+from ilf.run.run import Run
 
 
 def staged(count=40, length=8, weighted=10):

@@ -12,12 +12,11 @@ from types import SimpleNamespace
 import PySide6
 import pytest
 
-from gui import display
-from gui.app import main
-from gui.display import PLATFORM_LIBRARIES, QT_LIBRARIES
-from ilf import extras
-from ilf.assets import asset_path
-from ilf.extras import SYSTEM_PACKAGES
+from gui.app.start import main
+from gui.base import display
+from gui.base.display import PLATFORM_LIBRARIES, QT_LIBRARIES
+from ilf._runtime import installation as extras
+from ilf._runtime.installation import SYSTEM_PACKAGES, asset_path
 
 ROOT = Path(__file__).resolve().parents[2]
 RUN_TIMES = {
@@ -199,7 +198,7 @@ def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]
 @pytest.mark.parametrize("package", ["PySide6", "pyqtgraph", "qtawesome"])
 def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -> None:
     run = _child(
-        f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app import main\nsys.exit(main(['--sample']))\n",
+        f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app.start import main\nsys.exit(main(['--sample']))\n",
         QT_QPA_PLATFORM="offscreen",
     )
     assert run.returncode == 1
@@ -219,7 +218,7 @@ def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
         "            while True: pass\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "sys.meta_path.insert(0, AskedMeanwhile())\n"
-        "from gui.app import main\n"
+        "from gui.app.start import main\n"
         "main(['--sample'])\n",
         QT_QPA_PLATFORM="offscreen",
     )
@@ -232,7 +231,7 @@ def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> Non
         "import sys\n"
         "sys.modules['PySide6'] = None\n"
         "from gui import display\n"
-        "from gui.app import main\n"
+        "from gui.app.start import main\n"
         "display.missing_libraries = lambda libraries: ['libEGL.so.1']\n"
         "sys.platform = 'linux'\n"
         f"sys.exit(main([{str(tmp_path)!r}]))\n"

@@ -14,9 +14,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
-from gui import docks
-from gui.main_window import MainWindow
-from ilf.assets import asset_path
+from gui.app.main_window import MainWindow
+from gui.widgets import docks
+from ilf._runtime.installation import asset_path
 
 
 @pytest.mark.parametrize(

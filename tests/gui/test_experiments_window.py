@@ -13,13 +13,12 @@ from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTabWidget, QTextBrowser
 
-from gui import theme
-from gui.experiments.figure_view import FigureView
-from gui.experiments.menu import ExperimentsMenu
-from gui.experiments.rows import RowTable
-from gui.experiments.window import ExperimentsWindow
-from gui.main_window import MainWindow
-from ilf.experiments import EXPERIMENTS
+from gui.app.main_window import MainWindow
+from gui.base import theme
+from gui.features.experiments.menu import ExperimentsMenu
+from gui.features.experiments.result_view import FigureView, RowTable
+from gui.features.experiments.window import ExperimentsWindow
+from ilf.lab.experiments.registry import EXPERIMENTS
 
 WAIT_MS = 60_000
 
@@ -74,7 +73,7 @@ def test_what_the_menu_needs_is_loaded_beforehand_off_the_guis_thread(menu, qtbo
     def import_module(name):
         loaded.append((name, threading.current_thread()))
 
-    monkeypatch.setattr("gui.experiments.menu.import_module", import_module)
+    monkeypatch.setattr("gui.features.experiments.menu.import_module", import_module)
     menu._loading.setInterval(0)
     menu.load_soon()
     qtbot.waitUntil(lambda: bool(loaded), timeout=WAIT_MS)

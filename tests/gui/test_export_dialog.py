@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.dialogs.export import ExportDialog
+from gui.features.documents.export import ExportDialog
+from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ParameterError
-from ilf.frame import FrameInputs, InputFile
-from ilf.run import ExportOptions, Run
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run
 
 
 @pytest.fixture

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from ilf.data.frame import RGBDFrame
 from ilf.errors import ExportError
-from ilf.frame import RGBDFrame
-from ilf.project import FrameState, Project, ProjectFrame
 from ilf.project.decoding import load_state
 from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project, ProjectFrame
 
 from .recording import WAIT_MS, Recording, assert_holds
 

@@ -10,16 +10,14 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 
-from gui.frame_list import thumbnails as thumbnails_module
-from gui.frame_list.frames_panel import FramesPanel
-from gui.frame_list.list_model import FrameListModel
-from gui.frame_list.sieve import Sieve, counts
-from gui.frame_list.thumbnails import Thumbnails
-from gui.frame_list.words import last_line, whole_text
+from gui.features.frame_list import thumbnails as thumbnails_module
+from gui.features.frame_list.model import FrameListModel, Sieve, counts, last_line, whole_text
+from gui.features.frame_list.panel import FramesPanel
+from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
-from ilf.io.frame_source import FrameSource
-from ilf.project import FrameSummary, Stage
+from ilf.project.project import FrameSummary, Stage
+from ilf.sources.frame_source import FrameSource
 from tests.gui.naming import unnamed
 
 SUMMARIES = {

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from gui.work import frame_runs as runs_module
-from gui.work.runs import RunState
+from gui.work.frame_runs import RunState
 from ilf import RGBDFrame
-from ilf.ebs.edit import merge
-from ilf.filter.convergence import IterationRecord
-from ilf.outcomes import Completion
-from ilf.parameters import BlockParameters
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import Completion, IterationRecord
+from ilf.segmentation.editing.cleaning import merge
 
 from .scripted_runs import Bench, Until, record
 

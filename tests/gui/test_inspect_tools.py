@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from gui.state.measurements import Measurements
+from gui.state.inspection import Measurements
 from gui.state.session import Session
 from gui.tools.kinds import INSPECTING, make_tools
-from gui.views.pointer import PointerKind
-from ilf.frame import RGBDFrame
-from ilf.run import Run
+from gui.views.interaction import PointerKind
+from ilf.data.frame import RGBDFrame
+from ilf.run.run import Run
 
 from .tool_host import Hand, ToolHost
 

@@ -16,24 +16,22 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from gui.batch.outcome_table import OutcomeModel
-from gui.kept.measuring import measure
-from gui.kept.run_files import write_runs
-from gui.kept.run_model import RunModel
-from gui.kept.run_rows import best_of, run_rows
+from gui.features.batch.dialog import OutcomeModel
+from gui.features.run_history.feature import measure, write_runs
+from gui.features.run_history.model import RunModel, best_of, run_rows
 from gui.state.commands import DRAG_S
-from gui.state.kept_runs import COLOURS, MOST_COMPARED, memory_of, next_colour, sharing
+from gui.state.run_history import COLOURS, MOST_COMPARED, memory_of, next_colour, sharing
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from gui.work.frame_runs import RunState
 from gui.work.keeping import RunKeeper
-from gui.work.runs import RunState
 from ilf import RGBDFrame, expected_error, fill_rest, preset
-from ilf.completion import complete
-from ilf.confidence import error_summary
+from ilf.completion.completion import complete
+from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import ExportError
-from ilf.judgement import HiddenTest
-from ilf.project.kept_run import KeptRun
-from ilf.run import Run
+from ilf.evaluation.hold_out import HiddenTest
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
 
 from .scripted_runs import Bench, Until
 from .states import QUICK, edit, painted

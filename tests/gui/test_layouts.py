@@ -11,10 +11,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton
 from pytestqt.qtbot import QtBot
 
-from gui.layouts.layout import Arrangement
-from gui.layouts.part import LayoutsPart
-from gui.layouts.store import LayoutStore
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.layouts.feature import LayoutsPart
+from gui.features.layouts.layout import Arrangement, LayoutStore
 
 
 def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsPart]:

@@ -11,17 +11,16 @@ from PySide6.QtGui import QContextMenuEvent, QPainterPath, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from gui import theme
+from gui.base import theme
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
-from gui.views.colour_maps import depth_table, error_table
+from gui.views.colours import depth_table, error_table
+from gui.views.image_view import ViewTransform
+from gui.views.interaction import PointerEvent, PointerKind, Preview
 from gui.views.layouts import GRIDS, correct_places
 from gui.views.linked_views import LinkedViews
-from gui.views.overlay import BlockOverlay
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
-from gui.views.view_transform import ViewTransform
-from ilf.drawing.inner_points import inner_points
-from ilf.drawing.levels import robust_difference_level, robust_error_levels, to_indices
+from gui.views.pixel_items import BlockOverlay
+from ilf.drawing.blocks import inner_points
+from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton

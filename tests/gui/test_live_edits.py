@@ -9,15 +9,16 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from gui.effect.effect_line import EffectLine
-from gui.effect.presenter import EffectPresenter
+from gui.features.edit_summary import EffectLine, EffectPresenter
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter
-from gui.work.live import LiveSolver
-from gui.work.runs import RunState
-from ilf.ebs.edit import LabelPatch, merge, patch_between
-from ilf.outcomes import Completion
-from ilf.run import Effect, Run
+from gui.work.frame_runs import RunState
+from gui.work.runs import LiveSolver
+from ilf.data.results import Completion
+from ilf.evaluation.edit_summary import Effect
+from ilf.run.run import Run
+from ilf.segmentation.editing.cleaning import merge
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from .scripted_runs import Bench, Until
 from .states import QUICK
@@ -187,7 +188,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
         asked.append((before, after, completed))
         return Effect(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
     assert "is said here" in line.label.text()
     former = bench.session.labels.copy()
     _run(bench, until)
@@ -224,7 +225,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     until: Until,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60, None, None, (0.04, 0.03), 99))
+    monkeypatch.setattr("gui.features.edit_summary.edit_effect", lambda *_: Effect(60, None, None, (0.04, 0.03), 99))
     _run(bench, until)
     live.setChecked(False)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
@@ -280,7 +281,7 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
     def find(before: Run, after: Run, *_: object) -> Effect:
         return Effect(60, by_truth=None if after.frame.truth is None else (0.1, 0.06))
 
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth near it" in line.label.text())
@@ -304,7 +305,7 @@ def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
 def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
     bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60))
+    monkeypatch.setattr("gui.features.edit_summary.edit_effect", lambda *_: Effect(60))
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth near it" in line.label.text())

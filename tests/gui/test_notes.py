@@ -11,9 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.widgets.log import LogPanel
-from gui.widgets.notes import Notes
-from gui.widgets.toasts import MOST, Toast, Toasts
+from gui.widgets.notices import MOST, LogPanel, Notes, Toast, Toasts
 
 
 @pytest.fixture
@@ -76,7 +74,7 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
 
 
 def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.widgets.toasts._LEFT_ALONE_MS", 50)
+    monkeypatch.setattr("gui.widgets.notices._LEFT_ALONE_MS", 50)
     toasts.tell("read me", 30)
     (toast,) = toasts.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))

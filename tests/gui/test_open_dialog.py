@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QDialog
 
-from gui.dialogs.frame_files import colour_beside, depth_beside
-from gui.dialogs.open_frame import OpenFrameDialog
-from gui.frames.several import look_into
+from gui.features.documents.frame_files import colour_beside, depth_beside
+from gui.features.documents.open_frame import OpenFrameDialog
 from gui.work.latest_question import LatestQuestion
+from gui.work.loading import look_into
 from ilf.errors import FormatError, InputError
-from ilf.io import load_frame
-from ilf.io.frame_source import FrameSource
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
 from tests.ilf.phone_files import write_record3d
 
 

@@ -13,11 +13,11 @@ from PySide6.QtGui import QImage, QPainterPath, QPixmap
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.inspect.marks import InspectMarks
-from gui.inspect.marks import Marks as Inspected
-from gui.review.marks import Marks
+from gui.features.inspect.feature import InspectMarks
+from gui.features.inspect.feature import Marks as Inspected
+from gui.features.quality_check.marks import Marks
+from gui.views.interaction import Preview
 from gui.views.linked_views import LinkedViews
-from gui.views.preview import Preview
 
 HEIGHT, WIDTH = 240, 320
 STEPS = 24

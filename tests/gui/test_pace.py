@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gui.work.pace import Pace
+from gui.work.jobs import Pace
 
 
 class Clock:

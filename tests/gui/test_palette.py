@@ -8,9 +8,9 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.inventory import WHY_NOT, entries_of
-from gui.palette.matching import match
-from gui.palette.palette import CommandPalette
+from gui.base.commands import WHY_NOT, entries_of
+from gui.features.palette.matching import match
+from gui.features.palette.palette import CommandPalette
 
 _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
 

@@ -9,10 +9,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
-from gui.widgets.parameter_form import ParameterForm
-from gui.widgets.slider import ValueScale, ValueSlider, wants_slider
-from ilf.declarations import ParameterSet, declare
-from ilf.parameters import PRESETS, BlockParameters, Parameters, preset
+from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, wants_slider
+from ilf.data.declarations import ParameterSet, declare
+from ilf.data.parameters import PRESETS, BlockParameters, Parameters, preset
 
 PAPER = PRESETS["paper"]
 """Its filter has the rows that the tests turn to."""

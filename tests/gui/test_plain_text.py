@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtGui import QTextDocument
 
 import gui
-from gui.widgets.plain_text import PlainLabel, as_it_is
+from gui.widgets.basics import PlainLabel, as_it_is
 
 RICH = {
     "dialogs/about.py", "effect/effect_line.py", "experiments/window.py", "extraction/extraction_panel.py",

@@ -10,13 +10,10 @@ from PySide6.QtWidgets import QMessageBox, QTextEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.dialogs.about import AboutDialog
-from gui.widgets.log import LogPanel
-from gui.widgets.notes import Notes
-from gui.widgets.problems import ProblemBox
-from gui.widgets.toasts import Toasts
+from gui.app.about import AboutDialog
+from gui.widgets.notices import LogPanel, Notes, ProblemBox, Toasts
+from ilf._runtime.ending import fault_log
 from ilf.errors import InputError
-from ilf.fault_log import fault_log
 
 
 @pytest.fixture

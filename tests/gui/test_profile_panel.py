@@ -10,17 +10,16 @@ from PySide6.QtGui import QImage
 from PySide6.QtSvg import QSvgRenderer
 from pytestqt.qtbot import QtBot
 
-from gui.inspect.profile_data import ProfileData, profile_data
-from gui.inspect.profile_panel import ProfilePanel
-from gui.state.past import Past
-from gui.state.results import Doubt
+from gui.features.inspect.profile_panel import ProfilePanel
+from gui.features.inspect.profile_plot import ProfileData, profile_data
+from gui.state.results import Doubt, Past
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.confidence import expected_error
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult
-from ilf.project.kept_run import KeptRun
-from ilf.run import Run
+from ilf.completion.confidence.expected_error import expected_error
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import BlockResult
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
 
 LINE = ((4.5, 16.5), (60.5, 16.5))
 """Through the left hole and over the border of the blocks."""

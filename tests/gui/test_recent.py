@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.recent.store import MOST, RecentOrigins, is_missing, name_of
-from ilf.camera import CameraIntrinsics
-from ilf.io.frame_source import FrameSource
+from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
+from ilf.data.camera import CameraIntrinsics
+from ilf.sources.frame_source import FrameSource
 
 pytestmark = pytest.mark.usefixtures("qapp")
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.project.restore import restore
 from gui.project.store import WorkStore
-from ilf.ebs.edit import patch_between
+from gui.work.loading import restore
+from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
 from ilf.project.journals import left_work
+from ilf.segmentation.editing.patches import patch_between
 
 from .recording import WAIT_MS, Recording, assert_holds
 

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from gui.work import frame_runs as runs_module
-from gui.work.runs import RunState
+from gui.work.frame_runs import RunState
 from ilf import preset
 
 from .scripted_runs import Bench, Until

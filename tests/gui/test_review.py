@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gui.review.places import Review
-from ilf.suspicion import Place
+from gui.features.quality_check.presenter import Review
+from ilf.evaluation.quality.places import Place
 
 
 def place(x: float, score: float, label: int = 1, kind: str = "jump") -> Place:

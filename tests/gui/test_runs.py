@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.blocks.block_rows import block_rows
+from gui.features.blocks.presenter import block_rows
 from gui.work import frame_runs as runs_module
-from gui.work.runs import RunState
+from gui.work.frame_runs import RunState
 from ilf import preset
-from ilf.blocks import Block, find_blocks
-from ilf.ebs.edit import merge
-from ilf.outcomes import BlockResult
-from ilf.stopping import present_wishes
+from ilf._runtime.cancellation import present_wishes
+from ilf.data.blocks import Block, find_blocks
+from ilf.data.results import BlockResult
+from ilf.segmentation.editing.cleaning import merge
 
 from .scripted_runs import Bench, ScriptedSteps, Until
 

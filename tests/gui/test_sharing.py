@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gui.project.whole import project_of, take_settings
+from gui.project.present import project_of, take_settings
 from gui.state.session import Session
 from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
-from ilf.parameters import Parameters
-from ilf.run import Run
+from ilf.data.parameters import Parameters
+from ilf.run.run import Run
 
 from .states import SIGNALS
 

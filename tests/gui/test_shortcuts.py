@@ -11,9 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.inventory import HELD, keys_text
-from gui.shortcuts.dialog import ShortcutsDialog
-from gui.shortcuts.keymap import Keymap
+from gui.base.commands import HELD, keys_text
+from gui.features.shortcuts import Keymap, ShortcutsDialog
 
 MakeWindow = Callable[[], QMainWindow]
 

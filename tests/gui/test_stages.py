@@ -11,17 +11,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush
 from PySide6.QtWidgets import QComboBox, QToolButton
 
-from gui import theme
-from gui.extraction.found_blocks import find
-from gui.extraction.preview import ExtractionPreview, Question
-from gui.views.contents.cell import Cell
-from gui.views.contents.making import Studio
-from gui.views.contents.material import Material
-from gui.views.contents.stages import StageBoard
-from gui.views.overlay import BlockOverlay
+from gui.base import theme
+from gui.features.extraction import ExtractionPreview, Question
+from gui.views.analysis_painters import StageBoard
+from gui.views.cells import Cell, Studio
+from gui.views.painter import Material
+from gui.views.pixel_items import BlockOverlay
+from gui.work.found_blocks import find
 from ilf import BlockParameters
-from ilf.drawing.stages import STAGES, stage_count, stage_legend, stage_picture
-from ilf.ebs import Extraction, extract
+from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
+from ilf.segmentation.extraction import Extraction, extract
 
 WAIT_MS = 20_000
 CANNY = BlockParameters(detector="canny")
@@ -130,7 +129,7 @@ def gate(monkeypatch):
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction.preview.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.find", waiting)
     return opened
 
 
@@ -180,7 +179,7 @@ def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_old
             raise MemoryError("no memory")
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction.preview.find", broken)
+    monkeypatch.setattr("gui.features.extraction.find", broken)
     failing = Question(small_frame, CANNY.replace(dilation=2), "blocks")
     with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
         preview.ask(failing)

@@ -7,15 +7,14 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.state.changing_blocks import Kept
-from gui.state.results import Doubt, Held
+from gui.state.results import BlockCounts, Doubt, Held
 from gui.state.session import LARGEST_LABEL, Session
-from gui.state.tally import BlockCounts
 from gui.state.workspace import Workspace
-from ilf.ebs.edit import patch_between
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult
-from ilf.parameters import BlockParameters, preset
-from ilf.run import Run
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters, preset
+from ilf.data.results import BlockResult
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between
 
 from .states import QUICK, QUICK_OWN, edit, extraction, painted
 

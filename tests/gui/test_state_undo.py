@@ -8,11 +8,11 @@ import pytest
 from gui.state.commands import DRAG_S
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.completion import complete
-from ilf.ebs import extract
+from ilf.completion.completion import complete
+from ilf.data.parameters import BlockParameters, preset
+from ilf.data.results import BlockResult, compose
 from ilf.errors import InputError
-from ilf.outcomes import BlockResult, compose
-from ilf.parameters import BlockParameters, preset
+from ilf.segmentation.extraction import extract
 
 from .states import QUICK, QUICK_OWN, edit, extraction
 

@@ -9,20 +9,20 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from gui.dialogs.export import behind
-from gui.effect.effect_line import EffectLine
-from gui.effect.presenter import EffectPresenter
+from gui.features.documents.export import behind
+from gui.features.edit_summary import EffectLine, EffectPresenter
 from gui.state.session import Session
 from gui.tools.block_commands import BlockCommands
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter
-from gui.work.live import LiveSolver
-from gui.work.runs import RunState
-from ilf.ebs.edit import LabelPatch, patch_between
-from ilf.frame import RGBDFrame
-from ilf.outcomes import Completion
-from ilf.run import Effect, Run
+from gui.work.frame_runs import RunState
+from gui.work.runs import LiveSolver
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import Completion
+from ilf.evaluation.edit_summary import Effect
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from .scripted_runs import Bench, Until
 
@@ -97,7 +97,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
         asked.append((before, after))
         return Effect(1)
 
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
     run_all(bench, until)
     for count, column in enumerate((26, 22), 1):
         drawn = bench.session.notes.drawn

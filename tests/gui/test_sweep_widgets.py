@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from gui.sweep.error_curve import ErrorCurve
-from gui.sweep.error_grid import ErrorGrid
-from gui.sweep.multiples import Multiples, Scale
-from gui.sweep.options import CriterionBox, RangeBox
-from gui.views.colour_maps import depth_table
+from gui.features.sweep.charts import ErrorCurve, ErrorGrid
+from gui.features.sweep.multiples import Multiples, Scale
+from gui.features.sweep.options import CriterionBox, RangeBox
+from gui.views.colours import depth_table
 from gui.widgets.work_row import WorkRow
+from ilf.data.parameters import PRESETS
 from ilf.errors import ParameterError
-from ilf.parameters import PRESETS
 
 
 def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):

@@ -10,10 +10,10 @@ from PySide6.QtCore import QObject
 
 from gui.tools.base import Point, Tool
 from gui.tools.kinds import make_tools
-from gui.tools.pen import Pen, straightened
-from gui.views.pointer import PointerEvent, PointerKind
-from ilf.ebs.edit import LabelPatch, patch_between
-from ilf.frame import RGBDFrame
+from gui.tools.line import Pen, straightened
+from gui.views.interaction import PointerEvent, PointerKind
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 from .tool_host import Hand, ToolHost
 

@@ -11,8 +11,8 @@ from PySide6.QtCore import QObject
 
 from gui.tools.base import Tool
 from gui.tools.kinds import TOOL_NAMES, make_tools
-from ilf.ebs.drawn import border_pixels
-from ilf.frame import RGBDFrame
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.patches import border_pixels
 
 from .tool_host import Hand, ToolHost
 

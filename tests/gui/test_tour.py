@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pytestqt.qtbot import QtBot
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 
 DOCS = Path(__file__).parents[2] / "assets" / "docs"
 

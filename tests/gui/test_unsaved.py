@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gui.project_file.present import PresentProject
+from gui.project.present import PresentProject
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.io.frame_source import FrameSource
-from ilf.outcomes import BlockResult
-from ilf.parameters import BlockParameters
-from ilf.project import KeptRun
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import BlockResult
+from ilf.project.run_history import KeptRun
+from ilf.sources.frame_source import FrameSource
 
 from .states import QUICK, QUICK_OWN, edit, extraction
 

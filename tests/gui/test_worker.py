@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.work.worker import Worker
-from ilf.stopping import check_stopped
+from gui.work.jobs import Worker
+from ilf._runtime.cancellation import check_stopped
 
 WAIT_MS = 10_000
 Until = Callable[[Callable[[], bool]], None]
@@ -165,13 +165,13 @@ def test_nothing_is_heard_after_a_shutdown(worker: Worker, said: list[Any], qtbo
 
 
 def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 0.05)
+    monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     job = Job()
     worker.start(job)
     assert not worker.shutdown()
     assert worker.busy
     job.gate.release(3)
-    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 20)
+    monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 20)
     assert worker.shutdown()
 
 
@@ -239,7 +239,7 @@ def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until)
 
 
 def test_what_is_to_be_finished_is(qapp: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 0.05)
+    monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
     worker, begun, gate, done = Worker(finishes=True), threading.Event(), threading.Event(), []
 
     def job() -> Generator[None, None, None]:

@@ -11,13 +11,11 @@ from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.aid import Aid, aid_of
-from gui.tools.base import Found, Point, Tool
-from gui.tools.options import ToolOptions
-from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
-from ilf.ebs.edit import LabelPatch
-from ilf.frame import RGBDFrame
-from ilf.run import Run
+from gui.tools.base import Found, Point, Tool, ToolOptions
+from gui.views.interaction import PointerEvent, PointerKind, Preview
+from ilf.data.frame import RGBDFrame
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch
 
 
 class ToolHost:

@@ -15,13 +15,14 @@ import cv2
 import numpy as np
 import pytest
 
-import ilf.batch.local
+import ilf.batch.batch
 import ilf.batch.pictures
-import ilf.batch.states
-from ilf.batch import BatchFrame, FrameOutcome
+import ilf.batch.workers
+from ilf.batch.frame_record import FrameOutcome
+from ilf.batch.frames import BatchFrame
 from ilf.batch.task import Task, complete_frame
-from ilf.frame import RGBDFrame
-from ilf.io.frame_source import FrameSource
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frame_source import FrameSource
 
 H, W = 24, 32
 
@@ -84,7 +85,7 @@ def work_in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         begun.append(frame.key)
         return complete_frame(task, frame, threads)
 
-    for module in (ilf.batch.local, ilf.batch.pictures, ilf.batch.states):
+    for module in (ilf.batch.workers, ilf.batch.pictures, ilf.batch.batch):
         monkeypatch.setattr(module, "done_apart", apart)
-    monkeypatch.setattr(ilf.batch.local, "complete_frame", completed)
+    monkeypatch.setattr(ilf.batch.workers, "complete_frame", completed)
     return begun

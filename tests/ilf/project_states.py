@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from ilf.frame import RGBDFrame
-from ilf.guide import Guide
-from ilf.judgement import HiddenTest
-from ilf.project import BlockInfo, BlockNotes, FrameState, Guess, KeptRun, Looked
-from ilf.run import Run
+from ilf.data.frame import RGBDFrame
+from ilf.data.guide import Guide
+from ilf.evaluation.hold_out import HiddenTest
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, Looked
+from ilf.project.run_history import Guess, KeptRun
+from ilf.run.run import Run
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 

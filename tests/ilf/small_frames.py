@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ilf.edges import FrameEdges, find_edges
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges
 
 CAMERA = "80,80,39.5,29.5"
 QUICK = {"max_iterations": 25}

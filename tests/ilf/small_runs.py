@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from ilf.ebs.drawn import border_pixels
-from ilf.run import ExportOptions, Run, write
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run
+from ilf.run.writing import write
+from ilf.segmentation.editing.patches import border_pixels
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 

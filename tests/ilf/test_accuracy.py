@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, complete, extract_blocks, preset
-from ilf.assets import asset_path
-from ilf.bench.frames import load_bench_frame
-from ilf.bench.patterns import Task, make_task
-from ilf.bench.scoring import score
-from ilf.experiments.surfaces import Surface, continuous_defect, sensed
-from ilf.parameters import PRESETS
+from ilf._runtime.installation import asset_path
+from ilf.data.parameters import PRESETS
+from ilf.lab.bench.frames import load_bench_frame
+from ilf.lab.bench.patterns import Task, make_task
+from ilf.lab.bench.runner import score
+from ilf.lab.experiments.surfaces import Surface, continuous_defect, sensed
 
 MEASURED = {
     # scene, preset: RMSE [mm], MAE [mm], coverage, within

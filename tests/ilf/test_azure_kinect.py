@@ -14,8 +14,8 @@ import pytest
 
 import ilf
 from ilf.errors import FormatError, InputError
-from ilf.io.recordings import close_all
-from ilf.io.recordings.azure_calibration import cameras_of
+from ilf.sources.azure_kinect import cameras_of
+from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR
 from tests.ilf.matroska import calibration, write_azure
 

@@ -19,36 +19,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-import ilf.batch.local
-import ilf.batch.manifest
+import ilf.batch.batch
 import ilf.batch.pictures
-import ilf.batch.states
-from ilf.batch import (
-    BatchFrame,
-    BatchSettings,
-    FrameStatus,
-    frames_of_sources,
-    named_frames,
-    open_batch,
-    selected,
-    shard_of,
-)
-from ilf.batch.cluster import outcomes_on_cluster
-from ilf.batch.frame_record import read_frame_record
-from ilf.batch.frames import folder_name
-from ilf.batch.local import outcomes_here
-from ilf.batch.manifest import write_manifest
+import ilf.batch.workers
+from ilf.batch.batch import open_batch, write_manifest
+from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
+from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, selected, shard_of
 from ilf.batch.pictures import depth_levels, read_preview
-from ilf.batch.reading import read_frame
-from ilf.batch.settings import read_settings, sha256_of, write_settings
-from ilf.batch.steady import steady_depth
-from ilf.batch.task import Task, complete_frame
+from ilf.batch.settings import BatchSettings, read_settings, sha256_of, write_settings
+from ilf.batch.task import Task, complete_frame, steady_depth
+from ilf.batch.workers import outcomes_here, outcomes_on_cluster
 from ilf.cli import main
-from ilf.cli.progress import FramesBar
+from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
-from ilf.io.frame_source import FrameSource
-from ilf.judgement import HiddenTest
-from ilf.run import ExportOptions, Recipe, read_record
+from ilf.evaluation.hold_out import HiddenTest
+from ilf.run.options import ExportOptions
+from ilf.run.record_file import read_record
+from ilf.run.run import Recipe
+from ilf.sources.frame_source import FrameSource
 
 from .batch_frames import Deadly, contents, work_in_this_process, write_frames
 from .small_frames import write_small_frame
@@ -283,13 +271,13 @@ def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeyp
     out = tmp_path / "out"
     batch = open_batch(frames_in(source), out, SETTINGS)
     complete_frame(batch.task, batch.to_do[0])
-    real = ilf.batch.manifest.write_csv
+    real = ilf.batch.batch.write_csv
 
     def slow(path: Path, rows: list) -> None:
         real(path, rows)
         complete_frame(batch.task, batch.to_do[1])  # by somebody else, who has written a manifest before
 
-    monkeypatch.setattr(ilf.batch.manifest, "write_csv", slow)
+    monkeypatch.setattr(ilf.batch.batch, "write_csv", slow)
     assert len(write_manifest(out, batch.frames)) == 2
     assert len(manifest(out)) == 2
 

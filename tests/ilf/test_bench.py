@@ -10,27 +10,16 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, preset
-from ilf.bench import (
-    METHODS,
-    BenchFrame,
-    Method,
-    Plan,
-    choose_methods,
-    find_frames,
-    load_bench_frame,
-    make_task,
-    read_earlier,
-    run_bench,
-    score,
-    summarise,
-)
-from ilf.bench.against_peers import against_peers, bootstrap
-from ilf.bench.methods import GROUPS
 from ilf.cli import main
-from ilf.completion import complete
-from ilf.confidence import depth_error
+from ilf.completion.completion import complete
+from ilf.completion.confidence.expected_error import depth_error
+from ilf.data.parameters import PRESETS
 from ilf.errors import FormatError, InputError, ParameterError
-from ilf.parameters import PRESETS
+from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
+from ilf.lab.bench.methods import GROUPS, METHODS, Method, choose_methods
+from ilf.lab.bench.patterns import make_task
+from ilf.lab.bench.results import Plan, against_peers, bootstrap, summarise
+from ilf.lab.bench.runner import read_earlier, run_bench, score
 from tests.bench import frame_split
 
 from .small_frames import write_small_frame

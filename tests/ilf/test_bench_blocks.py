@@ -9,20 +9,21 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, complete, preset
-from ilf.bench import BLOCK_METHODS, BlockMethod, BlockPlan, find_evidence, run_block_bench, summarise_blocks
-from ilf.bench.block_measures import (
+from ilf.cli import main
+from ilf.data.pixel_grids import both, mark
+from ilf.data.results import Status
+from ilf.errors import InputError
+from ilf.lab.bench.block_measures import (
     boundary_score,
     count_leaks,
     coverage,
     cut_rate,
+    find_evidence,
     purity,
     recoverable_share,
     score_blocks,
 )
-from ilf.cli import main
-from ilf.edges.pairs import both, mark
-from ilf.errors import InputError
-from ilf.outcomes import Status
+from ilf.lab.bench.blocks import BLOCK_METHODS, BlockMethod, BlockPlan, run_block_bench, summarise_blocks
 
 from .small_frames import write_small_frame
 

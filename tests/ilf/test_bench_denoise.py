@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.bench import denoise_runner
-from ilf.bench.denoise_scenes import SCENES
-from ilf.bench.peers.denoisers import DENOISERS
-from ilf.bench.sensor_noise import StructuredLight
 from ilf.cli import main
+from ilf.lab.bench import denoising as denoise_runner
+from ilf.lab.bench.denoising import DENOISERS, SCENES, StructuredLight
 
 
 @pytest.mark.parametrize("name", ["cylinder, 6.5 mm", "steps and slopes, Kinect", "things, 0.4 %"])

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from ilf.camera import IMAGE_SIZES, INTRINSICS
+from ilf.data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
 from ilf.errors import FormatError, IlfError, InputError
-from ilf.frame import CameraIntrinsics
-from ilf.io.camera_files import intrinsics_from
+from ilf.io.cameras import intrinsics_from
 
 NUMBERS = [500.0, 510.0, 320.5, 240.25]
 MATRIX = [[500.0, 0, 320.5], [0, 510.0, 240.25], [0, 0, 1]]

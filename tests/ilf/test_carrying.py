@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters, Parameters
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
-from ilf.io import load_frame
-from ilf.parameters import BlockParameters, Parameters
-from ilf.project import BlockInfo, BlockNotes, FrameState, carry
-from ilf.project.frame_state import is_carried, is_edited
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, is_carried, is_edited
+from ilf.project.propagation import carry
+from ilf.sources.frames import load_frame
 
 WALL = BlockInfo("Wall", (1, 2, 3), locked=True)
 GONE = BlockInfo("Gone", (4, 5, 6))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from ilf.trial import in_child
+from ilf._runtime.sandbox import in_child
 
 from .batch_frames import write_frames
 
@@ -50,7 +50,7 @@ def _frozen(folder: Path, room: str) -> str:
     return str(program)
 
 
-@pytest.mark.parametrize("room", ["ilf.cli", "gui.app"])
+@pytest.mark.parametrize("room", ["ilf.cli", "gui.app.start"])
 def test_a_frozen_program_tries_readers_in_a_child(tmp_path: Path, monkeypatch, room: str) -> None:
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)

@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.assets import asset_path
+from ilf._runtime.installation import asset_path
 from ilf.cli import complete, main, parsing
 from ilf.cli.commands import build_parser
 from ilf.errors import InputError
-from ilf.io import read_blocks, read_labels, write_blocks
-from ilf.run import read_record
+from ilf.io.block_files import read_blocks, write_blocks
+from ilf.io.labels import read_labels, write_labels, write_mask
+from ilf.run.record_file import read_record
 
 from .small_frames import CAMERA, write_small_frame
 
@@ -238,8 +239,8 @@ def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
     labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
     drawn = np.zeros((60, 80), bool)
     drawn[:, 39:41] = True
-    ilf.io.write_labels("labels.png", labels)
-    ilf.io.write_mask("mask.png", drawn)
+    write_labels("labels.png", labels)
+    write_mask("mask.png", drawn)
     flags = ["complete", *files, "--no-cloud", "--quiet", "--labels", "labels.png", "--drawn", "mask.png"]
     assert main([*flags, "--out", "out"]) == 0
     depth = np.load("out/depth.npy")

@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.assets import asset_path
+from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.report import completion_report, largest_share
-from ilf.judgement import HiddenTest, Judgement, Sweep, compare_hidden, judge_completion, judge_hidden, run_sweep
-from ilf.parameters import BlockParameters
-from ilf.preset_files import OwnPreset, save_preset, write_preset
+from ilf.cli.output import completion_report, largest_share
+from ilf.data.parameters import BlockParameters
+from ilf.evaluation.evaluation import Judgement, judge_completion
+from ilf.evaluation.hold_out import HiddenTest, compare_hidden, judge_hidden
+from ilf.evaluation.sweep import Sweep, run_sweep
+from ilf.run.preset_files import OwnPreset, save_preset, write_preset
 
 from .small_frames import write_small_frame
 from .test_cli import QUICK, fails

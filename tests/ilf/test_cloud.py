@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ilf.cloud import PointCloud, back_project, in_axes, point_cloud
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.points import PointCloud, back_project, in_axes, point_cloud
 from ilf.errors import InputError, ParameterError
-from ilf.frame import CameraIntrinsics
 
 CAMERA = CameraIntrinsics(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.blocks import Block
-from ilf.completion import CompletionRun, complete, known_needed
+from ilf._runtime.threads import side_by_side
+from ilf.completion.completion import CompletionRun, complete, known_needed
+from ilf.completion.pass_band.iteration import PassBandIteration
+from ilf.data.blocks import Block
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import Progress, Status, compose
 from ilf.errors import Cancelled, InputError, ParameterError
-from ilf.filter.pass_band.iteration import PassBandIteration
-from ilf.frame import RGBDFrame
-from ilf.judgement import HiddenTest, judge_hidden
-from ilf.outcomes import Progress, Status, compose
-from ilf.run import Recipe
-from ilf.threads import side_by_side
+from ilf.evaluation.hold_out import HiddenTest, judge_hidden
+from ilf.run.run import Recipe
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -255,7 +255,7 @@ def patchwork(small_frame: RGBDFrame) -> tuple[RGBDFrame, np.ndarray]:
 def test_results_do_not_depend_on_the_number_of_threads(
     patchwork: tuple[RGBDFrame, np.ndarray], monkeypatch: pytest.MonkeyPatch, threads: int
 ) -> None:
-    monkeypatch.setattr("ilf.threads.SLICE_S", 0.0005)
+    monkeypatch.setattr("ilf._runtime.threads.SLICE_S", 0.0005)
     frame, labels = patchwork
     parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
     alone = complete(frame, labels, parameters, threads=1)
@@ -331,7 +331,7 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
 
 
 def test_threads_are_no_more_than_a_slice_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ilf.threads.SLICE_S", 0.0)  # a slice is one item
+    monkeypatch.setattr("ilf._runtime.threads.SLICE_S", 0.0)  # a slice is one item
     made: list[int] = []
 
     def task() -> Iterator[int]:
@@ -358,7 +358,7 @@ def test_an_error_in_a_thread_comes_out_at_next(
             raise MemoryError("no room for block 2")
         return PassBandIteration(frame, block, parameters)
 
-    monkeypatch.setattr("ilf.completion.make_stepper", broken)
+    monkeypatch.setattr("ilf.completion.completion.make_stepper", broken)
     with pytest.raises(MemoryError, match="block 2"):
         complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 

@@ -7,31 +7,24 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.bench import METHODS
-from ilf.bench.calibration import calibrate, main
-from ilf.bench.error_fit import Sample, fit
-from ilf.completion import complete
-from ilf.confidence import (
-    FEATURES,
-    FLOOR,
-    MODELS,
-    WITHIN,
-    WITHIN_TWICE,
-    Curve,
-    ErrorModel,
+from ilf.completion.completion import complete
+from ilf.completion.confidence.expected_error import (
+    _discs,
     depth_error,
-    error_features,
     error_summary,
     expected_error,
+    own_test,
     summarised,
     unvouched,
 )
-from ilf.confidence.difficulty import _discs, own_test
-from ilf.confidence.model import wideness
-from ilf.confidence.walks import walk
+from ilf.completion.confidence.features import FEATURES, FLOOR, error_features, walk
+from ilf.completion.confidence.fitted import MODELS
+from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, wideness
+from ilf.data.parameters import Parameters
 from ilf.errors import InputError, ParameterError
-from ilf.judgement import HiddenTest, judge_hidden
-from ilf.parameters import Parameters
+from ilf.evaluation.hold_out import HiddenTest, judge_hidden
+from ilf.lab.bench.calibration import Sample, calibrate, fit, main
+from ilf.lab.bench.methods import METHODS
 
 from .small_frames import QUICK, write_small_frame
 
@@ -186,17 +179,17 @@ def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
 
 
 def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_be_tested_too(monkeypatch):
-    monkeypatch.setattr("ilf.confidence.difficulty._FEWEST", 10)
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._FEWEST", 10)
     sparse = np.random.default_rng(0).uniform(size=PLANE.shape) < 0.02
     features, _ = own_test(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
     assert 30 <= len(features) < 100
     near = np.where(_discs(PLANE.shape) | (COLUMNS < 60), 0.11, 0.099)  # what is left is too near for a frame
     assert own_test(ilf.RGBDFrame(COLOUR, near)) is not None
     assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near)), near)[HOLE]).all()
-    monkeypatch.setattr("ilf.confidence.difficulty._LONGEST", 32)
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._LONGEST", 32)
     features, _ = own_test(ilf.RGBDFrame(COLOUR, PLANE))
     assert 0.2 < len(features) / (24 * 32) < 0.35
-    monkeypatch.setattr("ilf.confidence.difficulty._LOOKED_AT", 50)
+    monkeypatch.setattr("ilf.completion.confidence.expected_error._LOOKED_AT", 50)
     assert 40 < len(own_test(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
 
 
@@ -253,7 +246,7 @@ def test_what_frames_have_of_their_own_is_found_in_wide_gaps():
 
 def test_calibration_command(tmp_path, capsys, monkeypatch):
     fitted = tmp_path / "fitted.py"
-    monkeypatch.setattr("ilf.bench.calibration.confidence.__file__", str(tmp_path / "__init__.py"))
+    monkeypatch.setattr("ilf.lab.bench.calibration.confidence.__file__", str(tmp_path / "__init__.py"))
     for name in ("one", "other"):
         write_small_frame(tmp_path / name)
         (tmp_path / name / "meta.json").write_text(json.dumps({"name": name, "depth_units_per_m": 1000}))
@@ -268,7 +261,7 @@ def test_calibration_command(tmp_path, capsys, monkeypatch):
         "fitted to others, random", "fitted to others, areas",
     ]  # fmt: skip
     written = {}
-    exec(fitted.read_text().replace("from .model", "from ilf.confidence.model"), written)
+    exec(fitted.read_text().replace("from .model", "from ilf.completion.confidence.model"), written)
     assert set(written["MODELS"]) == set(MODELS)
     assert str(written["MODELS"]["ideal"]) == lines[0]
     assert written["MODELS"]["edge-aware"] == MODELS["edge-aware"]

@@ -11,23 +11,34 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import completion as completing
-from ilf.assets import asset_path
-from ilf.blocks import Block, find_blocks
-from ilf.completion import CompletionRun
-from ilf.correction import CorrectionNetwork, load_correction_network, made_of
-from ilf.correction.correction import Correction
-from ilf.correction.features import CHANNELS, correction_features
-from ilf.correction.network import CELL, LARGEST, _weighted, smoothed
-from ilf.correction.spreading import factors_of, load_of, solve, spread
-from ilf.edges import questions
-from ilf.edges.onnx_network import LEAST_SIDE
+from ilf._runtime.cancellation import check_stopped, heeding
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks import cancellable as questions
+from ilf._runtime.networks.models import CORRECTION
+from ilf._runtime.networks.network import LEAST_SIDE
+from ilf.completion import completion as completing
+from ilf.completion.completion import CompletionRun
+from ilf.completion.correction import (
+    CELL,
+    CHANNELS,
+    LARGEST,
+    Correction,
+    CorrectionNetwork,
+    _weighted,
+    correction_features,
+    factors_of,
+    load_correction_network,
+    load_of,
+    made_of,
+    smoothed,
+    solve,
+    spread,
+)
+from ilf.completion.filter import is_guided
+from ilf.data.blocks import Block, find_blocks
+from ilf.data.results import BlockResult
 from ilf.errors import Cancelled, FormatError, InputError
-from ilf.filter.stepper import is_guided
-from ilf.models import CORRECTION
-from ilf.outcomes import BlockResult
-from ilf.run.networks import present_sha256
-from ilf.stopping import check_stopped, heeding
+from ilf.run.record import present_sha256
 
 RNG = np.random.default_rng(7)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.correction.features import CHANNELS
-from ilf.correction.training.samples import SampleFolder, read_sample, varied
+from ilf.completion.correction import CHANNELS
 from ilf.errors import InputError
+from ilf.lab.training.correction.lesson import SampleFolder, read_sample, varied
 
 SHAPE = (24, 32)
 

@@ -8,14 +8,12 @@ import types
 import pytest
 
 import ilf
-from ilf.filter.convergence import IterationRecord
-from ilf.filter.edge_aware.record import EdgeAwareRecord
-from ilf.filter.pass_band.record import PassBandRecord
+from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 
-BUILT_UP = {"ilf.bench.runner._Part", "ilf.experiments.real._Part"}
+BUILT_UP = {"ilf.lab.bench.runner._Part", "ilf.lab.experiments.real._Part"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
-OWNED = {"ilf.project.block_notes.BlockNotes", "ilf.project.kept_run.KeptRun"}
+OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.KeptRun"}
 """Those that one owner works on, and gives copies of."""
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.filter.edge_aware.noise import Noise, frame_noise
-from ilf.filter.edge_aware.polynomial import polynomial_trend
-from ilf.frame import RGBDFrame
+from ilf.completion.edge_aware.noise import Noise, frame_noise
+from ilf.completion.edge_aware.shape import polynomial_trend
+from ilf.data.frame import RGBDFrame
 
 ROWS, COLUMNS = np.indices((120, 160)).astype(float)
 RNG_SEED = 3

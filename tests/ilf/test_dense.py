@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.dense import guess_steps
-from ilf.frame import RGBDFrame
+from ilf.completion.extrapolation import guess_steps
+from ilf.data.frame import RGBDFrame
 
 
 @pytest.fixture
@@ -69,6 +69,6 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     assert np.array_equal(guess(ilf.BlockParameters()).depth, usual.depth)
     assert not np.array_equal(guess(ilf.BlockParameters(depth_jump=3.0)).depth, usual.depth)
     assert usual.notes == ()
-    monkeypatch.setattr("ilf.models.asset_path", lambda name: tmp_path / "none.onnx")
+    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     (note,) = guess(None).notes
     assert note.startswith("Canny's edges stand in for the network's: ")

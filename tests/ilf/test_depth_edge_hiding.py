@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilf.edges.training.depth_edges import hiding
+from ilf.lab.training.depth_edges import pictures as hiding
 
 SHAPE = (128, 160)
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.edges.depth_features import CHANNELS
-from ilf.edges.pairs import apart, mark
-from ilf.edges.training.depth_edges.measures import LineScore
-from ilf.edges.training.depth_edges.pictures import PictureFolder, random_sample, read_picture, sample_of
+from ilf.data.pixel_grids import apart, mark
 from ilf.errors import InputError
+from ilf.lab.training.depth_edges.lesson import LineScore
+from ilf.lab.training.depth_edges.pictures import PictureFolder, random_sample, read_picture, sample_of
+from ilf.segmentation.edges.depth_edges import CHANNELS
 
 
 def write_picture(folder: Path, number: int) -> Path:

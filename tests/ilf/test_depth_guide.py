@@ -10,15 +10,13 @@ import pytest
 
 import ilf
 from ilf.cli import main
+from ilf.completion.edge_aware.fitted_guide import fit_guide
+from ilf.completion.edge_aware.guide_curve import fit_curve, sharpened
+from ilf.data.guide import Guide
 from ilf.errors import FormatError, InputError
-from ilf.filter.edge_aware.guiding import fit_guide
-from ilf.filter.edge_aware.guiding.curve import fit_curve
-from ilf.filter.edge_aware.guiding.sharpening import sharpened
-from ilf.guide import Guide
-from ilf.io import load_guide
-from ilf.io.guide_files import write_guide
-from ilf.judgement.hiding import frame_without, hidden_pixels
-from ilf.run import ExportOptions
+from ilf.evaluation.hold_out import frame_without, hidden_pixels
+from ilf.io.companions import load_guide, write_guide
+from ilf.run.options import ExportOptions
 
 SHAPE = (90, 120)
 

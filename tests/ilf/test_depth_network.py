@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf.assets import asset_path
-from ilf.edges.depth_features import CHANNELS, depth_features, filled_log_depth
-from ilf.edges.depth_network import SCALES, DepthEdgeNetwork
-from ilf.edges.onnx_network import LEAST_SIDE
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks.network import LEAST_SIDE
 from ilf.errors import FormatError, InputError
+from ilf.segmentation.edges.depth_edges import CHANNELS, SCALES, DepthEdgeNetwork, depth_features, filled_log_depth
 
 from .tiny_onnx import node, write_network
 
@@ -119,7 +118,7 @@ def test_every_pixel_stays_in_its_place(tiny: DepthEdgeNetwork, size: tuple[int,
 def test_coarse_depth_is_told_from_the_filled_one(
     tiny: DepthEdgeNetwork, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ilf.edges.depth_network.SCALES", (1.0,))
+    monkeypatch.setattr("ilf.segmentation.edges.depth_edges.SCALES", (1.0,))
     rgb, depth = noise(*size), two_walls(*size)
     found = tiny.look(rgb, depth)
     assert found.coarse is not None

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from ilf.ebs.drawn import border_pixels, redrawn
-from ilf.ebs.edit import patch_between
+from ilf.segmentation.editing.patches import border_pixels, patch_between, redrawn
 
 SHAPE = (9, 11)
 label_maps = arrays(np.int32, SHAPE, elements=st.integers(0, 3))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 import ilf
+from ilf.completion.edge_aware.grid import Parting
+from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.filter.edge_aware.parting import Parting
-from ilf.frame import RGBDFrame
 
 SHAPE = (120, 160)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]

@@ -9,31 +9,22 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
 
-from ilf.ebs.edit import (
-    LabelPatch,
-    Stroke,
-    assign_outline,
-    brush_stroke,
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.borders import redraw_border
+from ilf.segmentation.editing.cleaning import (
     clean_up,
     count_slivers,
-    cut_off,
     delete,
-    erase,
-    give,
     grow,
-    inside_outline,
     merge,
-    paint,
     parts_touch,
-    patch_between,
     pixels_apart,
-    redraw_border,
-    run_on,
     shrink,
     smooth,
-    split,
 )
-from ilf.frame import RGBDFrame
+from ilf.segmentation.editing.cutting import cut_off, run_on, split
+from ilf.segmentation.editing.painting import Stroke, assign_outline, brush_stroke, erase, give, inside_outline, paint
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 SHAPE = (14, 17)
 label_maps = arrays(np.int32, SHAPE, elements=st.integers(0, 4))

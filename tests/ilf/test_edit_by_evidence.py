@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilf.ebs.edit import Stroke, split
-from ilf.ebs.pieces import piece_at
-from ilf.ebs.similar import Similar
-from ilf.ebs.snapping import Snapper
-from ilf.ebs.splitting import suggest_split
-from ilf.frame import RGBDFrame
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.editing.cutting import piece_at, split, suggest_split
+from ilf.segmentation.editing.painting import Stroke
+from ilf.segmentation.editing.snapping import Similar, Snapper
 
 SHAPE = (80, 120)
 ROWS, COLUMNS = np.mgrid[:80, :120] + 0.5

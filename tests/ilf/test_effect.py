@@ -9,9 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 import ilf
-from ilf import completion as completing
-from ilf.ebs.edit import LabelPatch, patch_between
-from ilf.run import Effect, Run, edit_effect
+from ilf.completion import completion as completing
+from ilf.evaluation.edit_summary import Effect, edit_effect
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
 @pytest.fixture

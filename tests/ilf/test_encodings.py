@@ -14,15 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
+from ilf._runtime.schema import Section
 from ilf.cli import main
+from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
-from ilf.frame import FrameInputs, InputFile
 from ilf.io.depth_reading import decoded
 from ilf.io.encodings import ENCODINGS, MEANINGS, encoding_of, encoding_of_inputs
-from ilf.io.frame_source import FrameSource
 from ilf.run.record import inputs_to_dict
 from ilf.run.record_file import parsed_inputs, read_record
-from ilf.sections import Section
+from ilf.sources.frame_source import FrameSource
 
 H, W = 60, 80
 HOLE = np.s_[10:20, 30:50]

@@ -12,11 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from ilf._runtime.ending import Interrupted, ending_when_asked, fault_log, note_fault
+from ilf._runtime.processes import process_pool, result_of, run_units
 from ilf.cli import info, main
-from ilf.cli.ending import Interrupted, ending_when_asked
 from ilf.errors import IlfError
-from ilf.fault_log import fault_log, note_fault
-from ilf.processes import process_pool, result_of, run_units
 
 from .batch_frames import write_frames
 
@@ -43,9 +42,9 @@ def test_units_in_this_process_are_done_in_order() -> None:
 _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
-from ilf.cli.ending import ending_when_asked
-from ilf.unfinished import unfinished
-from ilf.processes import process_pool
+from ilf._runtime.ending import ending_when_asked
+from ilf._runtime.temporary_files import unfinished
+from ilf._runtime.processes import process_pool
 
 half = Path(sys.argv[1])
 half.touch()
@@ -82,7 +81,7 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
 
 _STARTING = """
 import os, signal
-from ilf.processes import process_pool
+from ilf._runtime.processes import process_pool
 
 if __name__ == "__main__":
     with process_pool(1) as pool:
@@ -141,7 +140,7 @@ def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: P
 
 _TRYING = """
 import sys
-from ilf.trial import in_child
+from ilf._runtime.sandbox import in_child
 reader = "import os, time; print(os.getpid(), file=open(%r, 'w'), flush=True); time.sleep(600)" % sys.argv[1]
 in_child(exec, reader, file="a")
 """

@@ -12,31 +12,26 @@ import pytest
 
 from ilf import CameraIntrinsics, RGBDFrame
 from ilf.cli import main
+from ilf.data.results import IterationRecord
 from ilf.errors import Cancelled, FormatError, InputError, ParameterError
-from ilf.experiments import (
-    EXPERIMENTS,
-    Settings,
-    chosen_experiments,
-    convergence,
-    cylinder,
-    limits,
-    read_result,
-    registry,
-    rendered,
-    run_experiment,
-    sphere,
-    table,
-    write_report,
-    write_result,
+from ilf.evaluation.hold_out import RANDOM_KEPT
+from ilf.lab.experiments import convergence, cylinder, limits, registry, sphere, table
+from ilf.lab.experiments.experiment import Settings
+from ilf.lab.experiments.files import read_result, rendered, write_result
+from ilf.lab.experiments.plots import how_it_compares, spans, won_rates
+from ilf.lab.experiments.real import cloud_picture
+from ilf.lab.experiments.registry import EXPERIMENTS, chosen_experiments, run_experiment
+from ilf.lab.experiments.report import write_report
+from ilf.lab.experiments.spots import find_spot, with_spot
+from ilf.lab.experiments.surfaces import (
+    POLYNOMIALS,
+    Case,
+    Surface,
+    continuous_defect,
+    inlier_polynomial,
+    run_case,
+    sensed,
 )
-from ilf.experiments.inlier_polynomial import inlier_polynomial
-from ilf.experiments.rendering import cloud_picture
-from ilf.experiments.spots import find_spot, with_spot
-from ilf.experiments.surfaces import Surface, continuous_defect, sensed
-from ilf.experiments.sweep import POLYNOMIALS, Case, run_case
-from ilf.experiments.verdicts import how_it_compares, spans, won_rates
-from ilf.filter.convergence import IterationRecord
-from ilf.judgement.hiding import RANDOM_KEPT
 
 from .small_frames import write_small_frame
 
@@ -242,7 +237,7 @@ def test_real_frames_are_one_of_every_sensor(two_frames):
 
 
 def test_without_data_the_sample_is_taken_and_named_as_such():
-    from ilf.experiments.sources import find_sources
+    from ilf.lab.experiments.sources import find_sources
 
     sources = find_sources(Settings())
     assert [source.name for source in sources.frames] == ["room"]

@@ -9,16 +9,24 @@ import pytest
 from scipy.ndimage import label as components
 
 import ilf
-from ilf.ebs import extract, forget_stages, found_blocks
-from ilf.ebs.boundaries import contract, dilate, outlines, regions_between, snap_to_jumps
-from ilf.ebs.existence import keep_existing
-from ilf.ebs.extraction import find_margins
-from ilf.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from ilf.edges.frame_edges import lines_of, relief_of
-from ilf.edges.pairs import mark
-from ilf.edges.relief import find_relief
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.data.pixel_grids import mark
+from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
+from ilf.segmentation.edges.frame_edges import lines_of, relief_of
+from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.extraction import (
+    contract,
+    dilate,
+    extract,
+    find_margins,
+    forget_stages,
+    found_blocks,
+    outlines,
+    regions_between,
+    snap_to_jumps,
+)
+from ilf.segmentation.merging import keep_existing
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from ilf._runtime.memory import check_fits, give_back, memory_limit, memory_needed
 from ilf.errors import FormatError, ParameterError
-from ilf.memory import check_fits, give_back, memory_limit, memory_needed
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
 from tests.bench.writers import WRITERS, Write, Writer
@@ -51,12 +51,12 @@ def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -
 
 def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
-    monkeypatch.setattr("ilf.memory._trim", lambda: asked.append)
+    monkeypatch.setattr("ilf._runtime.memory._trim", lambda: asked.append)
     give_back(640 * 480)
     assert asked == []
     give_back(1920 * 1080)
     assert asked == [0]
-    monkeypatch.setattr("ilf.memory._trim", lambda: None)
+    monkeypatch.setattr("ilf._runtime.memory._trim", lambda: None)
     give_back(1920 * 1080)
 
 

@@ -8,11 +8,11 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TypeVar
 
-from ilf.frame import InputFile
-from ilf.io.frame_source import FrameSource
-from ilf.project import ProjectFrame
+from ilf.data.frame import InputFile
 from ilf.project.finding import LostFile, find_in, lost_files, relocated
+from ilf.project.project import ProjectFrame
 from ilf.project.sources import Places
+from ilf.sources.frame_source import FrameSource
 
 T = TypeVar("T")
 

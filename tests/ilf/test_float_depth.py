@@ -16,14 +16,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
+from ilf._runtime.files import FileContent
+from ilf._runtime.schema import Section
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
-from ilf.io import load_guide, read_depth_values
+from ilf.io.companions import load_guide
+from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
-from ilf.io.exr_files import read_exr
-from ilf.io.files import FileContent
+from ilf.io.float_images import read_exr
 from ilf.run.record import inputs_to_dict
 from ilf.run.record_file import parsed_inputs
-from ilf.sections import Section
 
 H, W = 24, 32
 METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)

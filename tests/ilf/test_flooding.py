@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from skimage.segmentation import watershed
 
-from ilf import compiling
-from ilf.compiling import is_compiled
-from ilf.ebs import flooding
-from ilf.ebs.flooding import flood, flooded
+from ilf._runtime import compiling
+from ilf._runtime.cancellation import heeding
+from ilf._runtime.compiling import is_compiled
 from ilf.errors import Cancelled
-from ilf.stopping import heeding
+from ilf.segmentation import flooding
+from ilf.segmentation.flooding import flood, flooded
 
 Landscape = tuple[np.ndarray, np.ndarray, np.ndarray]
 

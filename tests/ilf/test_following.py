@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf.camera import CameraIntrinsics
-from ilf.ebs.following import follow
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
+from ilf.segmentation.propagation.propagate import follow
 
 _SHAPE = (96, 128)
 _QUICK = BlockParameters(detector="canny", min_size=1.0)
@@ -155,7 +155,7 @@ def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is() -
 def test_drawn_borders_go_along() -> None:
     before, labels = _view(30, 30)
     labels[60:75, 80:110] = 20  # against all edges
-    from ilf.ebs.drawn import border_pixels
+    from ilf.segmentation.editing.patches import border_pixels
 
     drawn = border_pixels(labels) & (labels == 20)
     after, truth = _view(25, 36)
@@ -179,7 +179,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
         found = follow(before, labels, after, how="flow", extraction=_QUICK, taken=set(range(20)))
         before, labels = after, found.labels
     assert (labels == truth).mean() > 0.97
-    from ilf.ebs.following.parts import parts_of
+    from ilf.segmentation.propagation.motion import parts_of
 
     assert np.bincount(parts_of(labels).map.ravel())[1:].min() >= 20
     rng = np.random.default_rng(1)

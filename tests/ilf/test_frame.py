@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import RGBDFrame, doubtful_scale
 from ilf.errors import InputError
-from ilf.frame import CameraIntrinsics, RGBDFrame, doubtful_scale
 
 RGB = np.zeros((2, 4, 3), np.uint8)
 

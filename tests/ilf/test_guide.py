@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ilf.ebs.guide import find_boundaries
-from ilf.edges.frame_edges import FrameEdges
-from ilf.edges.relief import Relief
-from ilf.parameters import BlockParameters
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.edges.frame_edges import FrameEdges
+from ilf.segmentation.edges.relief import Relief
+from ilf.segmentation.extraction import find_boundaries
 
 SHAPE = (20, 30)
 

@@ -12,13 +12,17 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.cloud import in_world, point_cloud
+from ilf.data.points import in_world, point_cloud
 from ilf.errors import ExportError, FormatError, InputError
-from ilf.io import load_frame
-from ilf.io.poses import motion_between
-from ilf.io.recordings import close_all
 from ilf.project.sources import load_inputs
-from ilf.run import ExportOptions, Run, depth_weight, read_record, write, write_nerfstudio
+from ilf.run.nerfstudio import depth_weight, write_nerfstudio
+from ilf.run.options import ExportOptions
+from ilf.run.record_file import read_record
+from ilf.run.run import Run
+from ilf.run.writing import write
+from ilf.sources.frames import load_frame
+from ilf.sources.opening import close_all
+from ilf.sources.poses import motion_between
 from tests.ilf.phone_files import COLOUR_SIZE, FLIP, MM, SIZE, K, pose, write_record3d
 from tests.ilf.small_frames import write_small_frame
 

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import compiling
-from ilf.assets import asset_path
-from ilf.ebs import extract
-from ilf.ebs.drawn import border_pixels
-from ilf.parameters import PAPER_BLOCKS
+from ilf._runtime import compiling
+from ilf._runtime.installation import asset_path
+from ilf.data.parameters import PAPER_BLOCKS
+from ilf.segmentation.editing.patches import border_pixels
+from ilf.segmentation.extraction import extract
 
 TABLE = Path(__file__).with_name("held_results.json")
 DEPTH_M = 5e-5

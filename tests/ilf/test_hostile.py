@@ -14,13 +14,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
+from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf.cli import main
 from ilf.errors import FormatError, IlfError, InputError, one_line
-from ilf.io import list_frames, load_frame, read_blocks
-from ilf.io.frame_source import FrameSource
-from ilf.io.thumbnails import read_thumbnail
-from ilf.io.time_lists import associated
-from ilf.run import ExportOptions, Run, write
+from ilf.io.block_files import read_blocks
+from ilf.io.cameras import intrinsics_from
+from ilf.run.options import ExportOptions
+from ilf.run.run import Run
+from ilf.run.writing import write
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
+from ilf.sources.listing import list_frames
+from ilf.sources.times import associated
 
 from ..bench.fuzz.formats import FORMATS
 from ..bench.fuzz.worker import case, outcome
@@ -67,7 +72,7 @@ LONG = "x" * 5000
         lambda: read_blocks(LONG, (60, 80)),
         lambda: ilf.open_source(LONG),
         lambda: ilf.replay(LONG),
-        lambda: ilf.io.intrinsics_from(LONG),
+        lambda: intrinsics_from(LONG),
     ],
 )
 def test_names_that_no_file_can_have_are_errors_of_ours(read) -> None:

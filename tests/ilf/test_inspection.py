@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilf.camera import CameraIntrinsics
+from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
-from ilf.inspection import PlaneFit, angle_between, depth_profile, measure, surface_statistics
-from ilf.inspection.measuring import measurements_csv, place_of
+from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, place_of
+from ilf.evaluation.statistics import PlaneFit, surface_statistics
 
 CAMERA = CameraIntrinsics(300.0, 310.0, 79.5, 59.5)
 SHAPE = (120, 160)

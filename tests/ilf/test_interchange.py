@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ilf.errors import ExportError, FormatError, InputError
-from ilf.io import BLOCK_FORMATS, read_blocks, write_blocks
-from ilf.io.interchange.outlines import outline_polygons
-from ilf.io.interchange.rle import compressed, run_lengths
+from ilf.io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
+from ilf.io.polygons import compressed, outline_polygons, run_lengths
 
 SHAPE = (4, 6)
 MAPS = hnp.arrays(

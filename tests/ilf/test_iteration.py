@@ -10,16 +10,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ilf
-from ilf.blocks import Block, find_blocks
-from ilf.filter.convergence import held_out_of
-from ilf.filter.edge_aware.iteration import EdgeAwareIteration
-from ilf.filter.pass_band.iteration import PassBandIteration
-from ilf.filter.pass_band.lengths import principal_lengths
-from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
-from ilf.filter.pass_band.schedule import StagedSchedule
-from ilf.filter.pass_band.spectrum import colour_weight
-from ilf.frame import RGBDFrame
-from ilf.parameters import PRESETS
+from ilf.completion.edge_aware.iteration import EdgeAwareIteration
+from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
+from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
+from ilf.data.blocks import Block, find_blocks
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import PRESETS
+from ilf.data.results import held_out_of
 from tests.reference.full_grid import FullGridIteration
 
 from .small_frames import without_edges

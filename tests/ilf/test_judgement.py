@@ -12,27 +12,12 @@ import pytest
 
 import ilf
 from ilf.errors import InputError, ParameterError
-from ilf.judgement import (
-    HiddenTest,
-    Judgement,
-    Step,
-    Sweep,
-    SweepPoint,
-    compare_hidden,
-    hidden_pixels,
-    hidden_steps,
-    judge,
-    judge_blocks,
-    judge_completion,
-    judge_hidden,
-    run_sweep,
-    share_within,
-    sparsification_error,
-    sweep_steps,
-    truth_steps,
-)
-from ilf.judgement.step import run_out
-from ilf.run import Run
+from ilf.evaluation.evaluation import Judgement, Step, judge, judge_blocks, judge_completion, run_out
+from ilf.evaluation.ground_truth import truth_steps
+from ilf.evaluation.hold_out import HiddenTest, compare_hidden, hidden_pixels, hidden_steps, judge_hidden
+from ilf.evaluation.metrics import share_within, sparsification_error
+from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep, sweep_steps
+from ilf.run.run import Run
 
 QUICK = ilf.preset("paper", max_iterations=30)
 

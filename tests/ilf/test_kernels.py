@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ilf import compiling
-from ilf.compiling import compiled, is_compiled
-from ilf.ebs import boundaries
-from ilf.filter import banded
-from ilf.filter.edge_aware import kernels, trend
-from ilf.filter.edge_aware.smoothness import Weights
+from ilf._runtime import compiling
+from ilf._runtime.compiling import compiled, is_compiled
+from ilf.completion.edge_aware import kernels
+from ilf.completion.edge_aware import shape as trend
+from ilf.completion.edge_aware import smoothness as banded
+from ilf.completion.edge_aware.smoothness import Weights
+from ilf.segmentation import extraction as boundaries
 
 SHAPES = [(1, 1), (1, 4), (5, 1), (2, 2), (3, 2), (7, 9)]
 
@@ -171,13 +172,13 @@ def test_grids_are_solved(shape: tuple[int, int], as_written: bool, monkeypatch:
 
 def test_numba_is_asked_for_when_a_loop_is_first_run() -> None:
     """Importing it takes longer than all of the library's own files."""
-    program = "import sys, ilf, ilf.filter.edge_aware.iteration; sys.exit('numba' in sys.modules)"
+    program = "import sys, ilf, ilf.completion.edge_aware.iteration; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program]).returncode == 0
 
 
 def test_without_machine_code_the_plain_function_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
-    program = "from ilf.compiling import is_compiled; import sys; sys.exit(is_compiled())"
+    program = "from ilf._runtime.compiling import is_compiled; import sys; sys.exit(is_compiled())"
     assert subprocess.run([sys.executable, "-c", program]).returncode == 0
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion import block_depth
-from ilf.ebs.drawn import border_pixels
-from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame
-from ilf.run import KeyFrames, Run
-from ilf.run.key_frames import past_depth
+from ilf.completion.completion import block_depth
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import IterationRecord
+from ilf.run.key_frames import KeyFrames, past_depth
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import border_pixels
 
 
 def recorded(run: Run, key_frames: KeyFrames, threads: int = 1) -> dict[int, list[IterationRecord]]:

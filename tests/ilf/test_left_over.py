@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from ilf.io.atomic import atomic_path, write_bytes
-from ilf.io.left_over import made_by
+from ilf._runtime.files import atomic_path, write_bytes
+from ilf._runtime.temporary_files import made_by
 
 _DAY_S = 24 * 3600
 
 _KILLED = """
 import os, sys
-from ilf.io.atomic import atomic_path
+from ilf._runtime.files import atomic_path
 with atomic_path(sys.argv[1]) as temporary:
     os.kill(os.getpid(), 9)
 """
@@ -83,7 +83,11 @@ def test_only_temporary_files_go(tmp_path: Path) -> None:
 
 def test_two_that_write_at_once_do_not_hurt_each_other(tmp_path: Path) -> None:
     with atomic_path(tmp_path / "first") as first:
-        writing = [sys.executable, "-c", "import sys; from ilf.io.atomic import write_bytes as w; w(sys.argv[1], b'2')"]
+        writing = [
+            sys.executable,
+            "-c",
+            "import sys; from ilf._runtime.files import write_bytes as w; w(sys.argv[1], b'2')",
+        ]
         subprocess.run([*writing, tmp_path / "second"], check=True)
         first.write_bytes(b"1")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"first": b"1", "second": b"2"}

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf.errors import FormatError, InputError
-from ilf.io.frame_source import FrameSource
-from ilf.io.listing import list_frames
-from ilf.io.pairing import natural, paired
-from ilf.io.thumbnails import read_thumbnail
-from ilf.io.time_lists import associated
-from ilf.sources import open_source
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.listing import list_frames
+from ilf.sources.pairing import natural, paired
+from ilf.sources.source import open_source
+from ilf.sources.times import associated
 
 
 def _touch(root: Path, *names: str) -> Path:

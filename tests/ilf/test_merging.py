@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ilf.ebs.merging import Fitness, RegionGraph, numbered
-from ilf.edges.relief import Relief
-from ilf.frame import RGBDFrame
+from ilf.data.frame import RGBDFrame
+from ilf.segmentation.edges.relief import Relief
+from ilf.segmentation.merging import Fitness, RegionGraph, numbered
 
 ANY = Fitness(pixels=0, known_share=0.0, known_pixels=0)
 

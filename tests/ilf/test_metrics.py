@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ilf.errors import InputError
-from ilf.metrics import fill_rate, measure_errors
+from ilf.evaluation.metrics import fill_rate, measure_errors
 
 TRUTH = np.array([[1.0, 2.0, 4.0], [2.0, 9.0, 9.0]], np.float32)
 DEPTH = np.array([[1.0, 3.0, 3.0], [4.0, np.nan, -1.0]], np.float32)

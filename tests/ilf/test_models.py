@@ -13,12 +13,12 @@ import onnx
 import pytest
 from onnx import helper, numpy_helper
 
+from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
 from ilf.cli import main, parsing
-from ilf.declarations import ParameterSet, declare
-from ilf.edges.importing import add_model
-from ilf.edges.network import load_model
+from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ilf.segmentation.edges.detectors import load_model
+from ilf.segmentation.edges.importing import add_model
 
 from .hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
 
@@ -42,7 +42,7 @@ def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
     def at_once(function: Callable[..., object], *arguments: object, file: str) -> object:
         return function(*arguments)
 
-    monkeypatch.setattr("ilf.edges.onnx_network.in_child", at_once)
+    monkeypatch.setattr("ilf._runtime.networks.network.in_child", at_once)
 
 
 def picture(height: int, width: int) -> np.ndarray:

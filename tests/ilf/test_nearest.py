@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ilf.nearest import nearest_values
+from ilf.data.pixel_grids import nearest_values
 
 
 @pytest.mark.parametrize("mask_size", [3, 5])

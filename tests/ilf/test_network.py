@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf.assets import asset_path
-from ilf.edges.network import EdgeNetwork, load_model
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks.models import BUNDLED
 from ilf.errors import FormatError, InputError
-from ilf.models import BUNDLED
+from ilf.segmentation.edges.detectors import EdgeNetwork, load_model
 
 from .tiny_onnx import node, write_network
 
@@ -118,7 +118,7 @@ def test_a_network_that_is_read_anew_after_a_large_image_says_the_same(monkeypat
     network = load_model(BUNDLED)
     image = np.random.default_rng(3).integers(0, 256, (40, 56, 3), np.uint8)
     expected, net = network.strength(image), network._net
-    monkeypatch.setattr("ilf.edges.onnx_network._LARGE", 1)
+    monkeypatch.setattr("ilf._runtime.networks.network._LARGE", 1)
     network.strength(image)
     assert network._net is not net
     monkeypatch.undo()

@@ -8,9 +8,9 @@ import pytest
 from scipy.io import savemat
 
 from ilf.errors import FormatError, InputError
-from ilf.experiments import Settings
-from ilf.experiments.sources import find_sources, load_source
-from ilf.io.nyu_labelled import NyuLabelled, read_split
+from ilf.lab.experiments.experiment import Settings
+from ilf.lab.experiments.sources import find_sources, load_source
+from ilf.sources.nyu import NyuLabelled, read_split
 
 FRAMES, HEIGHT, WIDTH = 5, 24, 32
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.cloud import point_cloud
+from ilf.data.open3d_images import load_open3d
+from ilf.data.points import point_cloud
 from ilf.errors import ExportError, InputError
-from ilf.io import load_open3d
 
 CAMERA = ilf.CameraIntrinsics(50.0, 52.0, 9.5, 7.0)
 RNG = np.random.default_rng(4)

@@ -8,14 +8,15 @@ import pytest
 
 import ilf
 from ilf import RGBDFrame
-from ilf.cloud import point_cloud
+from ilf.data.points import point_cloud
+from ilf.data.results import Status
 from ilf.errors import InputError
-from ilf.judgement import judge_completion
-from ilf.judgement.hiding import frame_without
-from ilf.outcomes import Status
-from ilf.project import FrameState
+from ilf.evaluation.evaluation import judge_completion
+from ilf.evaluation.hold_out import frame_without
 from ilf.project.decoding import load_state
 from ilf.project.encoding import Encoder
+from ilf.project.frame_state import FrameState
+from ilf.run.options import ExportOptions
 from ilf.run.record import make_record, to_json
 from ilf.run.record_file import read_record
 
@@ -112,14 +113,14 @@ def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_
 def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     run = ilf.Run(frame, BLOCKS, QUICK)
     completion = run.complete()
-    written = ilf.write(tmp_path / "out", run, completion, ilf.run.ExportOptions(cloud=None))
+    written = ilf.write(tmp_path / "out", run, completion, ExportOptions(cloud=None))
     assert (tmp_path / "out" / "outside_view.png") in written.files
     mask = cv2.imread(str(tmp_path / "out" / "outside_view.png"), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(mask > 0, OUTSIDE)
     record = read_record(tmp_path / "out" / "run.json")
     assert record.outcomes == tuple(completion.outcomes.values())
     assert record.outcomes[0].outside == OUTSIDE.sum()
-    plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ilf.run.ExportOptions())
+    plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ExportOptions())
     assert b'"outside":' in to_json(record)
     assert b'"outside":' not in to_json(replace(plain, outcomes=()))
 
@@ -132,7 +133,7 @@ def opened_again(frame, tmp_path):
     cv2.imwrite(str(tmp_path / "depth.png"), np.nan_to_num(1000 * frame.depth).astype(np.uint16))
     files = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000)
     run = ilf.Run(replace(files, outside_view=OUTSIDE, pose=pose), BLOCKS, QUICK)
-    ilf.write(tmp_path / "done", run, run.complete(), ilf.run.ExportOptions(cloud=None))
+    ilf.write(tmp_path / "done", run, run.complete(), ExportOptions(cloud=None))
     assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000).pose is None
     return ilf.load_frame(tmp_path / "done"), pose
 
@@ -142,7 +143,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
     np.testing.assert_array_equal(completed.outside_view, OUTSIDE)
     np.testing.assert_array_equal(completed.pose, pose)
     run = ilf.Run(completed, BLOCKS, QUICK)
-    ilf.write(tmp_path / "again", run, run.complete(), ilf.run.ExportOptions(cloud=None))
+    ilf.write(tmp_path / "again", run, run.complete(), ExportOptions(cloud=None))
     again = ilf.replay(tmp_path / "again" / "run.json")
     np.testing.assert_array_equal(again.run.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(again.run.frame.pose, pose)

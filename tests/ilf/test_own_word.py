@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.blocks import find_blocks
-from ilf.filter.edge_aware.guiding import FittedGuide
-from ilf.filter.edge_aware.own_word import around_wide_gaps, own_distance
-from ilf.filter.edge_aware.reach import beyond_reach, reach_of
+from ilf.completion.edge_aware.fitted_guide import FittedGuide
+from ilf.completion.edge_aware.view import around_wide_gaps, beyond_reach, own_distance, reach_of
+from ilf.data.blocks import find_blocks
 
 SHAPE = (120, 160)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]

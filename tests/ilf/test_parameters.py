@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.declarations import ParameterSet
+from ilf.data.declarations import ParameterSet
+from ilf.data.parameters import PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
-from ilf.parameters import PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 
 SETS = [Parameters, BlockParameters]
 

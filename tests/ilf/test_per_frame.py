@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.per_frame import Memory, forget, once_per_frame
+from ilf.data.frame_cache import Memory, forget, once_per_frame
 
 
 class Owner:

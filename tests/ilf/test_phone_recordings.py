@@ -21,8 +21,8 @@ import ilf
 from ilf.cli import main
 from ilf.cli.parsing import add_distrusted, add_frame, frame_from
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
-from ilf.io.lzfse_data import unpacked
-from ilf.io.recordings import close_all
+from ilf.sources.opening import close_all
+from ilf.sources.record3d import unpacked
 from tests.ilf.phone_files import (
     COLOUR_SIZE,
     COUNT,

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.frame import RGBDFrame
-from ilf.io import load_frame
-from ilf.io.poses import camera_pose, motion_between
+from ilf.data.frame import RGBDFrame
+from ilf.sources.frames import load_frame
+from ilf.sources.poses import camera_pose, motion_between
 
 from .small_frames import write_small_frame
 

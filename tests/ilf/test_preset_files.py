@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import ilf
+from ilf.data.parameters import BlockParameters
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.parameters import BlockParameters
-from ilf.preset_files import (
+from ilf.run.preset_files import (
     OwnPreset,
     delete_preset,
     find_preset,

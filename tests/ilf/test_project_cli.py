@@ -8,10 +8,12 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.io.frame_source import FrameSource
-from ilf.project import FrameState, FrameSummary, KeptRun, Project, ProjectFrame, Stage
 from ilf.project.file import open_project, save_project
-from ilf.run import Run
+from ilf.project.frame_state import FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.run_history import KeptRun
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 

@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from ilf.project import Project
 from ilf.project.decoding import decode, load_state
 from ilf.project.encoding import Encoder, frame_part
+from ilf.project.project import Project
 from ilf.project.project_json import decode_project, encode_project
 from ilf.project.sources import Places
 

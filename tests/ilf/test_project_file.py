@@ -14,15 +14,17 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.errors import ExportError, FormatError, InputError
-from ilf.io.frame_source import FrameSource
-from ilf.project import BlockNotes, FrameState, FrameSummary, Project, ProjectFrame, Stage
+from ilf.errors import Cancelled, ExportError, FormatError, InputError
+from ilf.io.cameras import intrinsics_from
 from ilf.project.archive import Archive
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import BlockNotes, FrameState
 from ilf.project.packing import Npz, npz
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.result_packs import unpack_results
 from ilf.project.sources import ChangedSource, MissingSource, Places, source_part
+from ilf.sources.frame_source import FrameSource
 
 from .project_states import assert_same, made_frame, rich_state, small_frame
 from .small_frames import write_small_frame
@@ -42,7 +44,7 @@ def work(tmp_path):
     filed = rich_state(small_frame(folder / "frames" / "one"), "a1")
     made = rich_state(made_frame(), "b2")
     rgb, depth = map(str, write_small_frame(folder / "frames" / "two"))
-    camera = ilf.io.intrinsics_from("80,80,39.5,29.5")
+    camera = intrinsics_from("80,80,39.5,29.5")
     project = Project(
         (
             listed(filed, FrameSource(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
@@ -199,10 +201,10 @@ def test_what_is_on_disk_stays_whole_when_saving_fails(work, monkeypatch):
 
     def stop(done, total):
         if done == total - 1:
-            raise ilf.errors.Cancelled("stopped")
+            raise Cancelled("stopped")
 
     with open_project(path) as opened:
-        with pytest.raises(ilf.errors.Cancelled):
+        with pytest.raises(Cancelled):
             save_project(path, project, base=[opened.parts], on_part=stop)
         with monkeypatch.context() as patched:
             patched.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space")))

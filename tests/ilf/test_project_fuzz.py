@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ilf.errors import IlfError
-from ilf.project import FrameState, Project, ProjectFrame
 from ilf.project.file import open_project, save_project
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Project, ProjectFrame
 
 from .project_states import made_frame, rich_state, small_frame
 

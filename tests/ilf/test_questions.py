@@ -12,17 +12,17 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf.assets import asset_path
-from ilf.edges import questions
-from ilf.edges.network import EdgeNetwork
-from ilf.edges.questions import ASKED, first_input, with_questions
+from ilf._runtime.cancellation import check_stopped, heeding
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks import cancellable as questions
+from ilf._runtime.networks.cancellable import ASKED, first_input, with_questions
 from ilf.errors import Cancelled
-from ilf.stopping import check_stopped, heeding
+from ilf.segmentation.edges.detectors import EdgeNetwork
 
 _PEAKS = """
 import resource, sys
 import cv2, numpy as np
-from ilf.edges.questions import ASKED, with_questions
+from ilf._runtime.networks.cancellable import ASKED, with_questions
 cv2.setNumThreads(1)
 content = np.fromfile(sys.argv[1], np.uint8)
 for is_asking in (False, True):

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
-from ilf.judgement.ranges import can_be_swept, spread, usual_range
-from ilf.parameters import PRESETS, BlockParameters, Parameters
+from ilf.evaluation.sweep import can_be_swept, spread, usual_range
 
 NUMBERS = [
     one

@@ -13,12 +13,12 @@ import pytest
 
 import ilf
 from ilf import RGBDFrame
-from ilf.batch.reading import Reading
-from ilf.batch.steady import steadied
+from ilf.batch.frame_record import Reading
+from ilf.batch.task import steadied
 from ilf.cli import main
 from ilf.errors import DepthWarning, FormatError, InputError
-from ilf.io.recordings import is_recording
-from ilf.registration import register
+from ilf.sources.opening import is_recording
+from ilf.sources.registration import register
 
 from .two_cameras import calibration, write_pair
 

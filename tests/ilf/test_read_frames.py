@@ -16,9 +16,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
+from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
-from ilf.frame import FrameInputs, InputFile
-from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+from ilf.sources.frames import frame_folder, load_frame
 
 from .small_frames import write_small_frame
 

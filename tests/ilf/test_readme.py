@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 import pytest
 
-import ilf
 from ilf.cli import main
-from ilf.experiments import cylinder
+from ilf.data.parameters import PRESETS
+from ilf.lab.experiments import cylinder
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 PREFIX = ".venv/bin/ilf "
@@ -187,4 +187,4 @@ def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(caps
 
 def test_the_presets_of_the_table_are_those_there_are():
     listed = re.findall(r"^\| `([\w-]+)`", section("The library"), re.MULTILINE)
-    assert listed == list(ilf.parameters.PRESETS)
+    assert listed == list(PRESETS)

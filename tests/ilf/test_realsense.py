@@ -15,9 +15,9 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
-from ilf.io.recordings import close_all
-from ilf.registration import register
+from ilf.sources.opening import close_all
 from ilf.sources.realsense import load_realsense, pair_of, take_frame
+from ilf.sources.registration import register
 from tests.ilf.bags import COLOUR, DEPTH, H, W
 from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
 

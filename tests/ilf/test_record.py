@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.assets import asset_path
+from ilf._runtime.installation import asset_path
+from ilf._runtime.machine import library_versions
 from ilf.errors import FormatError
-from ilf.run import make_record, read_record
-from ilf.run.machine import library_versions
-from ilf.run.record import SCHEMA, RecordedMask, array_sha256, outcome_to_dict, to_json
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, outcome_to_dict, to_json
+from ilf.run.record_file import read_record
 
 from .small_frames import QUICK
 from .small_runs import OPTIONS, changed, distrusting, small_run, with_drawn_border, written

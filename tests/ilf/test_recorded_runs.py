@@ -14,8 +14,8 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.io.recordings import close_all
-from ilf.report.again import again_text
+from ilf.report.chapters import again_text
+from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, H, W, bag, write_aligned
 
 KEY = "1600000000.033000000"

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
-from ilf.io.recordings import close_all
+from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, KINDS, START, H, W, bag, compressed_depth, path_of, storage_of, write_aligned
 
 
@@ -408,7 +408,7 @@ def test_topics_without_end_are_refused(tmp_path: Path, statement: str) -> None:
 
 def test_definitions_and_metadata_without_end_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     paths = [write_aligned(tmp_path, kind, frames=1, name=kind) for kind in KINDS]
-    monkeypatch.setattr("ilf.io.recordings.ros_limits.MOST_DEFINITIONS", 500)
+    monkeypatch.setattr("ilf.sources.ros_messages.MOST_DEFINITIONS", 500)
     for path in paths:
         with pytest.raises(FormatError, match="MiB of text about its topics"):
             ilf.open_source(path)
@@ -421,7 +421,7 @@ def test_definitions_and_metadata_without_end_are_refused(tmp_path: Path, monkey
 
 def test_a_message_that_is_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_aligned(tmp_path, "sqlite3", frames=1)
-    monkeypatch.setattr("ilf.io.recordings.ros_limits.LONGEST", 2000)
+    monkeypatch.setattr("ilf.sources.ros_messages.LONGEST", 2000)
     with pytest.raises(FormatError, match="too big"):
         _read_first(path)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import label as components
 
-from ilf.ebs.edit import redraw_border
+from ilf.segmentation.editing.borders import redraw_border
 
 Line = list[tuple[float, float]]
 

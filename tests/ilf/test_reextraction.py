@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.ndimage import binary_dilation
 from scipy.ndimage import label as regions
 
-from ilf.ebs.reextraction import flow_around, keep_under, made_by_hand
+from ilf.segmentation.reextraction import flow_around, keep_under, made_by_hand
 
 _SHAPE = (9, 11)
 _MAPS = arrays(np.int32, _SHAPE, elements=st.integers(0, 3))

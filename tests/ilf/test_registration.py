@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ilf import CameraIntrinsics
 from ilf.errors import InputError
-from ilf.registration import Camera, RawPair, register
+from ilf.sources.registration import Camera, RawPair, register
 
 from .two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen
 

@@ -10,12 +10,17 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.assets import asset_path
-from ilf.ebs import found_blocks
+from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
-from ilf.run import ExportOptions, Replay, Run, read_record, replay, write
-from ilf.run.checks import missing_or_changed
+from ilf.io.depth import read_depth_values, write_depth
+from ilf.io.labels import write_labels, write_mask
+from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256
+from ilf.run.record_file import read_record
+from ilf.run.replaying import Replay, missing_or_changed, replay
+from ilf.run.run import Run
+from ilf.run.writing import write
+from ilf.segmentation.extraction import found_blocks
 
 from .small_frames import QUICK
 from .small_runs import OPTIONS, changed, contents, distrusting, drawn, small_run, with_drawn_border, written
@@ -73,8 +78,8 @@ def test_inputs_replaced_between_reading_and_writing_do_not_pass(tmp_path):
     """The record vouches for what was read: what lies there by the time of the export is another file."""
     run = small_run(tmp_path)
     depth = tmp_path / "in" / "depth.png"
-    values = ilf.io.read_depth_values(depth)
-    ilf.io.write_depth(depth, values / 1000 + 0.2)
+    values = read_depth_values(depth)
+    write_depth(depth, values / 1000 + 0.2)
     with pytest.raises(InputError, match="its content has changed"):
         replay(written(run, tmp_path / "out"))
 
@@ -109,7 +114,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     labels = tmp_path / "out" / "blocks.png"
     others = run.blocks.copy()
     others[0, 0] = 9
-    ilf.io.write_labels(labels, others)
+    write_labels(labels, others)
     with pytest.raises(InputError, match="edited by hand"):
         replay(path)
     labels.unlink()
@@ -124,7 +129,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
     path = written(how(small_run(tmp_path)), tmp_path / "out")
     mask = tmp_path / "out" / file
-    ilf.io.write_mask(mask, np.ones((60, 80), bool))
+    write_mask(mask, np.ones((60, 80), bool))
     with pytest.raises(InputError, match=f"not the mask of {what} of the recorded run"):
         replay(path)
     mask.unlink()

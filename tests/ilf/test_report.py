@@ -15,20 +15,24 @@ import pytest
 from PIL import Image
 
 import ilf
+from ilf._runtime.formatting import millimetres
 from ilf.cli import main
-from ilf.confidence import error_summary
+from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import InputError
-from ilf.io.frame_source import FrameSource
-from ilf.judgement import HiddenTest, judge_blocks, judge_completion, judge_hidden
-from ilf.judgement.step import run_out
-from ilf.number_words import millimetres
-from ilf.project import BlockInfo, BlockNotes, FrameState, FrameSummary, KeptRun, Project, ProjectFrame, Stage
+from ilf.evaluation.evaluation import judge_blocks, judge_completion, run_out
+from ilf.evaluation.hold_out import HiddenTest, judge_hidden
 from ilf.project.file import save_project
-from ilf.report import ReportOptions, Subject, Unreadable, report, report_steps, write_report
-from ilf.report.again import again_text
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
+from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project.run_history import KeptRun
+from ilf.report.chapters import again_text
+from ilf.report.content import Subject, Unreadable
 from ilf.report.curves import _thinned
-from ilf.report.scale import scale_bar
-from ilf.run import Run, read_record
+from ilf.report.pictures import scale_bar
+from ilf.report.report import ReportOptions, report, report_steps, write_report
+from ilf.run.record_file import read_record
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
 
 from .small_frames import CAMERA, write_small_frame
 from .small_runs import small_run

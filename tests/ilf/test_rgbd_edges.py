@@ -10,21 +10,20 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import assets
-from ilf.ebs import extract
-from ilf.ebs.guide import find_boundaries
-from ilf.edges import find_edges
-from ilf.edges.depth_network import DepthEdgeNetwork
-from ilf.edges.frame_edges import lines_of, relief_of
-from ilf.edges.joining import joined
+from ilf._runtime import installation as assets
+from ilf.completion.edge_aware.iteration import EdgeAwareIteration
+from ilf.completion.filter import edges_for
+from ilf.data.blocks import find_blocks
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
-from ilf.filter.edge_aware.iteration import EdgeAwareIteration
-from ilf.filter.stepper import edges_for
-from ilf.frame import RGBDFrame
-from ilf.judgement.hiding import frame_without
-from ilf.parameters import BlockParameters
-from ilf.run import Run, make_record
-from ilf.run.checks import network_differences, networks_that_were_missing
+from ilf.evaluation.hold_out import frame_without
+from ilf.run.record import make_record
+from ilf.run.replaying import network_differences, networks_that_were_missing
+from ilf.run.run import Run
+from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
+from ilf.segmentation.edges.frame_edges import find_edges, joined, lines_of, relief_of
+from ilf.segmentation.extraction import extract, find_boundaries
 
 from .small_frames import QUICK, without_edges
 from .small_runs import OPTIONS
@@ -62,7 +61,7 @@ def _tiny(folder: Path) -> Path:
 
 def _bundle(monkeypatch: pytest.MonkeyPatch, files: dict[str, Path]) -> None:
     found = assets.asset_path
-    monkeypatch.setattr("ilf.models.asset_path", lambda name: files.get(name) or found(name))
+    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: files.get(name) or found(name))
 
 
 def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: Path) -> None:
@@ -181,7 +180,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear() -> None:
     hole = np.zeros(roof.shape, bool)
     hole[20:70, 40:80] = True
     frame = RGBDFrame(np.full((90, 120, 3), 90, np.uint8), np.where(hole, np.nan, roof))
-    (block,) = ilf.blocks.find_blocks(np.ones(roof.shape, np.int32)).values()
+    (block,) = find_blocks(np.ones(roof.shape, np.int32)).values()
     edges = without_edges(frame)
     ridge = np.where(np.abs(columns - 60) <= 1, 1, 0).astype(np.float32)
     stiff = ilf.preset(trend=False, slope_weight=1e-4, bending_weight=10)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from ilf.camera import CameraIntrinsics
 from ilf.cli import main
+from ilf.cli.rosbag import stamp_of
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import ExportError, ParameterError
-from ilf.frame import FrameInputs, InputFile
-from ilf.io.recordings import close_all
-from ilf.io.ros_output import StampedDepth, write_rosbag
-from ilf.run.stamps import stamp_of
-from ilf.sources import open_source
+from ilf.io.rosbags import StampedDepth, write_rosbag
+from ilf.sources.opening import close_all
+from ilf.sources.source import open_source
 from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)

@@ -11,12 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
-from ilf.completion import CompletionRun
-from ilf.filter.convergence import IterationRecord
-from ilf.filter.edge_aware.flying import flying_pixels
-from ilf.frame import RGBDFrame
-from ilf.outcomes import History, Status
-from ilf.parameters import Parameters
+from ilf.completion.completion import CompletionRun
+from ilf.completion.edge_aware.view import flying_pixels
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import History, IterationRecord, Status
 
 SHAPE = (120, 160)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]

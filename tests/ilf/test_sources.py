@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import ilf
 from ilf.cli import main
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
-from ilf.io.time_names import paired_by_time, time_of
+from ilf.sources.pairing import paired_by_time, time_of
 
 H, W = 48, 64
 MM = (1500 + 7 * np.arange(W)[None] + 20 * np.arange(H)[:, None]).astype(np.uint16)

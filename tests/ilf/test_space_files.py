@@ -7,10 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ilf.camera import CameraIntrinsics
-from ilf.cloud import Mesh, PointCloud, in_axes, in_world, point_cloud
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.open3d_images import load_open3d
+from ilf.data.points import PointCloud, in_axes, in_world, point_cloud
+from ilf.data.surface import Mesh
 from ilf.errors import InputError
-from ilf.io import load_open3d, write_cloud, write_mesh
+from ilf.io.clouds import write_cloud
+from ilf.io.meshes import write_mesh
 
 from .space_formats import read_glb, read_obj, read_pcd, read_ply
 

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilf.drawing.orbit import NEAR, OrbitCamera
-from ilf.drawing.splat import Look, splat
+from ilf.drawing.clouds import NEAR, Look, OrbitCamera, splat
 
 WIDTH, HEIGHT = 24, 18
 BACKGROUND = (7, 8, 9)

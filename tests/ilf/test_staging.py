@@ -9,10 +9,10 @@ import warnings
 
 import pytest
 
+from ilf._runtime import temporary_files as left_over
+from ilf._runtime.staging import clear_interrupted, interrupted, move_in, staging
+from ilf._runtime.temporary_files import made_by
 from ilf.errors import ExportError
-from ilf.io import left_over
-from ilf.io.left_over import made_by
-from ilf.run.staging import clear_interrupted, interrupted, move_in, staging
 
 from .small_runs import contents
 
@@ -100,7 +100,7 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
 
     limit = 4  # the old seal and the old a out, the new a and b in
     monkeypatch.setattr(os, "replace", dies)
-    monkeypatch.setattr("ilf.run.staging._take_back", lambda *_: None)
+    monkeypatch.setattr("ilf._runtime.staging._take_back", lambda *_: None)
     left.mkdir()
     for name in NAMES:
         (left / name).write_text("new " + name)
@@ -122,7 +122,7 @@ def test_old_files_of_a_whole_set_that_are_half_gone_do_not_come_back(tmp_path, 
     """Its process died while it cleared up."""
     write_set(tmp_path, "old ")
     with monkeypatch.context() as patch:
-        patch.setattr("ilf.run.staging._discard", lambda folder: None)
+        patch.setattr("ilf._runtime.staging._discard", lambda folder: None)
         write_set(tmp_path, "new ")
     (left,) = tmp_path.glob(".ilf-export-*")
     (left / "before" / "seal").unlink()

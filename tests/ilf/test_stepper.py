@@ -13,14 +13,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.blocks import find_blocks
-from ilf.filter.convergence import IterationRecord
-from ilf.filter.edge_aware.record import EdgeAwareRecord
-from ilf.filter.pass_band.record import PassBandRecord
-from ilf.filter.stepper import Stepper, make_stepper
-from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockOutcome, Status
-from ilf.parameters import PRESETS
+from ilf.completion.filter import Stepper, make_stepper
+from ilf.data.blocks import find_blocks
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import PRESETS
+from ilf.data.results import BlockOutcome, EdgeAwareRecord, IterationRecord, PassBandRecord, Status
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
 

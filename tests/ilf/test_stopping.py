@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, Run, extract_blocks, write
-from ilf import unfinished as being_written
-from ilf.completion import CompletionRun
+from ilf._runtime import temporary_files as being_written
+from ilf._runtime.cancellation import check_stopped, heed, heeding, present_wishes, taking
+from ilf._runtime.files import write_bytes
+from ilf._runtime.staging import move_in, staging
+from ilf._runtime.temporary_files import discard_unfinished, unfinished
+from ilf._runtime.threads import SLICE_S, side_by_side
+from ilf.completion.completion import CompletionRun
+from ilf.data.parameters import preset
 from ilf.errors import Cancelled
-from ilf.io.atomic import write_bytes
-from ilf.parameters import preset
-from ilf.run.staging import move_in, staging
-from ilf.stopping import check_stopped, heed, heeding, present_wishes, taking
-from ilf.threads import SLICE_S, side_by_side
-from ilf.unfinished import discard_unfinished, unfinished
 
 
 @pytest.fixture

@@ -11,20 +11,18 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.assets import asset_path
-from ilf.completion import CompletionRun, prepare
-from ilf.ebs import extract
-from ilf.edges import find_edges
-from ilf.edges.frame_edges import lines_of, relief_of
-from ilf.edges.network import EdgeNetwork
-from ilf.edges.relief import find_relief
-from ilf.edges.strength import DETECTORS
+from ilf._runtime.installation import asset_path
+from ilf.completion.completion import CompletionRun, prepare
+from ilf.completion.filter import edges_for
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import compose
 from ilf.errors import FormatError, InputError, InstallationError
-from ilf.filter.stepper import edges_for
-from ilf.frame import RGBDFrame
-from ilf.outcomes import compose
-from ilf.parameters import BlockParameters
-from ilf.run import ExportOptions
+from ilf.run.options import ExportOptions
+from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.segmentation.edges.frame_edges import DETECTORS, find_edges, lines_of, relief_of
+from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.extraction import extract
 
 
 def _frame() -> RGBDFrame:
@@ -154,7 +152,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     path = tmp_path / "edges.onnx"
     if foreign:
         path.write_bytes(b"no network")
-    monkeypatch.setattr("ilf.models.asset_path", lambda name: path)
+    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: path)
     frame, labels = _holed()
     result = ilf.complete(frame, labels, ilf.preset(correction=False))
     assert np.isfinite(result.depth).all()
@@ -173,9 +171,9 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
 def replaced_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
     """As after pip install "opencv-python<5"."""
     monkeypatch.setattr("cv2.__version__", "4.12.0")
-    monkeypatch.setattr("ilf.edges.onnx_network._networks", {})
+    monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
     names = ("opencv-python-headless", "opencv-python", "numpy")
-    monkeypatch.setattr("ilf.edges.onnx_network.distributions", lambda: map(_Distribution, names))
+    monkeypatch.setattr("ilf._runtime.networks.network.distributions", lambda: map(_Distribution, names))
 
 
 class _Distribution:
@@ -207,7 +205,7 @@ def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_pa
 
 
 def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("ilf.models.asset_path", lambda name: tmp_path / "none.onnx")
+    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     frame, labels = _holed()
     labels[:, 25:] = 2
     with CompletionRun(frame, labels, ilf.preset(correction=False)) as run:
@@ -278,7 +276,9 @@ def test_a_completion_follows_the_extraction() -> None:
 def test_the_edges_are_looked_for_once_by_blocks_and_filter(monkeypatch: pytest.MonkeyPatch) -> None:
     frame = _frame()
     looked = []
-    monkeypatch.setattr("ilf.edges.frame_edges.find_relief", lambda *args: looked.append(args) or find_relief(*args))
+    monkeypatch.setattr(
+        "ilf.segmentation.edges.frame_edges.find_relief", lambda *args: looked.append(args) or find_relief(*args)
+    )
     own = BlockParameters(granularity=0.2, depth_jump=0.3)
     extract(frame, own)
     prepare(frame, ilf.preset(), own)
@@ -290,7 +290,7 @@ def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) 
     rgb = np.zeros((300, 480, 3), np.uint8)
     rgb[:, 240:] = 220
     network = EdgeNetwork.load(asset_path("models/edges.onnx"))
-    monkeypatch.setattr("ilf.edges.network.LONGEST_SIDE", 160)
+    monkeypatch.setattr("ilf.segmentation.edges.detectors.LONGEST_SIDE", 160)
     sizes = []
     monkeypatch.setattr(network, "_run", lambda padded: sizes.append(padded.shape) or padded[..., 0] / np.float32(255))
     strength = network.strength(rgb)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
-from ilf.suspicion import suggest_distrust
+from ilf.evaluation.quality.invalid_depth import suggest_distrust
 
 HEIGHT, WIDTH = 120, 160
 THING = np.s_[40:70, 60:80]

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ilf.cloud import PointCloud, flying_points, point_cloud, surface_links, surface_mesh, surface_normals
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.points import PointCloud, point_cloud
+from ilf.data.surface import flying_points, surface_links, surface_mesh, surface_normals
 from ilf.errors import InputError
-from ilf.frame import CameraIntrinsics
 
 CAMERA = CameraIntrinsics(fx=500.0, fy=480.0, cx=30.0, cy=20.0)
 SHAPE = (40, 60)
@@ -93,7 +94,8 @@ def test_whatever_the_depth_the_mesh_is_sound(seed, missing, noise):
 
 
 def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
-    from ilf.cloud import mesh, normals
+    from ilf.data import surface as mesh
+    from ilf.data import surface as normals
 
     rng = np.random.default_rng(1)
     depth = plane((0.3, 0.2, 0.9), 2.0) + rng.normal(0, 0.003, SHAPE).astype(np.float32)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from ilf import edge_strength, extract_blocks
-from ilf.assets import asset_path
-from ilf.bench.frames import load_bench_frame
+from ilf._runtime.installation import asset_path
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
-from ilf.frame import RGBDFrame
-from ilf.parameters import BlockParameters
-from ilf.suspicion import KINDS, suspicious_places
+from ilf.evaluation.quality.places import KINDS
+from ilf.evaluation.quality.ranking import suspicious_places
+from ilf.lab.bench.frames import load_bench_frame
 from tests.bench.suspects.spoiling import spoil
 
 HEIGHT, WIDTH = 90, 120

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from ilf.edges.training.contours.data import Example, boundary, consensus, load_examples, random_sample
 from ilf.errors import InputError
+from ilf.lab.training.contours.data import Example, boundary, consensus, load_examples, random_sample
 
 
 def disc() -> Example:

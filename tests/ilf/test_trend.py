@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ilf.filter.edge_aware.trend import noise_of, trend_of
+from ilf.completion.edge_aware.shape import noise_of, trend_of
 
 SHAPE = (90, 120)
 ALL = np.ones(SHAPE, bool)

@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.assets import asset_path
+from ilf._runtime.installation import asset_path
+from ilf._runtime.networks import network as onnx_network
+from ilf._runtime.networks.models import models_folder
+from ilf._runtime.sandbox import in_child
+from ilf._runtime.temporary_files import discard_unfinished
 from ilf.cli import main
-from ilf.edges import onnx_network
-from ilf.edges.network import EdgeNetwork
 from ilf.errors import FormatError, InputError
-from ilf.io.nyu_labelled import read_split
-from ilf.models import models_folder
-from ilf.trial import in_child
-from ilf.unfinished import discard_unfinished
+from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.sources.nyu import read_split
 
 from ..bench.fuzz.forked import run_forked
 from .small_frames import write_small_frame
@@ -48,7 +48,7 @@ def crash() -> None:
 @pytest.fixture
 def forked(monkeypatch: pytest.MonkeyPatch) -> None:
     """No interpreter is started for each trial."""
-    monkeypatch.setattr("ilf.trial.run_apart", run_forked)
+    monkeypatch.setattr("ilf._runtime.sandbox.run_apart", run_forked)
 
 
 def test_a_child_gives_what_the_function_gives() -> None:
@@ -123,7 +123,7 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, mo
     for _ in range(2):
         EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"]
-    monkeypatch.setattr("ilf.edges.proven._proven", set())
+    monkeypatch.setattr("ilf._runtime.networks.network._proven", set())
     EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"], "later processes know it, too"
 

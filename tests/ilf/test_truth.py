@@ -11,12 +11,15 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.bench import load_bench_frame
-from ilf.errors import InputError, ParameterError
-from ilf.frame import InputFile
-from ilf.io import load_truth, with_truth_file
-from ilf.parameters import PRESETS
-from ilf.run import Run, read_record, replay
+from ilf.data.frame import InputFile
+from ilf.data.parameters import PRESETS
+from ilf.errors import ExportError, InputError, ParameterError
+from ilf.io.companions import load_truth, with_truth_file
+from ilf.lab.bench.frames import load_bench_frame
+from ilf.run.options import ExportOptions
+from ilf.run.record_file import read_record
+from ilf.run.replaying import replay
+from ilf.run.run import Run
 
 from .small_frames import write_small_frame
 from .small_runs import contents, small_run, written
@@ -160,5 +163,5 @@ def test_no_export_overwrites_the_truth(tmp_path):
     (tmp_path / "out").mkdir()
     np.save(tmp_path / "out" / "depth.npy", truth_in_metres())
     run = replace(run, frame=with_truth_file(run.frame, tmp_path / "out" / "depth.npy"))
-    with pytest.raises(ilf.errors.ExportError, match="the frame's own file"):
-        written(run, tmp_path / "out", ilf.run.ExportOptions(cloud=None))
+    with pytest.raises(ExportError, match="the frame's own file"):
+        written(run, tmp_path / "out", ExportOptions(cloud=None))

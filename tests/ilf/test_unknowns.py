@@ -8,12 +8,15 @@ import pytest
 
 from ilf import preset
 from ilf.errors import Cancelled
-from ilf.experiments import EXPERIMENTS, Settings, claims, run_experiment, unknowns, write_report, write_result
-from ilf.experiments.claims import JUDGED, PAPER_PRS, Errors
-from ilf.experiments.readings import PRESET, UNKNOWNS, Reading, in_words
-from ilf.experiments.sweep import run_case
-from ilf.experiments.unknowns import readings_of
-from ilf.experiments.unknowns_view import compare_unknowns
+from ilf.lab.experiments import readings as claims
+from ilf.lab.experiments import unknowns
+from ilf.lab.experiments.experiment import Settings
+from ilf.lab.experiments.files import write_result
+from ilf.lab.experiments.readings import JUDGED, PAPER_PRS, PRESET, UNKNOWNS, Errors, Reading, in_words
+from ilf.lab.experiments.registry import EXPERIMENTS, run_experiment
+from ilf.lab.experiments.report import write_report
+from ilf.lab.experiments.surfaces import run_case
+from ilf.lab.experiments.unknowns import compare_unknowns, readings_of
 
 START_OF_TEXT = Reading("1 / shortest", 0.5, 15.0, "taken off", 2.0, "weighted")
 

@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.confidence import expected_error, unvouched
+from ilf._runtime import staging
+from ilf.completion.confidence.expected_error import expected_error, unvouched
+from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
-from ilf.io import load_frame, read_colour, read_depth_values, read_labels
-from ilf.outcomes import compose
-from ilf.run import ExportOptions, check_write, filenames, space_files, staging, write
+from ilf.io.depth import read_depth_values
+from ilf.io.images import read_colour
+from ilf.io.labels import read_labels
 from ilf.run import writing as module
+from ilf.run import writing as space_files
+from ilf.run.options import ExportOptions
+from ilf.run.writing import check_write, filenames, write
+from ilf.sources.frames import load_frame
 
 from .small_runs import contents, distrusting, drawn, small_run
 from .space_formats import read_pcd, read_ply

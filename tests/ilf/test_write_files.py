@@ -10,28 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.cloud import Mesh, PointCloud
+from ilf._runtime.files import atomic_path, read_file
+from ilf.data.open3d_images import load_open3d
+from ilf.data.points import PointCloud
+from ilf.data.results import EdgeAwareRecord, PassBandRecord
+from ilf.data.surface import Mesh
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.filter.edge_aware.record import EdgeAwareRecord
-from ilf.filter.pass_band.record import PassBandRecord
-from ilf.io import (
-    CLOUD_SUFFIXES,
-    DEPTH_SUFFIXES,
-    MESH_SUFFIXES,
-    UINT16_MAX,
-    atomic_path,
-    coarser_units,
-    load_open3d,
-    png_fit,
-    read_depth_values,
-    read_labels,
-    write_cloud,
-    write_depth,
-    write_labels,
-    write_mesh,
-)
-from ilf.io.files import read_file
-from ilf.run.curve_files import write_curves
+from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
+from ilf.io.depth import DEPTH_SUFFIXES, UINT16_MAX, coarser_units, png_fit, read_depth_values, write_depth
+from ilf.io.labels import read_labels, write_labels
+from ilf.io.meshes import MESH_SUFFIXES, write_mesh
+from ilf.run.writing import write_curves
 
 from .space_formats import read_ply
 

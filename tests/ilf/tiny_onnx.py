@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from ilf.edges.proven import remember
-from ilf.edges.wire import integer as number
-from ilf.edges.wire import message
+from ilf._runtime.networks.network import remember
+from ilf._runtime.networks.protobuf import integer as number
+from ilf._runtime.networks.protobuf import message
 
 INTEGER, INTEGERS = 2, 7
 FLOAT = 1

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.camera import CameraIntrinsics
-from ilf.registration import Camera, RawPair
+from ilf.data.camera import CameraIntrinsics
+from ilf.sources.registration import Camera, RawPair
 
 WALL_M, BOARD_M = 2.0, 1.0
 BOARD = (-0.2, 0.1, -0.15, 0.15)

@@ -10,15 +10,12 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ilf.blocks import Block
-from ilf.filter.convergence import deviation, held_out_of, l1_norm
-from ilf.filter.pass_band.lengths import principal_lengths
-from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
-from ilf.filter.pass_band.record import PassBandRecord
-from ilf.filter.pass_band.schedule import LinearSchedule, Schedule, StagedSchedule
-from ilf.filter.pass_band.spectrum import colour_weight
-from ilf.frame import RGBDFrame
-from ilf.parameters import Parameters
+from ilf.completion.pass_band.band import colour_weight, inside_ellipse, squared_wave_numbers
+from ilf.completion.pass_band.iteration import LinearSchedule, Schedule, StagedSchedule, principal_lengths
+from ilf.data.blocks import Block
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import PassBandRecord, deviation, held_out_of, l1_norm
 
 
 class FullGridIteration(Iterator[PassBandRecord]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ilf.bench.sensor_noise import StructuredLight
+from ilf.lab.bench.denoising import StructuredLight
 
 from .light import OFF_SURFACE
 from .room import BACK, DOOR, SPOT, SPOT_RADIUS, Room

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ilf.edges.pairs import Pairs, long_lines, mark, sides
+from ilf.data.pixel_grids import Pairs, long_lines, mark, sides
 
 JUMP, JUMP_SHARE = 0.02, 0.02
 """Smallest jump [m], and as a share of the nearer depth; the larger of both counts."""
@@ -19,7 +19,7 @@ CREASE_LENGTH = 12
 def label(
     exact: np.ndarray, normals: np.ndarray, part: np.ndarray, K: np.ndarray | tuple[float, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Jumps and creases of exact depth, as lines 1 px wide (`ilf.edges.pairs.mark`).
+    """Jumps and creases of exact depth, as lines 1 px wide (`ilf.data.pixel_grids.mark`).
 
     Neighbours jump where neither tangent plane leads from one to the other, or where one of them is sky. A smooth
     surface that turns away between two pixels is bounded by both planes, so it does not jump from itself there.

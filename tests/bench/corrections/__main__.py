@@ -26,10 +26,9 @@ from PySide6.QtWidgets import QApplication
 
 import ilf
 from gui.state.session import Session
-from ilf.bench.patterns import Task
-from ilf.ebs.drawn import redrawn
-from ilf.ebs.edit import patch_between
-from ilf.run import Run
+from ilf.lab.bench.patterns import Task
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import patch_between, redrawn
 
 from . import brush, tools
 from .driver import Driver

@@ -11,10 +11,10 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
 from gui.state.session import Session
-from gui.work.runs import RunState
-from ilf.run import Run
+from gui.work.frame_runs import RunState
+from ilf.run.run import Run
 
 from .hand import Action, Brush, Click, Command, Key, Stroke, Use, by_hand
 from .targets import Correction, Point

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ilf.bench.frames import TRUTH_FILE, BenchFrame
-from ilf.bench.patterns import Task, make_task
-from ilf.io import load_frame
-from ilf.io.files import read_json
-from ilf.io.frames import META_NAME
+from ilf._runtime.files import read_json
+from ilf.lab.bench.frames import TRUTH_FILE, BenchFrame
+from ilf.lab.bench.patterns import Task, make_task
+from ilf.sources.frames import META_NAME, load_frame
 
 from .targets import Scene
 

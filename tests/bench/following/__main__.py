@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.ebs import extract
-from ilf.ebs.following import Followed, follow
-from ilf.parameters import BlockParameters
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.extraction import extract
+from ilf.segmentation.propagation.propagate import Followed, follow
 
 from .sequences import Moment, rendered, turned_views
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.camera import CameraIntrinsics
-from ilf.frame import RGBDFrame
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.frame import RGBDFrame
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "assets" / "samples"))
 from make_room import intrinsics_at

@@ -10,11 +10,11 @@ import signal
 import subprocess
 import warnings
 
-import ilf.trial
+import ilf._runtime.sandbox
 
 
 def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
-    """As `ilf.trial.run_apart`."""
+    """As `ilf._runtime.sandbox.run_apart`."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
@@ -24,7 +24,7 @@ def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
         try:
             faulthandler.disable()  # that of the tests: a crash is told by who waits for it
             os.close(reading)
-            answer = ilf.trial.answered(work)
+            answer = ilf._runtime.sandbox.answered(work)
             while answer:
                 answer = answer[os.write(writing, answer) :]
             status = 0

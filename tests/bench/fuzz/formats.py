@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ilf.batch.cluster import scheduler_address
 from ilf.batch.pictures import read_preview
-from ilf.experiments.files import read_result
-from ilf.io import load_truth, read_labels
-from ilf.io.label_files import read_mask
-from ilf.io.nyu_labelled import read_split
-from ilf.preset_files import read_preset
+from ilf.batch.workers import scheduler_address
+from ilf.io.companions import load_truth
+from ilf.io.labels import read_labels, read_mask
+from ilf.lab.experiments.files import read_result
+from ilf.run.preset_files import read_preset
 from ilf.run.record_file import read_record
+from ilf.sources.nyu import read_split
 
 from . import kept_seeds, readers, recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_sql, of_text, of_zip

@@ -15,13 +15,15 @@ import ilf
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.batch.task import Task, complete_frame
-from ilf.bench.rows import Row, TaskFacts
-from ilf.guide import Guide
-from ilf.preset_files import presets_folder
+from ilf.data.guide import Guide
+from ilf.lab.bench.results import Row, TaskFacts
 from ilf.project.file import open_project
 from ilf.project.journal import Journal
-from ilf.run import ExportOptions, Recipe, Run, write
-from ilf.sources import open_source
+from ilf.run.options import ExportOptions
+from ilf.run.preset_files import presets_folder
+from ilf.run.run import Recipe, Run
+from ilf.run.writing import write
+from ilf.sources.source import open_source
 from tests.ilf.batch_frames import write_frames
 from tests.ilf.project_states import small_frame
 
@@ -81,7 +83,7 @@ def earlier(folder: Path) -> list[bytes]:
 
 def interrupted(folder: Path) -> list[bytes]:
     """The list of a set that a process which is no more has begun to write; the folder is `sound`."""
-    print_it = "from ilf.io.left_over import made_by; print(made_by())"
+    print_it = "from ilf._runtime.temporary_files import made_by; print(made_by())"
     gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
     target = folder / "sound"
     begun = target / f".ilf-export-{gone.stdout.strip()}"

@@ -10,36 +10,38 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-import ilf.batch.states
-import ilf.edges.network
+import ilf.batch.batch
+import ilf.segmentation.edges.detectors
+from gui.features.frame_list.thumbnails import read_thumbnail
+from ilf._runtime.networks.models import models_folder
+from ilf._runtime.staging import clear_interrupted
+from ilf.batch.batch import frame_states, write_manifest
 from ilf.batch.frames import frames_of_sources
-from ilf.batch.manifest import write_manifest
 from ilf.batch.settings import BatchSettings, differences, read_settings
-from ilf.batch.states import frame_states
 from ilf.batch.task import Task
-from ilf.bench.earlier import read_earlier
-from ilf.bench.frames import load_bench_frame
-from ilf.bench.methods import METHODS
-from ilf.cli.record_facts import record_facts
-from ilf.cloud import point_cloud
-from ilf.edges.importing import add_model
+from ilf.cli.info import record_facts
+from ilf.cli.rosbag import stamp_of
+from ilf.data.points import point_cloud
 from ilf.errors import IlfError, InputError
-from ilf.io import intrinsics_from, list_frames, load_frame, load_guide, read_blocks
-from ilf.io.confidence_files import below, read_confidence
-from ilf.io.frame_source import FrameSource
-from ilf.io.nyu_labelled import NyuLabelled
-from ilf.io.poses import camera_pose
-from ilf.io.recordings import close_all
-from ilf.io.thumbnails import read_thumbnail
-from ilf.models import models_folder
-from ilf.preset_files import list_presets
+from ilf.io.block_files import read_blocks
+from ilf.io.cameras import intrinsics_from
+from ilf.io.companions import below, load_guide, read_confidence
+from ilf.lab.bench.frames import load_bench_frame
+from ilf.lab.bench.methods import METHODS
+from ilf.lab.bench.runner import read_earlier
 from ilf.project.file import open_project, save_project
 from ilf.project.journals import copied_frames, left_work
 from ilf.run.nerfstudio import write_nerfstudio
+from ilf.run.preset_files import list_presets
 from ilf.run.record_file import read_record
-from ilf.run.staging import clear_interrupted
-from ilf.run.stamps import stamp_of
-from ilf.sources import open_source
+from ilf.segmentation.edges.importing import add_model
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import load_frame
+from ilf.sources.listing import list_frames
+from ilf.sources.nyu import NyuLabelled
+from ilf.sources.opening import close_all
+from ilf.sources.poses import camera_pose
+from ilf.sources.source import open_source
 
 from .seeds import SHAPE
 
@@ -111,7 +113,7 @@ def network(path: Path) -> None:
 
 def weights(path: Path) -> None:
     """A network of which the program makes another, that is tried with smaller images: trying is not reading."""
-    ilf.edges.network._TRIAL_SHAPES = ((16, 16), (16, 32))
+    ilf.segmentation.edges.detectors._TRIAL_SHAPES = ((16, 16), (16, 32))
     network(path)
 
 
@@ -217,7 +219,7 @@ def batch(path: Path) -> None:
     differences(before[0], BatchSettings().facts())
     frames = frames_of_sources([open_source(folder.parent / "frames")])
     task = Task(str(folder), BatchSettings(), (folder.parent / "sha256").read_text(), before[1])
-    ilf.batch.states.done_apart = lambda work, items, **_: ((item, work(item)) for item in items)
+    ilf.batch.batch.done_apart = lambda work, items, **_: ((item, work(item)) for item in items)
     frame_states(task, frames)
     write_manifest(folder, frames)
 

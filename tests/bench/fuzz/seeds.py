@@ -15,12 +15,14 @@ from PIL import Image
 from scipy.io import savemat
 
 import ilf
-from ilf.experiments.files import StoredFigure, StoredResult
-from ilf.io import write_blocks
-from ilf.preset_files import OwnPreset, write_preset
-from ilf.project import Project, ProjectFrame
+from ilf.io.block_files import write_blocks
+from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
-from ilf.run import ExportOptions, Run, write
+from ilf.project.project import Project, ProjectFrame
+from ilf.run.options import ExportOptions
+from ilf.run.preset_files import OwnPreset, write_preset
+from ilf.run.run import Run
+from ilf.run.writing import write
 from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras
 from tests.ilf.project_states import made_frame, rich_state, small_frame
 from tests.ilf.tiny_onnx import message, node, number

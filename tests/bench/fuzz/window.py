@@ -12,16 +12,15 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QCoreApplication, QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
-from gui.dialogs.export import stored_options
-from gui.dialogs.saving import save_folder
-from gui.layouts.layout import Arrangement
-from gui.layouts.store import LayoutStore
-from gui.main_window import MainWindow
-from gui.palette.recent import RecentCommands
-from gui.recent.store import RecentOrigins, is_missing, key_of, name_of
-from gui.shortcuts.keymap import Keymap
-from gui.widgets.messages import last_folder
-from ilf.io.frame_source import FrameSource
+from gui.app.main_window import MainWindow
+from gui.features.documents.export import stored_options
+from gui.features.documents.file_dialogs import save_folder
+from gui.features.layouts.layout import Arrangement, LayoutStore
+from gui.features.palette.matching import RecentCommands
+from gui.features.project.recent import RecentOrigins, is_missing, key_of, name_of
+from gui.features.shortcuts import Keymap
+from gui.widgets.basics import last_folder
+from ilf.sources.frame_source import FrameSource
 
 FILE = "ILF Studio/ilf-studio.ini"
 

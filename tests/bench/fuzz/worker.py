@@ -19,7 +19,7 @@ from typing import TextIO
 import cv2
 import numpy as np
 
-import ilf.trial
+import ilf._runtime.sandbox
 from ilf.errors import DepthWarning, IlfError
 
 from .forked import run_forked
@@ -95,8 +95,8 @@ def main() -> None:
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
-    ilf.trial.run_apart = run_forked
-    ilf.trial.limit_process(3600 * 24, MEMORY)
+    ilf._runtime.sandbox.run_apart = run_forked
+    ilf._runtime.sandbox.limit_process(3600 * 24, MEMORY)
     work(form, *map(int, numbers), place, keep, out)
 
 

@@ -21,13 +21,14 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from gui.main_window import MainWindow
+from gui.app.main_window import MainWindow
+from gui.features.project.saving import Wish
+from gui.project.present import is_begun
 from gui.project.recorder import Recorder
-from gui.project.whole import is_begun
-from gui.project_file.saving import Wish
-from ilf.ebs.edit import brush_stroke, paint, split
-from ilf.io.frame_source import FrameSource
-from ilf.project import Journal
+from ilf.project.journal import Journal
+from ilf.segmentation.editing.cutting import split
+from ilf.segmentation.editing.painting import brush_stroke, paint
+from ilf.sources.frame_source import FrameSource
 
 from .digests import digest_of_session
 

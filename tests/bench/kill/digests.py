@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from gui.state.session import Session
-from ilf.drawing.block_pictures import block_colour
-from ilf.outcomes import BlockResult
-from ilf.project import BlockInfo, FrameState, KeptRun
+from ilf.data.results import BlockResult
+from ilf.drawing.blocks import block_colour
+from ilf.project.frame_state import BlockInfo, FrameState
+from ilf.project.run_history import KeptRun
 
 
 def digest_of_session(session: Session) -> str:

@@ -15,15 +15,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ilf.assets import asset_path
+from ilf._runtime.installation import asset_path
+from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
-from ilf.frame import RGBDFrame
-from ilf.io import load_frame
-from ilf.project import Parts, ProjectFrame
+from ilf.project.archive import Parts
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.journals import LeftWork, left_work
+from ilf.project.project import ProjectFrame
+from ilf.sources.frames import load_frame
 from tests.e2e.conftest import write_frame
 
 from .digests import digest

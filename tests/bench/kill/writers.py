@@ -21,8 +21,8 @@ from collections import Counter
 from pathlib import Path
 
 from ilf.project.file import open_project
-from ilf.run.checks import missing_or_changed
 from ilf.run.record_file import read_record
+from ilf.run.replaying import missing_or_changed
 
 from ..writers import WRITERS, Writer, as_found, contents
 

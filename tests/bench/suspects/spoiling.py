@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.edges.pairs import apart, mark
-from ilf.edges.relief import find_relief
-from ilf.frame import RGBDFrame
+from ilf.data.frame import RGBDFrame
+from ilf.data.pixel_grids import apart, mark
+from ilf.segmentation.edges.relief import find_relief
 
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]

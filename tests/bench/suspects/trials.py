@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ilf import BlockParameters, edge_strength, extract_blocks
-from ilf.edges.pairs import apart, long_lines, mark
-from ilf.edges.relief import JUMP_LENGTH, find_relief
-from ilf.frame import RGBDFrame
-from ilf.suspicion import Place, suspicious_places
+from ilf.data.frame import RGBDFrame
+from ilf.data.pixel_grids import apart, long_lines, mark
+from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.ranking import suspicious_places
+from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
 
 from .spoiling import KINDS, Fault, Labels, Mask, spoil, widened, with_holes
 

@@ -1,0 +1,72 @@
+"""What this program is, and what it runs on."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QApplication,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..base.versions import versions, versions_text
+
+_ICON = 64
+_TEXT = (
+    "<p>Completes the missing depth in RGB-D frames by iterative low-pass filtering.</p><p>After Wang, Yu, Yang, "
+    "Huang, Zhu, Lau, Sun: <i>Depth Image Completion through Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, "
+    "14(2), 696, "
+    '<a href="https://doi.org/10.3390/app14020696">doi:10.3390/app14020696</a>.</p><p>MIT licence.</p>'
+)
+
+
+class AboutDialog(QDialog):
+    """Name, purpose, paper, and all versions, which a button copies."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("About ILF Studio")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        known = versions()
+        icon = QLabel()
+        icon.setPixmap(QApplication.windowIcon().pixmap(_ICON))
+        about = QLabel(f"<h2>ILF Studio {known['ILF Studio']}</h2>{_TEXT}")
+        about.setWordWrap(True)
+        about.setOpenExternalLinks(True)
+        about.setMinimumWidth(360)
+        numbers = QFormLayout()
+        numbers.setHorizontalSpacing(14)
+        numbers.setVerticalSpacing(3)
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        for name, number in list(known.items())[1:]:
+            value = QLabel(number)
+            value.setWordWrap(True)
+            value.setTextInteractionFlags(selectable)
+            numbers.addRow(name, value)
+        column = QVBoxLayout()
+        column.addWidget(about)
+        column.addSpacing(6)
+        column.addLayout(numbers)
+        row = QHBoxLayout()
+        row.setSpacing(16)
+        row.addWidget(icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(column, 1)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        self.copy_button = QPushButton("&Copy versions")
+        self.copy_button.setToolTip("Copy all versions, as for a report of a fault")
+        self.copy_button.clicked.connect(lambda: QGuiApplication.clipboard().setText(versions_text()))
+        buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(18, 18, 18, 14)
+        layout.setSpacing(14)
+        layout.addLayout(row)
+        layout.addWidget(buttons)

@@ -1,0 +1,70 @@
+"""Errors that nobody has foreseen, wherever in the window they come up: written down, told of, survived if possible."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from types import TracebackType
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from ilf._runtime.temporary_files import discard_unfinished
+
+from ..widgets.notices import Notes
+
+_LEAVE_S = 0.3
+"""How long what still runs is waited for after the window has closed."""
+
+
+class Faults(QObject):
+    """Takes the errors of slots and of threads, and reports them; the program goes on with what it has, or stops.
+
+    Parameters
+    ----------
+    notes : Notes
+    stop : callable, optional
+        Called after an error.
+    """
+
+    _met = Signal(object)
+
+    def __init__(self, notes: Notes, stop: Callable[[], None] | None = None) -> None:
+        super().__init__(notes)
+        self._notes = notes
+        self._stop = stop
+        # from whatever thread it comes
+        self._met.connect(self._report, Qt.ConnectionType.QueuedConnection)
+
+    def watch(self) -> None:
+        """From now on, all of them come here."""
+        sys.excepthook = self._take
+        threading.excepthook = lambda met: self._take(met.exc_type, met.exc_value, met.exc_traceback)
+
+    def _take(self, kind: type[BaseException], error: BaseException | None, trace: TracebackType | None) -> None:
+        traceback.print_exception(kind, error, trace)
+        if isinstance(error, Exception):
+            self._met.emit(error)
+
+    def _report(self, error: Exception) -> None:
+        self._notes.report("Unexpected error", error)
+        if self._stop is not None:
+            self._stop()
+
+
+def leave(status: int) -> int:
+    """End the program soon, also if a thread is in the middle of something that cannot be stopped: what was being
+    written is whole then, or not there. Returns the exit status if no such thread is left."""
+    end = time.monotonic() + _LEAVE_S
+    threads = [thread for thread in threading.enumerate() if thread.name.startswith("ilf")]
+    for thread in threads:
+        thread.join(max(end - time.monotonic(), 0))
+    if any(thread.is_alive() for thread in threads):
+        discard_unfinished()
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(status)
+    return status

@@ -1,0 +1,140 @@
+"""Doing without a user what one would do: open, run, take a picture, exit."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import QApplication
+
+from ilf.data.results import Status
+
+from ..features.documents.documents import Documents
+from ..state.workspace import Workspace
+from ..widgets.notices import Notes
+from ..work.loading import FrameLoader
+from ..work.runs import RunController
+
+_SETTLE_MS = 400
+
+
+class Unattended(QObject):
+    """Waits for the frame, runs it if asked, saves a picture and quits if asked.
+
+    Whatever fails on the way is one line on stderr and makes `status`, the exit status, 1. Then nothing more is run,
+    and there is no picture, which would look as if all was well.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        loader: FrameLoader,
+        runs: RunController,
+        notes: Notes,
+        documents: Documents,
+        take_picture: Callable[[], QPixmap],
+        close: Callable[[], object],
+        is_settled: Callable[[], bool],
+        run: bool,
+        picture: str | None,
+    ) -> None:
+        super().__init__(documents)
+        self._workspace = workspace
+        self._loader = loader
+        self._runs = runs
+        self._take = take_picture
+        self._close = close
+        self._is_settled = is_settled
+        self._run = run
+        self._picture = picture
+        self.status = 0
+        # nobody can answer whether to go on
+        documents.discard_silently = picture is not None
+        notes.reported.connect(self.note_failure)
+
+    def start(self) -> None:
+        """Go on as soon as every frame is open."""
+        problem = "" if self._picture is None else _picture_problem(Path(self._picture))
+        if problem:
+            self.stop(problem)
+        elif self._loader.busy:
+            self._loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
+        else:
+            self._opened()
+
+    def note_failure(self, what: str) -> None:
+        """Say what went wrong, in one line."""
+        self.status = 1
+        print("ilf-gui: error:", " ".join(what.split()), file=sys.stderr, flush=True)
+
+    def stop(self, what: str) -> None:
+        """Go no further, because of this."""
+        self.note_failure(what)
+        self.finish()
+
+    def _opened(self) -> None:
+        workspace = self._workspace
+        if self.status or not self._run:
+            self.finish()
+        elif not workspace.has_session:
+            if self._picture is None:  # the user can open one
+                return
+            self.stop("There is no frame to run: name a frame folder, or a colour file and its depth file.")
+        elif not workspace.session.counts():
+            self.stop(
+                f"{workspace.session.name} has no blocks, so there is nothing to complete: "
+                "draw them in the window, or extract them with other parameters."
+            )
+        else:
+            self._await_end()
+            self._runs.start()
+
+    def _await_end(self) -> None:
+        # a turn of the event loop later: after a run, a guess of the rest may begin
+        self._runs.ended.connect(
+            lambda _: QTimer.singleShot(0, self, self._ran), Qt.ConnectionType.SingleShotConnection
+        )
+
+    def _ran(self) -> None:
+        if not self._runs.free:
+            self._await_end()
+            return
+        session = self._workspace.session
+        results = session.valid_results().values()
+        if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
+            reason = next(iter(results)).outcome.message
+            self.note_failure(f"{session.name}: no block could be completed. The first: {reason}")
+        self.finish()
+
+    def finish(self) -> None:
+        """Take the picture, if all has gone well, and quit; without a picture to take, leave the window to the user."""
+        if self._picture is not None:
+            QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
+
+    def _take_picture(self) -> None:
+        # the expected error, if it is shown, comes after the run
+        if not self.status and not self._is_settled():
+            self.finish()
+            return
+        if not self.status and not self._take().save(self._picture or "", "PNG"):
+            self.note_failure(f"{self._picture} could not be written. Choose another folder, or make space.")
+        # the last window that closes quits, too: once more, after the program's own loop, would end the next one
+        QApplication.setQuitOnLastWindowClosed(False)
+        self._close()
+        QApplication.quit()
+
+
+def _picture_problem(path: Path) -> str:
+    """Why no picture can be written there, said before a long run; "" if nothing is known against it."""
+    folder = path.absolute().parent
+    if path.is_dir():
+        return f"{path} is a folder: name a file in it for the picture."
+    if not folder.is_dir():
+        return f"{folder} does not exist: make this folder for the picture, or choose another."
+    if not os.access(folder, os.W_OK):
+        return f"{folder} cannot be written: choose another folder for the picture."
+    return ""

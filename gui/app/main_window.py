@@ -1,0 +1,512 @@
+"""The main window: state, controllers, widgets and presenters, and the wiring between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QPixmap, QShowEvent, QUndoGroup
+from PySide6.QtWidgets import QMainWindow, QTabWidget, QUndoView, QWidget
+
+from ilf.drawing.blocks import STAGES
+from ilf.project.journals import journal_folder
+
+from ..base.actions import Actions
+from ..features.accuracy.feature import AccuracyPart
+from ..features.batch.feature import BatchPart
+from ..features.blocks.presenter import BlocksPresenter
+from ..features.blocks.table import BlockTable
+from ..features.cloud import CloudPresenter
+from ..features.colour_range import RangePart
+from ..features.compare import LookingPart
+from ..features.context import Desk, Part, UnderWay
+from ..features.documents.documents import Documents
+from ..features.documents.replays import ReplayPresenter
+from ..features.edit_summary import EffectLine, EffectPresenter
+from ..features.experiments.menu import ExperimentsMenu
+from ..features.extraction import ExtractionPanel, StagePresenter
+from ..features.filter.panel import FilterPanel
+from ..features.filter.presenter import FilterPresenter
+from ..features.filter.sharing import SharingPresenter
+from ..features.frame_list.feature import FramesPart
+from ..features.frame_list.panel import FramesPanel
+from ..features.guide import GuidePart
+from ..features.inspect.feature import InspectPart
+from ..features.layouts.feature import LayoutsPart
+from ..features.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
+from ..features.palette.palette import PalettePart
+from ..features.presets import PresetsPart
+from ..features.project.autosave import AutosavePart
+from ..features.project.feature import ProjectPart
+from ..features.project.recent import RecentPart
+from ..features.propagation.feature import CarryingPart
+from ..features.quality_check.invalid_depth import DistrustPresenter
+from ..features.quality_check.marks import ReviewStrip
+from ..features.quality_check.presenter import ReviewPresenter
+from ..features.report.feature import ReportPart
+from ..features.run_history.feature import KeptRunsPart
+from ..features.shortcuts import ShortcutsPart
+from ..features.status import CommandsPresenter, ReadoutPresenter, StatusBar, StatusPresenter
+from ..features.sweep.feature import SweepPart
+from ..project.recorder import Recorder
+from ..project.store import WorkStore
+from ..state.workspace import Workspace
+from ..tools.block_commands import BlockCommands, ContextMenu
+from ..tools.editor import Editor
+from ..tools.keys import ToolKeys
+from ..tools.presenter import ToolsPresenter
+from ..views.centre import Centre
+from ..views.cloud.canvas import HINT, MOVES
+from ..views.cloud.cloud_view import CloudView
+from ..views.curves.panel import CurvesPanel
+from ..views.curves.presenter import CurvesPresenter, Scrubbing
+from ..views.errors import ErrorPresenter
+from ..views.interaction import PointerEvent
+from ..views.linked_views import LinkedViews
+from ..views.presenter import ViewsPresenter
+from ..views.view_menus import ViewBar
+from ..widgets.docks import Docks
+from ..widgets.notices import LogPanel, Notes, Toasts
+from ..work.frame_runs import RunState
+from ..work.loading import FrameLoader
+from ..work.refresh import Refresh
+from ..work.runs import LiveSolver, RunController
+from .about import AboutDialog
+from .drops import FileDrops
+
+# The history of the present frame: every step that can be undone, the present state marked; a click goes there.
+
+
+class HistoryView(QUndoView):
+    """Steps of the frame's undo history, oldest first."""
+
+    def __init__(self, history: QUndoGroup, parent: QWidget | None = None) -> None:
+        super().__init__(history, parent)
+        self.setEmptyLabel("As opened")
+        self.setAccessibleName("History")
+        self.setToolTip("Click a step to go back, or forward, to the state after it")
+        self.setUniformItemSizes(True)
+
+
+_PARTS: tuple[type[Part], ...] = (
+    KeptRunsPart,
+    CarryingPart,
+    PresetsPart,
+    SweepPart,
+    AccuracyPart,
+    GuidePart,
+    InspectPart,
+    LookingPart,
+    RangePart,
+    RecentPart,
+    ReportPart,
+    BatchPart,
+    LayoutsPart,
+    ShortcutsPart,
+    PalettePart,
+)
+
+
+class MainWindow(QMainWindow):
+    """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
+
+    With `remembers`, size and docks are those of the last time, and are kept for the next, and the work is saved by
+    itself as it goes.
+    """
+
+    def __init__(self, remembers: bool = True) -> None:
+        super().__init__()
+        self._make_state(remembers)
+        self.panels = Docks(self, self.actions_["fold_panels"], remembers)
+        self._make_widgets()
+        self._make_presenters()
+        self._make_layout()
+        self._connect_refresh()
+        self._make_parts()
+        self._connect_commands()
+        self._connect_messages()
+        for part in self.parts:
+            part.begin()
+        self.commands.show()
+        self.refresh.draw_all()
+        self.panels.size_window()
+
+    def _make_state(self, remembers: bool) -> None:
+        self.workspace = Workspace(self)
+        self.store = WorkStore(journal_folder() if remembers else None)
+        self.recorder = Recorder(self.workspace, self.store, self)
+        self.loader = FrameLoader(self.workspace, self)
+        self.runs = RunController(self.workspace, self)
+        self.refresh = Refresh(self)
+        self.actions_ = Actions(self, self.workspace.undo_group)
+
+    def _make_widgets(self) -> None:
+        actions = self.actions_
+        self.status = StatusBar()
+        self.log = LogPanel()
+        self.views = LinkedViews()
+        self.effect_line = EffectLine()
+        going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
+        self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
+        self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
+        self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
+        self.toasts = Toasts(self, (self.views, self.cloud))
+        self.notes = Notes(self, self.toasts, self.log)
+        self.curves = CurvesPanel(self.panels.remembers)
+        self.frames = FramesPanel()
+        self.history = HistoryView(self.workspace.undo_group)
+        self.blocks = BlockTable()
+        self.filter_panel = FilterPanel(
+            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
+            [actions[name] for name in ["copy_own", "reset_own"]],
+            [actions[name] for name in ["share_values", "reset_values"]],
+        )
+        self.extraction_panel = ExtractionPanel(actions["extract"])
+        self.tool_bar = ToolBar(actions, self)
+        self.view_bar = ViewBar(self.views, entries(actions, "contours_only block_names show_missing | fit"))
+        self.experiments = ExperimentsMenu(self)
+        self.drops = FileDrops(self)
+
+    def _make_presenters(self) -> None:
+        workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
+        self.editor = Editor(workspace, self.views, self)
+        self.block_commands = BlockCommands(workspace, self.editor)
+        self.keys = ToolKeys(self, self.editor, self.views)
+        self.documents = Documents(self, self.picture, workspace, loader, self.notes)
+        self.replays = ReplayPresenter(self.notes)
+        self.view_presenter = ViewsPresenter(workspace, self.views)
+        self.errors = ErrorPresenter(workspace, runs, self.views)
+        self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes, loader.is_at)
+        self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
+        self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.sharing = SharingPresenter(workspace, self.filter_panel.frames, actions)
+        self.live = LiveSolver(workspace, runs, actions["live"])
+        self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
+        self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
+        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
+        self.curve_presenter = CurvesPresenter(workspace, self.curves)
+        self.scrubbing = Scrubbing(workspace, runs, self.curves)
+        self.cloud_presenter = CloudPresenter(workspace, self.editor, self.cloud, self.views, self.errors)
+        tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
+        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
+        self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
+        self.commands = CommandsPresenter(workspace, runs, loader, actions)
+        self.status_presenter = StatusPresenter(
+            workspace, runs, loader, self.documents, self.editor, self.status, self._hint_of_cloud
+        )
+        self.readout = ReadoutPresenter(workspace, self.status.readout)
+
+    def _make_layout(self) -> None:
+        strips = self.review_strip, self.distrust_strip, self.effect_line
+        self.centre = Centre(self.views, strips, self.cloud, self.view_bar)
+        self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
+        self.setCentralWidget(self.centre)
+        parameters = QTabWidget()
+        parameters.setDocumentMode(True)
+        parameters.addTab(self.filter_panel, "Filter")
+        parameters.addTab(self.extraction_panel, "Extraction")
+        area, docks = Qt.DockWidgetArea, self.panels
+        # one column, and the pictures have the height of the window: there they can be largest
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
+        docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
+        docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
+        docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
+        docks.add("History", self.history, area.RightDockWidgetArea, "ph.clock-counter-clockwise", 1.8)
+        docks.add("Log", self.log, area.BottomDockWidgetArea, "ph.list-dashes")
+        self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
+        self.setStatusBar(self.status)
+        self.addToolBar(self.tool_bar)
+
+    def _make_parts(self) -> None:
+        """What the user does, a part each, beside what this window has had from the first."""
+        desk = Desk(
+            self,
+            self.workspace,
+            self.runs,
+            self.loader,
+            self.views,
+            self.cloud,
+            self.view_presenter,
+            self.editor,
+            self.actions_,
+            self.panels,
+            self.refresh,
+            self.notes,
+            self.filter_panel,
+            self.filter_presenter,
+            self.errors,
+            self.documents,
+            self.centre,
+            self.store,
+            self.recorder,
+            self._under_way,
+            self.frames.view.chosen,
+        )
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        autosave = AutosavePart(desk, self.project.opening)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS), autosave]
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
+
+    # wiring
+
+    def _connect_refresh(self) -> None:
+        """Which part of the window is stale when what has changed; in the order in which they are drawn."""
+        add, workspace, runs, views = self.refresh.add, self.workspace, self.runs, self.views
+        turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
+        infos, values = workspace.infos_changed, workspace.parameters_changed
+        results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
+        turned_to = self.centre.turned
+        looked_at = views.shownChanged, turned_to
+        named = self.view_presenter.names_switched
+        running, loading = runs.state_changed, self.loader.busy_changed
+        add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
+        add(
+            "blocks",
+            self.view_presenter.show_blocks,
+            (turned, blocks, workspace.stroke_changed, infos, selected, named),
+        )
+        past = workspace.past_changed
+        add("depth", self.view_presenter.show_depth, (turned, blocks, results, past), (coming, depth))
+        coloured = self.cloud.colours_changed
+        add(
+            "error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, coloured, *looked_at)
+        )
+        add(
+            "cloud",
+            self.cloud_presenter.show,
+            (turned, blocks, infos, selected, results, self.cloud_presenter.changed, *looked_at),
+            (coming,),
+        )
+        add(
+            "table",
+            self.block_presenter.show,
+            (turned, blocks, infos, selected, values, results, running, workspace.block_errors_changed),
+            (coming, workspace.records_added),
+        )
+        add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
+        add("sharing", self.sharing.show, (turned, values))
+        shown_records = turned, blocks, infos, selected, values, results
+        shown_also = workspace.compared_changed, self.curves.shown
+        going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
+        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), going_on)
+        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
+        add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
+        add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
+        # not a part: what is done next may come before the next turn, and must be allowed or not by then
+        for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
+            signal.connect(lambda *_: self.commands.show())
+        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
+        hinted = self.editor.tool_changed, self.editor.hint_changed, self.cloud.canvas.pointed_at
+        add("hint", self.status_presenter.show_hint, (turned, loading, turned_to, *hinted))
+        exporting = self.documents.exporting_changed
+        add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
+        compared = workspace.compared_changed, workspace.truth_changed
+        add(
+            "readout",
+            self.readout.show,
+            (turned, blocks, infos, results, workspace.error_changed, past, *compared),
+            (coming, depth),
+        )
+
+    def _connect_commands(self) -> None:
+        runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
+        handlers: dict[str, Callable[[], object]] = {
+            "open": documents.ask_open,
+            "open_sample": documents.open_sample,
+            "open_run": documents.ask_open_run,
+            "load_blocks": documents.ask_load_blocks,
+            "save_blocks": documents.ask_save_blocks,
+            "export": documents.ask_export,
+            "save_picture": documents.ask_save_picture,
+            "close_frame": documents.close_frame,
+            "quit": self.close,
+            "extract": self.stages.extract,
+            "new_block": blocks.new,
+            "delete_blocks": blocks.delete,
+            "merge_blocks": blocks.merge,
+            "lock_blocks": blocks.toggle_locks,
+            "hide_blocks": blocks.toggle_visibility,
+            "looked_at": blocks.look_at,
+            "grow_blocks": blocks.grow,
+            "shrink_blocks": blocks.shrink,
+            "smooth_blocks": blocks.smooth,
+            "clean_up": blocks.clean_up,
+            "zoom_block": self.view_presenter.zoom_to_blocks,
+            "select_all": blocks.select_all,
+            "run": runs.start_changed,
+            "run_all": runs.start,
+            "run_selected": runs.start_chosen,
+            "pause": runs.toggle_pause,
+            "step": runs.step,
+            "cancel": runs.cancel,
+            "guess": runs.guess,
+            "reset_own": self.filter_presenter.reset_own,
+            "copy_own": self.filter_presenter.copy_own,
+            "share_values": self.sharing.share,
+            "keep_values": self.sharing.keep,
+            "reset_values": self.sharing.reset,
+            "part_values": self.sharing.part,
+            "clear_results": runs.clear_results,
+            "undo": editor.undo,
+            "give_up": editor.escape,
+            "brush_smaller": lambda: editor.step_brush(-1),
+            "brush_larger": lambda: editor.step_brush(1),
+            "next_suspect": lambda: self.review.go(1),
+            "previous_suspect": lambda: self.review.go(-1),
+            "leave_suspect": self.review.leave,
+            "close_review": self.review.close,
+            "suggest_distrust": self.distrust.suggest,
+            "take_suggested": self.distrust.take,
+            "leave_suggested": self.distrust.leave,
+            "fit": self.views.fit,
+            "one_to_one": self.views.one_to_one,
+            "shuffle_colours": self.block_presenter.shuffle_colours,
+            "about": lambda: AboutDialog(self).open(),
+            **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
+        }
+        for name, handler in handlers.items():
+            self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink"), (Qt.Key.Key_X, "cloud_raw")):
+            self.keys.hold(key, self.actions_[name])
+        look = self.actions_["look_before"]
+        look.toggled.connect(self.effect.look)
+        workspace = self.workspace
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        for changed in (workspace.session_changed, *edits):
+            changed.connect(lambda *_: look.setChecked(False))  # who edits sees what comes of it
+        self.actions_["full_screen"].toggled.connect(self._show_full_screen)
+        self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
+        self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)
+        self.actions_["show_missing"].toggled.connect(self.views.set_missing_shown)
+        stage_cell = self.views.extraction
+        self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
+        stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
+        stages = {name: self.actions_[f"stage_{name}"] for name in STAGES}
+        for action in stages.values():  # also when it is given other keys
+            action.changed.connect(lambda: stage_cell.set_hints({name: stages[name].toolTip() for name in stages}))
+        stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
+        self.loader.extracted.connect(self.stages.hold)
+        self.loader.busy_changed.connect(self.stages.go_on)
+        self.loader.extracted.connect(self.editor.aids.hold)
+        self.loader.replayed.connect(self.replays.show_differences)
+        self.runs.finished.connect(self.replays.show_verdict)
+        self.stages.extraction_wished.connect(self.loader.extract)
+        self.stages.view_wished.connect(self.centre.show_images)
+        self.review.shown.connect(self.centre.show_images)
+        for name, tool in self.editor.tools.items():  # who takes a tool wants to see what it is used on
+            if not tool.points_only:
+                self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
+        self.actions_["cloud_beside"].toggled.connect(self.centre.set_beside)
+        self.runs.state_changed.connect(self._open_curves)
+        self.workspace.sessions_changed.connect(self._open_frames)
+        self.views.set_pointer_handler(self._point)
+        self.views.cursorMoved.connect(self.readout.point_at)
+        self.views.contextMenuRequested.connect(self.context_menu.show)
+        self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
+
+    def _connect_messages(self) -> None:
+        notes = self.notes
+        self.runs.ended.connect(notes.tell)
+        # after an edit, what it did is said, and that is enough
+        self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.glimpse(text))
+        self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
+        self.errors.failed.connect(lambda error: notes.report("Expected error", error))
+        self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
+        self.distrust.failed.connect(lambda error: notes.report("Distrusted depth", error))
+        self.cloud_presenter.failed.connect(lambda error: notes.report("Point cloud", error))
+        self.distrust.message.connect(notes.tell)
+        self.loader.failed.connect(notes.report)
+        self.loader.message.connect(notes.tell)
+        self.editor.message.connect(notes.tell)
+        self.filter_presenter.message.connect(notes.tell)
+        self.sharing.message.connect(notes.tell)
+        self.editor.slivers_left.connect(
+            lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
+        )
+        self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        self.block_commands.message.connect(notes.tell)
+        self.experiments.message.connect(notes.tell)
+
+    def _point(self, event: PointerEvent) -> bool:
+        self.refresh.now()  # what the pointer is at is what the user sees
+        return self.editor.pointer(event)
+
+    def _hint_of_cloud(self) -> str:
+        """What the mouse does where it is at the cloud."""
+        if not (self.centre.shows_cloud_alone or self.cloud.canvas.underMouse()):
+            return ""
+        tool = self.editor.tool
+        return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
+
+    def _open_curves(self) -> None:
+        if self.runs.state is RunState.RUNNING:
+            self.panels.offer("Convergence")
+
+    def _open_frames(self) -> None:
+        if len(self.workspace.entries) > 1:
+            self.panels.offer("Frames")
+
+    def _show_full_screen(self, on: bool) -> None:
+        (self.showFullScreen if on else self.showNormal)()
+
+    def picture(self) -> QPixmap:
+        """What the window shows."""
+        self.refresh.now()
+        self.cloud.canvas.drawing.finish()
+        return self.grab()
+
+    # events
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Show that files would be taken."""
+        self.drops.enter(event)
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """They are dragged on."""
+        self.drops.leave()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open what was dropped."""
+        if paths := self.drops.take(event):
+            self.documents.open_paths(paths)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Redraw icons for another theme; know of it when the system makes the window as large as the screen."""
+        super().changeEvent(event)
+        if not hasattr(self, "actions_"):  # before all is made
+            return
+        if event.type() == QEvent.Type.PaletteChange:
+            self.actions_.draw_icons()
+            self.panels.draw_icons(self.palette())
+        elif event.type() == QEvent.Type.WindowStateChange:
+            with QSignalBlocker(self.actions_["full_screen"]):
+                self.actions_["full_screen"].setChecked(self.isFullScreen())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about what would be lost, stop the threads, remember the layout."""
+        if not self.project.may_close():
+            event.ignore()
+            return
+        reviews = self.review, self.distrust
+        views = self.errors, self.effect, self.stages, self.editor, self.scrubbing, self.cloud_presenter
+        for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
+            worker.shutdown()
+        for part in self.parts:
+            part.shutdown()
+        self.refresh.stop()
+        self.panels.remember()
+        super().closeEvent(event)
+
+    def _under_way(self) -> list[UnderWay]:
+        """What goes on in the background, beside runs of frames."""
+        found = [way for part in self.parts for way in part.under_way()]
+        return [*found, UnderWay("an experiment")] if self.experiments.busy else found
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Take the last layout, or at the first start the default one; load what is not needed at once."""
+        super().showEvent(event)
+        self.panels.arrange()
+        self.refresh.mark("error", "cloud", "stages")  # what is drawn for those who look at it alone
+        self.experiments.load_soon()

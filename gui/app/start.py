@@ -1,0 +1,267 @@
+"""Start of the desktop program: arguments, display, theme, exception hook."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from ilf._runtime.children import serve_as_child
+from ilf._runtime.ending import ending_at_once, note_crashes, note_fault
+from ilf._runtime.installation import asset_path, optional
+from ilf._runtime.memory import check_address_space
+from ilf._runtime.temporary_files import private_file, tighten
+from ilf._runtime.threads import available_cores
+from ilf.errors import IlfError, InputError
+
+from ..base.display import display_problem, qt_problem
+
+if TYPE_CHECKING:
+    from ilf.sources.frame_source import FrameSource
+
+    from .main_window import MainWindow
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of `ilf-gui`."""
+    serve_as_child()
+    try:
+        check_address_space(available_cores())
+    except InputError as error:
+        return _refused(str(error))
+    # whatever takes long to import is imported after this
+    with ending_at_once("ilf-gui"):
+        try:
+            return _main(arguments)
+        except Exception as error:
+            return _refused(note_fault(error))
+
+
+def _main(arguments: Sequence[str] | None) -> int:
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.frame is not None and (len(options.frames) != 1 or options.sample):
+        parser.error("--frame is of a folder of frames, a data set or a recording: name just this one.")
+    try:
+        inputs = _inputs(options)
+    except IlfError as error:
+        return _refused(str(error))
+    for name in ("truth", "guide"):
+        if getattr(options, name) and len(inputs.sources) != 1:
+            parser.error(f"--{name} is of one frame: name just this one.")
+    offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
+    problem = display_problem()
+    if problem and offscreen:
+        problem = qt_problem()  # of another kind there is none without a display
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+        # the offscreen platform warns at every window that it cannot pass on size hints
+        os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
+    if problem:
+        return _without_display(options, inputs, problem) if options.screenshot is None else _refused(problem)
+    try:
+        for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
+            optional(package, "app", "The window")
+    except InputError as error:
+        return _refused(f"{error} Without a window: ilf complete --help.")
+
+    from PySide6.QtCore import QCoreApplication, QSettings, QTimer
+    from PySide6.QtGui import QIcon
+    from PySide6.QtWidgets import QApplication
+
+    from ..base import theme
+    from .faults import Faults, leave
+
+    note_crashes()
+    QCoreApplication.setOrganizationName("ILF Studio")
+    QCoreApplication.setApplicationName("ilf-studio")
+    if sys.platform.startswith("linux"):  # elsewhere the system keeps them
+        with suppress(OSError):
+            private_file(settings := Path(QSettings().fileName()))
+            tighten(settings)
+    present = QApplication.instance()
+    app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
+    theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
+    theme.follow_system(app)
+    app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
+
+    from .main_window import MainWindow
+
+    window = MainWindow(remembers=options.screenshot is None)
+    if options.size:
+        window.resize(*options.size)
+    Faults(window.notes).watch()
+    window.show()
+    if not options.run and options.screenshot is None:
+        _open(window, options, inputs)
+        status = app.exec()
+        return status if app is present else leave(status)
+
+    from .headless import Unattended
+
+    unattended = Unattended(
+        window.workspace,
+        window.loader,
+        window.runs,
+        window.notes,
+        window.documents,
+        window.picture,
+        window.close,
+        lambda: not window.errors.busy,
+        options.run,
+        options.screenshot,
+    )
+    if options.screenshot is not None:
+        Faults(window.notes, unattended.finish).watch()
+    _open(window, options, inputs, None if options.screenshot is None else unattended.note_failure)
+    QTimer.singleShot(0, unattended.start)
+    status = app.exec()
+    status = unattended.status or status
+    return status if app is present else leave(status)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge."
+    )
+    parser.add_argument(
+        "frames",
+        nargs="*",
+        metavar="FRAME",
+        type=Path,
+        help="a project (.ilf), frame folders (with meta.json), folders of frames, run.json files, or a colour file "
+        "and its depth file",
+    )
+    parser.add_argument(
+        "--frame", metavar="KEY", help="frame of a folder of frames, a data set or a recording, as for `ilf complete`"
+    )
+    parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--depth-encoding", metavar="NAME", help="how depth files become metres, as for `ilf complete`")
+    how.add_argument("--depth-units", type=float, help="the same for most files: units per metre (1000: millimetres)")
+    parser.add_argument("--invalid", type=float, metavar="N", help="value of depth files that stands for missing")
+    parser.add_argument(
+        "--min-confidence", type=float, metavar="N", help="depth of a lower confidence counts as missing"
+    )
+    parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
+    parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
+    parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
+    parser.add_argument("--guide", metavar="FILE", help="depth or inverse depth of the (one) frame, to be followed")
+    parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame at once")
+    parser.add_argument("--screenshot", metavar="FILE.png", help="save a picture of the window when done, and exit")
+    parser.add_argument("--view", choices=("images", "cloud"), default="images", help="what the centre shows")
+    parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window")
+    parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
+    return parser
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 1440x900") from None
+    if not (400 <= width <= 8000 and 300 <= height <= 8000):
+        raise argparse.ArgumentTypeError("the window must be 400x300 to 8000x8000 pixels")
+    return width, height
+
+
+class _Inputs(NamedTuple):
+    """What is named: project files, run records, frames, and a colour or depth file that has no partner."""
+
+    projects: list[Path]
+    records: list[Path]
+    sources: list[FrameSource]
+    single: list[Path]
+
+
+def _open(
+    window: MainWindow, options: argparse.Namespace, inputs: _Inputs, refuse: Callable[[str], None] | None = None
+) -> None:
+    """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
+    if options.view == "cloud":
+        window.centre.show_cloud()
+    if options.sample:
+        window.documents.open_sample()
+    projects, records, sources, single = inputs
+    for source in sources:
+        window.documents.open_source(source)
+    if refuse is not None:
+        for path in single:
+            refuse(_no_partner(path))
+        single = []
+    window.documents.open_paths([*projects, *records, *single])
+
+
+def _no_partner(path: Path) -> str:
+    return f"{path}: a frame needs a colour and a depth file, or a folder."
+
+
+def _inputs(options: argparse.Namespace) -> _Inputs:
+    """Raises IlfError if there is no such frame as --frame names."""
+    from ilf.sources.frame_source import FrameSource
+    from ilf.sources.source import open_source
+
+    from ..base.paths import sorted_out
+
+    reading = {name: getattr(options, name) for name in ("depth_units", "intrinsics", "invalid", "min_confidence")}
+    reading["encoding"] = options.depth_encoding
+    beside = {name: getattr(options, name) for name in ("truth", "truth_units", "guide")}
+    if options.frame is not None:
+        found = open_source(options.frames[0], **reading).frame_source(options.frame)
+        return _Inputs([], [], [replace(found, **beside)], [])
+    how = FrameSource("", **reading, **beside)
+    projects, folders, records, files = sorted_out(options.frames)
+    sources = [replace(how, rgb=str(path)) for path in folders]
+    pairs = zip(files[::2], files[1::2], strict=False)
+    sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
+    return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
+
+
+def _refused(reason: str) -> int:
+    """Say in one line why there is no window; returns the exit status."""
+    print(f"ilf-gui: {reason}", file=sys.stderr)
+    return 1
+
+
+def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str) -> int:
+    """Say that no window can be shown, and do the job by the command line where frames are named."""
+    from ilf.cli import main as command_line
+
+    print(f"ilf-gui: {problem}", file=sys.stderr)
+    projects, records, sources, single = inputs
+    for path in projects:
+        print(f"ilf-gui: {path} can be looked at by: ilf project info {path}", file=sys.stderr)
+    jobs = [["--replay", str(record)] for record in records]
+    if options.frame is not None:
+        jobs.append([str(options.frames[0]), "--frame", options.frame])
+    else:
+        jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
+    if options.sample:
+        jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
+    for path in single:
+        print(f"ilf-gui: {_no_partner(path)}", file=sys.stderr)
+    if not jobs:
+        print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
+        return 1
+    reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
+    reading += ["--depth-encoding", options.depth_encoding] if options.depth_encoding else []
+    reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
+    reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
+    reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
+    reading += ["--truth", options.truth] if options.truth else []
+    reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []
+    reading += ["--guide", options.guide] if options.guide else []
+    status = 0
+    for job in jobs:
+        arguments = ["complete", *job, *([] if job[0] == "--replay" else reading)]
+        print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
+        status = command_line(arguments) or status
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

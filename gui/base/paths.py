@@ -1,0 +1,20 @@
+"""Which of the paths that are named or dropped are what. Without Qt: the command line takes over where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ilf.sources.opening import is_recording
+
+PROJECT_SUFFIX = ".ilf"
+
+
+def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
+    """Project files, folders and recordings, run records and image files among paths, each in the order given."""
+    chosen = list(paths)
+    folders = [path for path in chosen if path.is_dir() or is_recording(path)]
+    files = [path for path in chosen if path not in folders]
+    projects = [path for path in files if path.suffix.lower() == PROJECT_SUFFIX]
+    records = [path for path in files if path.suffix == ".json"]
+    return projects, folders, records, [path for path in files if path not in projects and path not in records]

@@ -1,0 +1,1 @@
+"""How far off the depth is: against ground truth, or on hold-outs."""

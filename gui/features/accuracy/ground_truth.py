@@ -1,0 +1,240 @@
+"""Errors against the frame's truth: judged off the GUI's thread, for the panel and for the table of blocks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QWidget
+
+from ilf.data.blocks import Box
+from ilf.data.frame import RGBDFrame
+from ilf.drawing.colours import sample
+from ilf.errors import InputError
+from ilf.io.companions import with_truth_file
+from ilf.sources.frames import DEPTH_FILE_SUFFIXES
+
+from ...state.session import Session
+from ...widgets.basics import PlainLabel, last_folder
+from ...work.latest_question import LatestQuestion
+from ..context import Desk
+from ..documents.file_dialogs import ReadingDialog
+from .panel import NO_FRAME, AccuracyPanel
+from .rows import Answer, Entry, Judge, Question, truth_rows
+
+# The dialog that loads a truth: which file, in which units, and what that makes of it.
+
+_FOLDER_KEY = "truth/folder"
+_AUTOMATIC = "Automatic (those of the depth, if both are whole numbers)"
+_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "256 (KITTI)")
+_NOTHING_CHOSEN = "Choose depth of the same pixels that is known to be right: a 16-bit or float image, or NPY."
+
+
+class TruthSource(NamedTuple):
+    """A file with the truth of a frame, and its units per metre if they are stated."""
+
+    frame: RGBDFrame
+    path: str
+    units: float | None = None
+
+
+def frame_with(source: TruthSource) -> RGBDFrame:
+    """The frame with the truth of the file; called off the GUI's thread."""
+    return with_truth_file(source.frame, source.path, source.units)
+
+
+class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
+    """Choose a truth, and see what it is before it is taken.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    questions : LatestQuestion
+        Which reads a `TruthSource`.
+    """
+
+    def __init__(
+        self, frame: RGBDFrame, questions: LatestQuestion[TruthSource, RGBDFrame], parent: QWidget | None = None
+    ) -> None:
+        placeholder = "True depth: PNG, TIFF, PGM or NPY"
+        title = f"Load Truth for {frame.name}"
+        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Truth", _FOLDER_KEY, questions, parent)
+        self._frame = frame
+        self.path.setToolTip("The file with the true depth")
+        self.load_button.setToolTip("Judge the frame's results by this truth")
+        self.units = QComboBox(editable=True)
+        self.units.addItems([_AUTOMATIC, *_UNITS])
+        self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.units.setToolTip(
+            "How many file units make one metre. Automatic: as the frame's depth, if both are whole numbers; otherwise "
+            "1000 for whole numbers and 1 for floating-point depth."
+        )
+        self.units.editTextChanged.connect(self.schedule)
+        self.setMinimumWidth(600)
+        self.ask(self._form())
+
+    def source(self, path: str) -> TruthSource:
+        units = _units(self.units.currentText())
+        return TruthSource(self._frame, str(Path(path).expanduser().absolute()), units)
+
+    def show_found(self, found: RGBDFrame) -> None:
+        if found.truth is not None:
+            self.preview.show_depth(found.truth)
+        self.message.say(described(found), "good")
+
+    def _form(self) -> QGridLayout:
+        self.file_button.setToolTip("Choose the file with the true depth")
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(8)
+        grid.setColumnStretch(1, 1)
+        for row, (text, field) in enumerate((("&Truth", self.path), ("&Units per metre", self.units))):
+            label = PlainLabel(text)
+            label.setBuddy(field)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(field, row, 1, 1, 1 if field is self.path else 2)
+        grid.addWidget(self.file_button, 0, 2)
+        return grid
+
+    def browse(self) -> None:
+        patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
+        path, _ = QFileDialog.getOpenFileName(
+            self, "Choose truth", last_folder(_FOLDER_KEY), f"Depth ({patterns});;All files (*)"
+        )
+        self.choose(path)
+
+
+def described(frame: RGBDFrame) -> str:
+    """How much of a frame its truth says, in words; of a sample of its pixels."""
+    if frame.truth is None:
+        return "There is no truth."
+    truth, depth = sample(frame.truth), sample(frame.depth)
+    known, missing = np.isfinite(truth), np.isnan(depth)
+    share = known[missing].mean() if missing.any() else known.mean()
+    text = f"It is known at {share:.0%} of the pixels{' without depth' if missing.any() else ''}"
+    both = known & ~missing
+    if not both.any():
+        return f"{text}."
+    off = float(np.median(np.abs(truth[both] - depth[both])))
+    return f"{text}, and {1000 * off:.1f} mm from the known depth (median)."
+
+
+def _units(text: str) -> float | None:
+    """Of the field; None for automatic."""
+    if text.strip() in ("", _AUTOMATIC):
+        return None
+    try:
+        units = float(text.split("(")[0])
+    except ValueError:
+        units = 0.0
+    if not 0 < units < float("inf"):
+        raise InputError(f"Units per metre must be a number above 0, such as 1000, not {text!r:.30}.")
+    return units
+
+
+_NO_TRUTH = "No truth: load one, or test on hidden depth."
+_NO_RESULT = "Run the filter: there is nothing to judge yet."
+_JUDGING = "Judging…"
+
+
+class TruthPresenter(QObject):
+    """The page of the truth.
+
+    Signals
+    -------
+    judged()
+        The blocks' errors are other ones.
+    """
+
+    judged = Signal()
+
+    def __init__(self, desk: Desk, panel: AccuracyPanel) -> None:
+        super().__init__(panel)
+        self._desk = desk
+        self._panel = panel
+        self._questions = LatestQuestion[Question, Answer](Judge(), self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(lambda _, error: desk.notes.report("Judging against the truth", error))
+        self._answered: Session | None = None
+        self._told: RGBDFrame | None = None
+        """The frame that it has been said of where its truth comes from."""
+        self.blocks: dict[int, float] = {}
+        """Label -> RMSE [m] of the present results."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is to come."""
+        return self._questions.busy
+
+    def show(self) -> None:
+        """Judge what there is now, if there is a truth to judge by."""
+        workspace = self._desk.workspace
+        session = workspace.session if workspace.has_session else None
+        if session is not self._answered:
+            self._forget()
+        if session is None:
+            self._told = None
+            self._panel.say_source(NO_FRAME)
+            self._panel.show_truth([], "")
+            return
+        frame, completion = session.frame, session.completion()
+        self._say_source(session)
+        if frame.truth is None or completion is None:
+            self._forget()
+            self._panel.show_truth([], _NO_TRUTH if frame.truth is None else _NO_RESULT)
+            return
+        entries = [Entry("Present", completion, frame)]
+        areas = self._areas(session)
+        if self._panel.isVisible():
+            for kept in session.compared:
+                entries.append(Entry(kept.name, kept.completion, kept.run.frame, kept.colour))
+        else:
+            areas = {}
+        running = session in self._desk.runs.running
+        question = Question(
+            session, frame.truth, tuple(entries), session.labels.copy(), areas, self._panel.every, not running
+        )
+        if not self._panel.truth_table.rows:
+            self._panel.show_truth([], _JUDGING)
+        self._answered = session
+        self._questions.ask(question)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _areas(self, session: Session) -> dict[str, tuple[int, ...] | Box | None]:
+        areas: dict[str, tuple[int, ...] | Box | None] = {"Frame": None}
+        chosen = tuple(label for label in session.selected if label in session.counts())
+        if chosen:
+            areas[session.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
+        if session.region is not None:
+            areas["Rectangle"] = session.region
+        return areas
+
+    def _say_source(self, session: Session) -> None:
+        frame = session.frame
+        if frame is not self._told:
+            self._told = frame
+            file = None if frame.inputs is None else frame.inputs.truth
+            name = "given" if file is None else Path(file.path).name
+            text = f"{session.name} has no truth." if frame.truth is None else f"Truth: {name}. {described(frame)}"
+            self._panel.say_source(text, "" if file is None else file.path)
+
+    def _take(self, question: Question, answer: Answer) -> None:
+        if question.session is not self._answered:
+            return
+        self.blocks = {label: judged.rmse for label, judged in answer.blocks.items() if judged.pixels}
+        if answer.areas:
+            self._panel.show_truth(truth_rows(answer, question.entries), "")
+        self.judged.emit()
+
+    def _forget(self) -> None:
+        self._answered = None
+        self._questions.forget()
+        if self.blocks:
+            self.blocks = {}
+            self.judged.emit()
+        self._panel.show_truth([], "")

@@ -1,0 +1,265 @@
+"""The test on hidden depth: asked for by the dialog, made in the background, kept with its frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from weakref import WeakKeyDictionary
+
+from PySide6.QtCore import QObject, QSettings, Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QListWidget,
+    QListWidgetItem,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.data.parameters import PRESETS
+from ilf.evaluation.evaluation import Step
+from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ilf.run.preset_files import list_presets
+from ilf.run.run import Run
+
+from ...state.session import Session
+from ...widgets.basics import Message, PlainLabel
+from ...work.jobs import Worker
+from ..context import Desk
+from .hold_out_tests import PRESENT, Candidate, HiddenOutcome, outcome_steps
+from .panel import AccuracyPanel
+from .rows import hidden_rows
+
+# The dialog that starts a test on hidden depth: what is hidden, how often, and what is tested.
+
+_PATTERN_KEY, _SEEDS_KEY = "hidden_test/pattern", "hidden_test/seeds"
+_SEEDS, _MOST_SEEDS = 3, 20
+_ABOUT = {"areas": "Areas, like the holes that cameras leave", "random": "Random pixels"}
+
+
+class HiddenTestDialog(QDialog):
+    """Pattern, number of seeds, and candidates with a tick each.
+
+    Parameters
+    ----------
+    frame_name : str
+    candidates : sequence of (Candidate, bool)
+        What can be tested, and whether it is ticked at first.
+    """
+
+    def __init__(self, frame_name: str, candidates: Sequence[tuple[Candidate, bool]], parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(f"Test {frame_name} on Hidden Depth")
+        about = Message(lines=2)
+        about.say(
+            "Some of the known depth is hidden, the blocks are completed without it, and what comes out is compared "
+            "with it. All that is ticked is judged on the same pixels."
+        )
+        self.pattern = QComboBox()
+        self.pattern.setToolTip("Which known depth is hidden")
+        for name in sorted(HIDDEN_PATTERNS):
+            self.pattern.addItem(_ABOUT.get(name, name), name)
+            self.pattern.setItemData(self.pattern.count() - 1, HIDDEN_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
+        self.pattern.setCurrentIndex(max(self.pattern.findData(QSettings().value(_PATTERN_KEY, "areas")), 0))
+        self.seeds = QSpinBox(
+            minimum=1, maximum=_MOST_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS, int)))
+        )
+        self.seeds.setToolTip(
+            "How often other depth is hidden; the errors are pooled. The same number, the same pixels."
+        )
+        self.candidates = QListWidget()
+        self.candidates.setToolTip("What is tested; tick what you want to compare")
+        self._offered = [candidate for candidate, _ in candidates]
+        for candidate, ticked in candidates:
+            item = QListWidgetItem(candidate.name, self.candidates)
+            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            item.setCheckState(Qt.CheckState.Checked if ticked else Qt.CheckState.Unchecked)
+        self.amount = PlainLabel()
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
+        self.test_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self.test_button.setText("&Test")
+        self.test_button.setToolTip("Test what is ticked, in the background; the panel Accuracy shows what comes")
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        self.candidates.itemChanged.connect(lambda _: self._describe())
+        self.seeds.valueChanged.connect(lambda _: self._describe())
+
+        form = QFormLayout()
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow("&Hide", self.pattern)
+        form.addRow("&Seeds", self.seeds)
+        label = PlainLabel("&What is tested")
+        label.setBuddy(self.candidates)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        layout.addWidget(about)
+        layout.addLayout(form)
+        layout.addWidget(label)
+        layout.addWidget(self.candidates, 1)
+        layout.addWidget(self.amount)
+        layout.addWidget(buttons)
+        self.resize(430, 440)
+        self._describe()
+
+    def test(self) -> HiddenTest:
+        """Which depth is hidden."""
+        return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
+
+    def chosen(self) -> list[Candidate]:
+        """What is ticked."""
+        items = (self.candidates.item(number) for number in range(self.candidates.count()))
+        pairs = zip(self._offered, items, strict=True)
+        return [candidate for candidate, item in pairs if item.checkState() == Qt.CheckState.Checked]
+
+    def accept(self) -> None:
+        QSettings().setValue(_PATTERN_KEY, self.pattern.currentData())
+        QSettings().setValue(_SEEDS_KEY, self.seeds.value())
+        super().accept()
+
+    def _describe(self) -> None:
+        count, seeds = len(self.chosen()), self.seeds.value()
+        self.test_button.setEnabled(count > 0)
+        runs = count * seeds
+        self.amount.setText(f"{runs} run{'s' * (runs != 1)}" if count else "Tick at least one.")
+
+
+_NOT_TESTED = "Not tested yet: Test on hidden depth… says how far off known depth comes out when it is hidden."
+_OUTDATED = "Outdated: blocks or depth have changed since. Test again."
+_OTHER_VALUES = "The present values are other ones by now."
+
+
+class HiddenPresenter(QObject):
+    """The page of hidden depth.
+
+    Signals
+    -------
+    tested()
+        What is known of the blocks on hidden depth has changed.
+    """
+
+    tested = Signal()
+
+    def __init__(self, desk: Desk, panel: AccuracyPanel) -> None:
+        super().__init__(panel)
+        self._desk = desk
+        self._panel = panel
+        self._outcomes: WeakKeyDictionary[Session, HiddenOutcome] = WeakKeyDictionary()
+        self._testing: Session | None = None
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take_steps)
+        self.worker.finished.connect(self._finish)
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self._end("The test on hidden depth was cancelled."))
+        panel.cancelled.connect(self.worker.cancel)
+        desk.workspace.sessions_changed.connect(self._leave_closed)
+
+    @property
+    def testing(self) -> Session | None:
+        """The frame that is being tested."""
+        return self._testing
+
+    @property
+    def outcome(self) -> HiddenOutcome | None:
+        """The test of the present frame, if it has been made."""
+        workspace = self._desk.workspace
+        return self._outcomes.get(workspace.session) if workspace.has_session else None
+
+    def ask(self) -> None:
+        """Test, by the dialog."""
+        workspace = self._desk.workspace
+        if not workspace.has_session:
+            return
+        if self.worker.busy:
+            self._desk.notes.tell("A test on hidden depth is under way already.")
+            return
+        session = workspace.session
+        present = session.run(session.common)
+        dialog = HiddenTestDialog(session.name, _candidates(session, present), self._desk.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self.start(session, dialog.chosen(), present, dialog.test()))
+        dialog.open()
+
+    def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HiddenTest) -> None:
+        """Test some candidates; `present` is the frame with its blocks and values as they are."""
+        if self.worker.busy:
+            return
+        self._testing = session
+        self._panel.work.begin()
+        self.worker.start(lambda: outcome_steps(candidates, present, test))
+        self.show()
+
+    def show(self) -> None:
+        """What is known of the present frame."""
+        workspace, outcome = self._desk.workspace, self.outcome
+        chosen = workspace.chosen
+        self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
+        if outcome is None:
+            testing = self.worker.busy and workspace.has_session and workspace.session is self._testing
+            self._panel.show_hidden([], "", "muted", "Testing…" if testing else _NOT_TESTED)
+            return
+        text, tone = _described(outcome, workspace.session)
+        label = chosen if self._panel.over_chosen else 0
+        empty = "Choose a block to see its errors." if self._panel.over_chosen and not chosen else ""
+        self._panel.show_hidden([] if empty else hidden_rows(outcome, label), text, tone, empty)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.worker.shutdown()
+
+    def _take_steps(self, batch: list[Step]) -> None:
+        self._panel.work.show_share(batch[-1].share)
+
+    def _finish(self, outcome: HiddenOutcome) -> None:
+        session = self._testing
+        if session is not None and session in self._desk.workspace.sessions:
+            self._outcomes[session] = outcome
+            for one in outcome.tested:
+                kept = one.candidate.kept
+                if kept in session.kept_runs and kept.run is one.candidate.kept_as:
+                    self._desk.workspace.change_run(
+                        session, kept, hidden_error=one.whole.rmse, hidden_test=outcome.test
+                    )
+        self._end("")
+
+    def _fail(self, error: Exception) -> None:
+        self._end("")
+        self._desk.notes.report("Test on hidden depth", error)
+
+    def _end(self, text: str) -> None:
+        self._testing = None
+        self._panel.work.end()
+        self.show()
+        if text:
+            self._desk.notes.tell(text)
+        self.tested.emit()
+
+    def _leave_closed(self) -> None:
+        """Nothing goes on for a frame that is no longer open."""
+        if self._testing is not None and self._testing not in self._desk.workspace.sessions:
+            self.worker.cancel()
+
+
+def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
+    """What can be tested, and whether it is ticked at first: the present values, and the runs that are compared."""
+    found = [(Candidate(PRESENT, present), True)]
+    found += [(Candidate.of(kept), kept in session.compared) for kept in session.kept_runs]
+    presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
+    for name, parameters in presets.items():
+        found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))
+    return found
+
+
+def _described(outcome: HiddenOutcome, session: Session) -> tuple[str, str]:
+    """What was tested when, and whether it still holds; and the tone to say it in."""
+    seeds = len(outcome.test.seeds)
+    pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
+    text = f"Hidden: {pattern}, {seeds} seed{'s' * (seeds != 1)}, at {outcome.when:%H:%M}."
+    if not outcome.holds_for(session):
+        return f"{text} {_OUTDATED}", "warning"
+    if outcome.of_present is not None and not outcome.has_values_of(session):
+        return f"{text} {_OTHER_VALUES}", "warning"
+    return text, "muted"

@@ -1,0 +1,352 @@
+"""Judgements as rows of the panel's tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QColor, QGuiApplication, QIcon, QKeyEvent, QKeySequence, QPaintEvent, QPixmap
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
+
+from ilf._runtime.formatting import UNKNOWN, millimetres
+from ilf.completion.confidence.expected_error import expected_error
+from ilf.data.blocks import Box
+from ilf.data.frame import RGBDFrame
+from ilf.data.results import Completion
+from ilf.evaluation.evaluation import Judgement, judge_blocks, judge_completion
+from ilf.evaluation.ground_truth import shared_pixels
+
+from ...base import theme
+from ...state.session import Session
+from ...widgets.basics import as_it_is, paint_hint
+from .hold_out_tests import HiddenOutcome, Tested
+
+# Judgements in words: millimetres and shares, for the tables of the panel.
+
+RMSE = ("RMSE", "Root mean square error in millimetres: large errors count most")
+MAE = ("MAE", "Mean absolute error in millimetres")
+MEDIAN = ("Med.", "Median of the absolute errors in millimetres: half of the pixels are closer")
+WITHIN = (
+    "Within",
+    "Share of the filled pixels whose error is within their expected error; about 68 % is as it should be",
+)
+PIXELS = ("Pixels", "Over how many pixels the errors are")
+
+
+def errors(judgement: Judgement) -> tuple[str, str, str]:
+    """RMSE, MAE and median."""
+    return millimetres(judgement.rmse), millimetres(judgement.mae), millimetres(judgement.median)
+
+
+def within(judgement: Judgement) -> str:
+    """The share within the expected error."""
+    known = judgement.within is not None and math.isfinite(judgement.within)
+    return f"{judgement.within:.0%}" if known else UNKNOWN
+
+
+def thousands(count: int) -> str:
+    """A number of pixels, in short.
+
+    Examples
+    --------
+    >>> thousands(121573), thousands(430), thousands(0)
+    ('122k', '430', '–')
+    """
+    return f"{count / 1000:.0f}k" if count >= 10_000 else str(count) if count else UNKNOWN
+
+
+def best_of(judgements: Sequence[Judgement]) -> set[int]:
+    """Which have the smallest RMSE, if there are others. Who fills less than the rest is judged on less, and is none.
+
+    Examples
+    --------
+    >>> best_of([Judgement(9, rmse=0.2), Judgement(9, rmse=0.1), Judgement(3, rmse=0.05)])
+    {1}
+    """
+    most = max((one.pixels for one in judgements), default=0)
+    known = {number: one.rmse for number, one in enumerate(judgements) if one.pixels == most and most}
+    best = {number for number, rmse in known.items() if rmse == min(known.values())}
+    return best if len(best) < len(known) else set()
+
+
+# Judging results against the frame's truth, off the GUI's thread: for the frame, blocks and a rectangle.
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A result that is judged: the present one, or that of a run.
+
+    Attributes
+    ----------
+    name : str
+    completion : Completion
+    frame : RGBDFrame
+        That it is of.
+    colour : (int, int, int) or None
+        Of the run.
+    """
+
+    name: str
+    completion: Completion
+    frame: RGBDFrame
+    colour: tuple[int, int, int] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is to be judged.
+
+    Attributes
+    ----------
+    session : Session
+    truth : ndarray of float32, shape (H, W)
+        [m], NaN = unknown.
+    entries : tuple of Entry
+        The first is the present result.
+    labels : ndarray of int32, shape (H, W)
+        The label map as it is now.
+    areas : mapping of str to (tuple of int or Box or None)
+        What a part of the frame is called -> labels of blocks, a rectangle, or None for all of it.
+    every : bool
+        Whether known pixels count, too.
+    with_expected : bool
+        Whether the share within the expected error is wanted, which takes longer.
+    """
+
+    session: Session
+    truth: NDArray[np.float32]
+    entries: tuple[Entry, ...]
+    labels: NDArray[np.int32]
+    areas: Mapping[str, tuple[int, ...] | Box | None]
+    every: bool
+    with_expected: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What was asked for.
+
+    Attributes
+    ----------
+    areas : mapping of str to tuple of Judgement
+        Part of the frame -> a Judgement for each entry, over what all of them have filled.
+    blocks : mapping of int to Judgement
+        Label -> Judgement of all that the present result has filled.
+    """
+
+    areas: Mapping[str, tuple[Judgement, ...]] = field(default_factory=dict)
+    blocks: Mapping[int, Judgement] = field(default_factory=dict)
+
+
+class Judge:
+    """Answers questions, one at a time. What it has found of a completion's expected error it keeps as long as that."""
+
+    def __init__(self) -> None:
+        self._expected: WeakKeyDictionary[Completion, NDArray[np.float32]] = WeakKeyDictionary()
+
+    def __call__(self, question: Question) -> Answer:
+        """Judge; called off the GUI's thread."""
+        present = question.entries[0]
+        areas = {}
+        shared = shared_pixels([entry.completion for entry in question.entries], every=question.every)
+        for name, area in question.areas.items():
+            where = shared & _inside(area, question.labels)
+            areas[name] = tuple(self._judged(question, entry, where) for entry in question.entries)
+        return Answer(areas, judge_blocks(present.frame, present.completion, question.labels))
+
+    def _judged(self, question: Question, entry: Entry, where: NDArray[np.bool_]) -> Judgement:
+        expected = self._expected_error(entry) if question.with_expected else self._expected.get(entry.completion)
+        frame = entry.frame if entry.frame.truth is question.truth else entry.frame.with_truth(question.truth)
+        return judge_completion(frame, entry.completion, where, every=question.every, expected=expected)
+
+    def _expected_error(self, entry: Entry) -> NDArray[np.float32]:
+        found = self._expected.get(entry.completion)
+        if found is None:
+            found = self._expected[entry.completion] = expected_error(entry.frame, entry.completion)
+        return found
+
+
+def _inside(area: tuple[int, ...] | Box | None, labels: NDArray[np.int32]) -> NDArray[np.bool_]:
+    if area is None:
+        return np.ones(labels.shape, bool)
+    if not isinstance(area[0], slice):
+        return np.isin(labels, area)
+    inside = np.zeros(labels.shape, bool)
+    inside[area] = True
+    return inside
+
+
+# A small table of numbers: rows in groups, the best marked.
+
+_SWATCH = 10
+_ROW_PAD = 6
+_CELL_PAD = 13
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row.
+
+    Attributes
+    ----------
+    name : str
+    cells : tuple of str
+        One for each column but the first; empty for the heading of a group.
+    hint : str
+        Tooltip.
+    colour : (int, int, int) or None
+        Of the run that it is of.
+    is_best : bool
+        Whether it is the best of its group.
+    """
+
+    name: str
+    cells: tuple[str, ...] = ()
+    hint: str = ""
+    colour: tuple[int, int, int] | None = None
+    is_best: bool = False
+
+
+class NumberTable(QTreeWidget):
+    """Rows under headings; copied with Ctrl+C as text that spreadsheets take."""
+
+    def __init__(self, name: str, columns: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._empty = ""
+        self._rows: tuple[Row, ...] = ()
+        self.setAccessibleName(name)
+        self.setColumnCount(1 + len(columns))
+        self.setHeaderLabels(["", *(title for title, _ in columns)])
+        for number, (_, hint) in enumerate(columns, 1):
+            self.headerItem().setToolTip(number, hint)
+            self.headerItem().setTextAlignment(number, _RIGHT)
+        header = self.header()
+        header.setStretchLastSection(False)
+        header.setMinimumSectionSize(36)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for number, (title, _) in enumerate(columns, 1):
+            widest = max(self.fontMetrics().horizontalAdvance(text) for text in (title, "1000"))
+            header.setSectionResizeMode(number, QHeaderView.ResizeMode.Interactive)
+            header.resizeSection(number, widest + _CELL_PAD)
+        self.setRootIsDecorated(False)
+        self.setIndentation(0)
+        self.setUniformRowHeights(True)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setFrameShape(QTreeWidget.Shape.NoFrame)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """What is shown."""
+        return self._rows
+
+    def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
+        """Show other rows; without any, `empty` says why."""
+        wanted = tuple(rows)
+        if (wanted, empty) != (self._rows, self._empty):
+            self._rows, self._empty = wanted, empty
+            self._fill()
+
+    def text(self) -> str:
+        """The table, or what is selected of it, cells separated by tabs."""
+        chosen = [self.indexOfTopLevelItem(item) for item in self.selectedItems()]
+        rows = [self._rows[number] for number in sorted(chosen)] or list(self._rows)
+        head = [self.headerItem().text(number) for number in range(self.columnCount())]
+        return "\n".join("\t".join(cells) for cells in [head, *((row.name, *row.cells) for row in rows)])
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QGuiApplication.clipboard().setText(self.text())
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if not self._rows and self._empty:
+            paint_hint(self, self._empty)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_rows"):
+            self._fill()
+
+    def _fill(self) -> None:
+        colours = theme.colours(self.palette())
+        self.clear()
+        for row in self._rows:
+            item = QTreeWidgetItem([row.name, *row.cells])
+            item.setSizeHint(0, QSize(0, self.fontMetrics().height() + _ROW_PAD))
+            for number in range(self.columnCount()):
+                item.setToolTip(number, as_it_is(row.hint or row.name))
+                if number:
+                    item.setTextAlignment(number, _RIGHT)
+                if row.is_best or not row.cells:
+                    font = item.font(number)
+                    font.setBold(True)
+                    item.setFont(number, font)
+                if row.is_best:
+                    item.setForeground(number, colours.good)
+            if row.colour is not None:
+                item.setIcon(0, _swatch(row.colour))
+            if not row.cells:
+                item.setForeground(0, colours.muted)
+                item.setFlags(Qt.ItemFlag.ItemIsEnabled)
+            self.addTopLevelItem(item)
+            if not row.cells:
+                item.setFirstColumnSpanned(True)
+
+
+def _swatch(colour: tuple[int, int, int]) -> QIcon:
+    pixels = QPixmap(_SWATCH, _SWATCH)
+    pixels.fill(QColor(*colour))
+    return QIcon(pixels)
+
+
+def truth_rows(answer: Answer, entries: Sequence[Entry]) -> list[Row]:
+    """Parts of the frame, each with a row for every result; of one result alone, a row for each part."""
+    rows = []
+    for name, judged in answer.areas.items():
+        if len(entries) == 1:
+            rows.append(_row(name, judged[0], False, None, name))
+            continue
+        rows.append(Row(name))
+        best = best_of(judged)
+        for number, (entry, one) in enumerate(zip(entries, judged, strict=True)):
+            rows.append(_row(entry.name, one, number in best, entry.colour, f"{name}, {entry.name}"))
+    return rows
+
+
+def hidden_rows(outcome: HiddenOutcome, label: int) -> list[Row]:
+    """What was tested, over all blocks or over one."""
+    judged = [one.blocks.get(label, Judgement()) if label else one.whole for one in outcome.tested]
+    best = best_of(judged)
+    return [
+        _hidden_row(tested, one, number in best)
+        for number, (tested, one) in enumerate(zip(outcome.tested, judged, strict=True))
+    ]
+
+
+def _row(name: str, judged: Judgement, is_best: bool, colour: tuple[int, int, int] | None, what: str) -> Row:
+    if not judged.pixels:
+        hint = f"{what}: no pixel is known in both result and truth."
+    else:
+        hint = f"{what}: {judged.pixels:,} pixels, on average {1000 * judged.bias:+.2f} mm off."
+        hint += " Smallest RMSE of all." if is_best else ""
+    return Row(name, (*errors(judged), within(judged)), hint, colour, is_best)
+
+
+def _hidden_row(tested: Tested, judged: Judgement, is_best: bool) -> Row:
+    came_back = f"{tested.coverage:.1%} of the hidden depth came back at all."
+    hint = f"{tested.candidate.name}: {judged.pixels:,} pixels. {came_back}"
+    hint += " Smallest RMSE of all." if is_best else ""
+    if judged.within is not None:
+        hint += f" {judged.within:.0%} of the errors are within the expected error."
+    colour = None if tested.candidate.kept is None else tested.candidate.kept.colour
+    count = thousands(judged.pixels)
+    return Row(tested.candidate.name, (*errors(judged), count), hint, colour, is_best)

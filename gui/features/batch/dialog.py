@@ -1,0 +1,311 @@
+"""The dialog that asks which frames are completed where, and shows how far that is and what has come."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QModelIndex, QSettings, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QPaintEvent, QStandardItemModel
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.formatting import UNKNOWN, millimetres
+from ilf._runtime.threads import available_cores
+from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.completion.confidence.expected_error import MEDIAN_MEANING, MEDIAN_NAME
+from ilf.run.options import RECORD_FILE
+
+from ...base import theme
+from ...widgets.basics import Message, PlainLabel, as_it_is, paint_hint
+from ...widgets.tables import Index, RowModel
+from ...widgets.work_row import WorkRow
+from ...work.jobs import spare_cores
+
+# What has come of the frames of a batch, a row each.
+
+_HEADERS = (
+    ("Frame", "Its name in the batch"),
+    ("Status", "Whether it was completed"),
+    ("Missing", "Share of the pixels without depth, before and after"),
+    (f"{MEDIAN_NAME} [mm]", MEDIAN_MEANING),
+    ("Seconds", "How long it took"),
+    ("Message", "Why it failed, or what there is to know of the result"),
+)
+_FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
+_WIDTHS = (150, 84, 110, 196, 70)
+
+
+class OutcomeModel(RowModel[FrameOutcome]):
+    """Rows of outcomes, in the order in which they came."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(len(_HEADERS), parent)
+        self._parent = parent
+
+    def key(self, row: FrameOutcome) -> str:
+        return row.frame
+
+    def look(self, row: FrameOutcome, column: int) -> str:
+        looks = {
+            _FRAME: row.frame,
+            _STATUS: row.status.value,
+            _MISSING: _missing(row),
+            _ERROR: UNKNOWN if row.expected_error_median is None else millimetres(row.expected_error_median),
+            _SECONDS: UNKNOWN if row.seconds is None else f"{row.seconds:.1f}",
+            _MESSAGE: row.message,
+        }
+        return looks[column]
+
+    def add(self, outcomes: list[FrameOutcome]) -> None:
+        """More have come."""
+        first = len(self.rows)
+        self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
+        self.rows += outcomes
+        self.endInsertRows()
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        looks = {
+            Qt.ItemDataRole.DisplayRole: _HEADERS[section][0],
+            Qt.ItemDataRole.ToolTipRole: _HEADERS[section][1],
+            Qt.ItemDataRole.TextAlignmentRole: _alignment(section),
+        }
+        return looks.get(Qt.ItemDataRole(role))
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        row, column = self.rows[index.row()], index.column()
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self.look(row, column)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return as_it_is(row.message or row.frame)
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ItemDataRole.ForegroundRole and row.status is FrameStatus.FAILED and column == _STATUS:
+            return QBrush(theme.colours(self._parent.palette()).error)
+        return None
+
+
+class OutcomeTable(QTableView):
+    """The rows.
+
+    Signals
+    -------
+    opened(object)
+        The outcome that was double-clicked, or that Enter was pressed on.
+    """
+
+    opened = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.outcomes = OutcomeModel(self)
+        self.setModel(self.outcomes)
+        self.setAccessibleName("What has come of the frames")
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        self.horizontalHeader().setStretchLastSection(True)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        for column, width in enumerate(_WIDTHS):
+            self.setColumnWidth(column, width)
+        self.activated.connect(lambda index: self.opened.emit(self.outcomes.rows[index.row()]))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if not self.outcomes.rows:
+            paint_hint(self, "What comes of each frame is listed here; a double-click opens it.")
+
+
+def _alignment(column: int) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignRight if column in (_MISSING, _ERROR, _SECONDS) else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter
+
+
+def _missing(row: FrameOutcome) -> str:
+    if row.missing_before is None or row.missing_after is None or not row.pixels:
+        return UNKNOWN
+    return f"{row.missing_before / row.pixels:.1%} → {row.missing_after / row.pixels:.1%}"
+
+
+ALL_FRAMES, CHOSEN_FRAMES = "all", "chosen"
+_KEY = "batch/"
+_SIZE = QSize(760, 620)
+
+
+class BatchDialog(QDialog):
+    """Shows and reports wishes; what is completed is the part's. It may be closed while frames are being completed.
+
+    Signals
+    -------
+    begun()
+        The user wants what is chosen to be completed.
+    cancelled()
+    opened(object)
+        The user wants to see what came of a frame.
+    results_wished()
+        The user wants the completed frames in the list.
+    """
+
+    begun = Signal()
+    cancelled = Signal()
+    opened = Signal(object)
+    results_wished = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Batch")
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.resize(_SIZE)
+        about = Message(lines=3)
+        about.say(
+            "Completes frames from their files, each into a folder of its own, with the present values of Filter and "
+            "Extraction and the kinds of files that the last export had. Blocks edited here have no part in it. "
+            "Begun again, it does what is not done yet; manifest.csv says what came of each frame."
+        )
+        self.scope = QComboBox()
+        self.scope.setToolTip("Which frames of the list are completed")
+        self._scopes = QStandardItemModel(self)
+        self.scope.setModel(self._scopes)
+        self.scope.addItem("", ALL_FRAMES)
+        self.scope.addItem("", CHOSEN_FRAMES)
+        self.folder = QLineEdit()
+        self.folder.setToolTip("Each frame has a folder in it; what others have begun there goes on")
+        browse = QPushButton("Browse…", autoDefault=False)
+        browse.setToolTip("Choose the folder of the results")
+        browse.clicked.connect(self._browse)
+        self.jobs = QSpinBox(minimum=1, maximum=available_cores(), value=spare_cores())
+        self.jobs.setToolTip("Frames that are completed at the same time; they share the cores")
+        self.sheet = QCheckBox("Contact sheet")
+        self.sheet.setToolTip("One picture of all frames, with their names; the same colour is the same depth in all")
+        self.video = QCheckBox("Video")
+        self.video.setToolTip("Colour, measured and completed depth of all frames, one after the other")
+        self.retry = QCheckBox("Failed frames")
+        self.retry.setToolTip("Try those again that failed before")
+        self.anew = QCheckBox("Frames of other settings or files")
+        self.anew.setToolTip(
+            "Complete those anew that were completed with other values, or whose files have changed since"
+        )
+        self.state = Message(lines=2)
+        self.work = WorkRow("batch", "frames that are done stay, the others are done when it is begun again")
+        self.table = OutcomeTable()
+        self.table.opened.connect(self.opened)
+
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Close)
+        self.start_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self.start_button.setText("&Start")
+        self.start_button.setToolTip("Complete the frames, in the background")
+        self.show_button = buttons.addButton("Open &results", QDialogButtonBox.ButtonRole.ActionRole)
+        self.show_button.setAutoDefault(False)
+        self.show_button.setToolTip("Put the completed frames into the list")
+        self.show_button.clicked.connect(self.results_wished)
+        buttons.accepted.connect(self.begun)
+        buttons.rejected.connect(self.reject)
+        self.work.cancelled.connect(self.cancelled)
+        self.folder.textChanged.connect(lambda _: self._allow())
+
+        self._form = QWidget()
+        form = QFormLayout(self._form)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow("&Frames", self.scope)
+        label = PlainLabel("F&older")
+        label.setBuddy(self.folder)
+        form.addRow(label, _row(self.folder, browse))
+        form.addRow("&Processes", self.jobs)
+        form.addRow("Also write", _row(self.sheet, self.video))
+        form.addRow("Again", _row(self.retry, self.anew))
+        self.folder.setAccessibleName("Folder of the results")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        for widget in (about, self._form, self.state, self.work):
+            layout.addWidget(widget)
+        layout.addWidget(self.table, 1)
+        layout.addWidget(buttons)
+        self._busy = False
+        self._restore()
+        self._allow()
+
+    def set_frames(self, count: int, chosen: int) -> None:
+        """How many frames the list has, and how many of its rows are chosen."""
+        self.scope.setItemText(0, f"All frames of the list: {count}")
+        self.scope.setItemText(1, f"The chosen rows of the list: {chosen}")
+        self._scopes.item(1).setEnabled(chosen > 0)
+        if not chosen:
+            self.scope.setCurrentIndex(0)
+
+    def begin(self) -> None:
+        """Frames are being completed."""
+        self._keep()
+        self._busy = True
+        self.table.outcomes.set_rows([])
+        self.retry.setChecked(False)
+        self.anew.setChecked(False)
+        self.state.say("Looking at what is there…")
+        self.work.begin()
+        self._allow()
+
+    def end(self, text: str, tone: str = "muted") -> None:
+        """They are done, or will not be."""
+        self._busy = False
+        self.work.end()
+        self.state.say(text, tone)
+        self._allow()
+
+    def _allow(self) -> None:
+        folder = self.folder.text().strip()
+        self._form.setEnabled(not self._busy)
+        self.start_button.setEnabled(not self._busy and bool(folder))
+        self.show_button.setEnabled(not self._busy and bool(folder) and _has_results(Path(folder)))
+
+    def _browse(self) -> None:
+        path = QFileDialog.getExistingDirectory(self, "Folder of the results", self.folder.text())
+        if path:
+            self.folder.setText(path)
+
+    def _restore(self) -> None:
+        settings = QSettings()
+        self.folder.setText(str(settings.value(_KEY + "folder", "")))
+        self.sheet.setChecked(bool(settings.value(_KEY + "sheet", False, bool)))
+        self.video.setChecked(bool(settings.value(_KEY + "video", False, bool)))
+
+    def _keep(self) -> None:
+        settings = QSettings()
+        settings.setValue(_KEY + "folder", self.folder.text())
+        settings.setValue(_KEY + "sheet", self.sheet.isChecked())
+        settings.setValue(_KEY + "video", self.video.isChecked())
+
+
+def _has_results(folder: Path) -> bool:
+    """Whether a frame has been completed into it, also if the batch has not come to its end."""
+    return any(folder.glob(f"*/{RECORD_FILE}"))
+
+
+def _row(*widgets: QWidget) -> QHBoxLayout:
+    row = QHBoxLayout()
+    for widget in widgets:
+        row.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
+    if not any(isinstance(widget, QLineEdit) for widget in widgets):
+        row.addStretch(1)
+    return row

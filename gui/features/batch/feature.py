@@ -1,0 +1,247 @@
+"""Batches of the list's frames: one at a time, in the background."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from ilf._runtime.cancellation import heed
+from ilf._runtime.formatting import counted
+from ilf.batch.batch import Batch, open_batch
+from ilf.batch.frame_record import FrameOutcome, FrameStatus
+from ilf.batch.frames import BatchFrame, frames_of_files
+from ilf.batch.pictures import write_contact_sheet, write_video
+from ilf.batch.settings import BatchSettings
+from ilf.errors import IlfError
+from ilf.run.options import RECORD_FILE
+from ilf.run.run import Recipe
+from ilf.sources.frame_source import FrameSource
+
+from ...base.commands import Command
+from ...state.entries import Entry
+from ...widgets.notices import error_text
+from ...work.jobs import Worker
+from ..context import Desk, Part, UnderWay
+from ..documents.export import stored_options
+from .dialog import CHOSEN_FRAMES, BatchDialog
+
+# Commands of batches.
+
+COMMANDS = (
+    Command(
+        "batch",
+        "&Batch…",
+        "ph.film-strip",
+        "",
+        "Complete many frames of the list from their files, in the background, each into a folder of its own",
+    ),
+)
+
+
+# A batch, step by step, in any thread.
+
+
+@dataclass(frozen=True)
+class BatchWish:
+    """What the user wants done.
+
+    Attributes
+    ----------
+    frames : tuple of BatchFrame
+        All of the list.
+    only : tuple of BatchFrame
+        Those that are to be completed.
+    folder : Path
+        For the results.
+    settings : BatchSettings
+    jobs : int
+        Processes.
+    retry_failed, anew : bool
+        As `open_batch` takes them.
+    sheet, video : bool
+        Whether a contact sheet and a video are made of the previews.
+    """
+
+    frames: tuple[BatchFrame, ...]
+    only: tuple[BatchFrame, ...]
+    folder: Path
+    settings: BatchSettings
+    jobs: int = 1
+    retry_failed: bool = False
+    anew: bool = False
+    sheet: bool = False
+    video: bool = False
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What there is of a batch before it begins."""
+
+    batch: Batch
+
+
+def batch_steps(wish: BatchWish) -> Generator[Opened | FrameOutcome, None, list[FrameOutcome]]:
+    """Complete the frames: what there was, then what comes of each; returns what there is at the end.
+
+    However it ends, the manifest says what there is.
+
+    Raises
+    ------
+    IlfError
+        As `open_batch` and `Batch.outcomes` do, or if a picture cannot be made.
+    """
+    batch = open_batch(
+        wish.frames, wish.folder, wish.settings, only=wish.only, anew=wish.anew, retry_failed=wish.retry_failed
+    )
+    yield Opened(batch)
+    try:
+        with closing(batch.outcomes(jobs=wish.jobs)) as outcomes:
+            yield from outcomes
+    except BaseException:
+        heed()  # also when it was cancelled
+        batch.write_manifest()
+        raise
+    found = batch.write_manifest()
+    for write in _pictures(wish):
+        write(wish.folder, found)
+    return found
+
+
+def _pictures(wish: BatchWish) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+    return [write_contact_sheet] * wish.sheet + [write_video] * wish.video
+
+
+class BatchPart(Part):
+    """*File > Batch…*: the dialog, and what it starts."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        desk.actions.add(COMMANDS)
+        desk.actions["batch"].triggered.connect(lambda _=False: self.ask())
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take)
+        self.worker.finished.connect(self._finish)
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self._end("Cancelled: begun again, it does what is not done yet."))
+        self._folder = Path()
+        self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
+        for signal in (desk.workspace.entries.added, desk.workspace.entries.removed):
+            signal.connect(lambda *_: self._allow())
+        self._allow()
+
+    @cached_property
+    def dialog(self) -> BatchDialog:
+        """Made when it is first opened."""
+        dialog = BatchDialog(self.desk.window)
+        dialog.begun.connect(self.start)
+        dialog.cancelled.connect(self.worker.cancel)
+        dialog.opened.connect(self._open_outcome)
+        dialog.results_wished.connect(self._open_results)
+        return dialog
+
+    def ask(self) -> None:
+        """Ask which frames are completed where, by the dialog; or show how far that is."""
+        if not self.worker.busy:
+            self.dialog.set_frames(len(self._frames()), len(self._chosen()))
+        self.dialog.show()
+        self.dialog.raise_()
+        self.dialog.activateWindow()
+
+    def start(self) -> None:
+        """Complete what the dialog says."""
+        if self.worker.busy:
+            return
+        dialog, entries = self.dialog, self._frames()
+        frames = frames_of_files([entry.source for entry in entries if entry.source is not None])
+        chosen = self._chosen() if dialog.scope.currentData() == CHOSEN_FRAMES else entries
+        ids = {entry.id for entry in chosen}
+        wish = BatchWish(
+            tuple(frames),
+            tuple(frame for frame, entry in zip(frames, entries, strict=True) if entry.id in ids),
+            Path(dialog.folder.text().strip()).expanduser().absolute(),
+            self._settings(),
+            dialog.jobs.value(),
+            dialog.retry.isChecked(),
+            dialog.anew.isChecked(),
+            dialog.sheet.isChecked(),
+            dialog.video.isChecked(),
+        )
+        self._folder, self._total = wish.folder, len(wish.only)
+        self._done, self._failed, self._completed = 0, 0, 0
+        dialog.begin()
+        self.worker.start(lambda: batch_steps(wish))
+
+    def under_way(self) -> Sequence[UnderWay]:
+        """The batch, if one is under way."""
+        return [UnderWay("a batch of frames")] if self.worker.busy else []
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        ended = self.worker.shutdown()
+        if "dialog" in vars(self):
+            self.dialog.close()
+        return ended
+
+    def _settings(self) -> BatchSettings:
+        workspace = self.desk.workspace
+        recipe = Recipe(workspace.parameters, workspace.extraction_parameters)
+        return BatchSettings(recipe, replace(stored_options(), run_record=True))
+
+    def _frames(self) -> list[Entry]:
+        return [entry for entry in self.desk.workspace.entries if entry.source is not None]
+
+    def _chosen(self) -> list[Entry]:
+        chosen = {entry.id for entry in self.desk.chosen_frames()}
+        return [entry for entry in self._frames() if entry.id in chosen]
+
+    def _take(self, items: list[Opened | FrameOutcome]) -> None:
+        outcomes: list[FrameOutcome] = []
+        for item in items:
+            if isinstance(item, Opened):
+                outcomes += [*item.batch.finished, *item.batch.failed]
+            else:
+                outcomes.append(item)
+                self._completed += item.status is FrameStatus.COMPLETED
+        self._done += len(outcomes)
+        self._failed += sum(outcome.status is FrameStatus.FAILED for outcome in outcomes)
+        if outcomes:
+            self.dialog.table.outcomes.add(outcomes)
+        left = self._total - self._done
+        self.dialog.work.show_share(self._done / max(self._total, 1), self._completed / max(self._completed + left, 1))
+        self.dialog.state.say(self._text())
+
+    def _text(self) -> str:
+        failed = f", {self._failed} failed" if self._failed else ""
+        return f"{self._done} of {counted(self._total, 'frame')}{failed}"
+
+    def _finish(self, _: object) -> None:
+        self._end(f"{self._text()}. Written to {self._folder}", "warning" if self._failed else "muted")
+
+    def _end(self, text: str, tone: str = "muted") -> None:
+        self.dialog.end(text, tone)
+        if not self.dialog.isVisible():
+            self.desk.notes.tell(f"Batch: {text}")
+
+    def _fail(self, error: Exception) -> None:
+        self.dialog.end(error_text(error), "error")
+        if not isinstance(error, IlfError) or not self.dialog.isVisible():
+            self.desk.notes.report("The batch stopped", error)
+
+    def _open_outcome(self, outcome: FrameOutcome) -> None:
+        """Open what came of a frame as a run; one that failed, as the frame that it is."""
+        record = self._folder / outcome.folder / RECORD_FILE
+        if outcome.status is FrameStatus.COMPLETED and record.exists():
+            self.desk.loader.open_run(record)
+        else:
+            self.dialog.state.say(f"{outcome.frame}: {outcome.message}", "warning")
+
+    def _open_results(self) -> None:
+        self.desk.documents.open_source(
+            FrameSource(str(Path(self.dialog.folder.text().strip()).expanduser().absolute()))
+        )
+
+    def _allow(self) -> None:
+        self.desk.actions.allow("" if self._frames() else "Open a frame first.", "batch")

@@ -1,0 +1,234 @@
+"""The table of operation blocks: what they are, how they are doing, and which of them are meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from PySide6.QtCore import (
+    QEvent,
+    QItemSelection,
+    QItemSelectionModel,
+    QModelIndex,
+    QPoint,
+    QSettings,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QVBoxLayout, QWidget
+
+from ...widgets.basics import paint_hint
+from ...widgets.tables import SoftRows, lay_out
+from .model import HIDDEN_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column
+
+_WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_ICON_WIDTH = 26
+_HIDDEN_KEY = "blocks/hidden_columns"
+_NAME_WIDTH = 58  # at least; below, the table scrolls sideways
+
+
+class BlockTable(QWidget):
+    """Table of blocks. It shows rows and reports wishes; the rows change only by `set_rows`.
+
+    Signals
+    -------
+    selectionChanged(list of int)
+        Labels in table order, after the user selected.
+    renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
+        Label and the wanted value.
+    activated(int)
+        Double click or Enter: show this block.
+    contextMenuRequested(QPoint, list of int)
+        Global position and the selected labels.
+    """
+
+    selectionChanged = Signal(list)
+    renamed = Signal(int, str)
+    recoloured = Signal(int, QColor)
+    visibilityChanged = Signal(int, bool)
+    lockChanged = Signal(int, bool)
+    activated = Signal(int)
+    contextMenuRequested = Signal(QPoint, list)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._quiet = False
+        self._model = BlockModel(self)
+        self._model.renamed.connect(self.renamed)
+        self._proxy = QSortFilterProxyModel(self)
+        self._proxy.setSourceModel(self._model)
+        self._proxy.setSortRole(SORT_ROLE)
+        self.view = _BlockView(self)
+        self.view.setAccessibleName("Blocks")
+        self.view.setModel(self._proxy)
+        self.view.arrange()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.view)
+        self.setFocusProxy(self.view)
+
+        self.view.pressed_tool.connect(self._use)
+        self.view.shown.connect(lambda index: self.activated.emit(self._row(index).label))
+        self.view.selectionModel().selectionChanged.connect(self._report_selection)
+        self.view.customContextMenuRequested.connect(
+            lambda at: self.contextMenuRequested.emit(self.view.viewport().mapToGlobal(at), self.selected())
+        )
+
+    def set_rows(self, rows: Iterable[BlockRow]) -> None:
+        """Show these rows; selection, scroll position and sorting stay, rows that are equal are not touched.
+
+        `selectionChanged` is not emitted: whoever gives the rows knows which are gone.
+        """
+        with self._silence():
+            self._model.set_rows(sorted(rows, key=lambda row: row.label))
+
+    def set_error_source(self, source: str) -> None:
+        """Say what errors are against ("the truth"); "" where none is known."""
+        self._model.error_source = source
+
+    def select(self, labels: Iterable[int]) -> None:
+        """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""
+        wanted = set(labels)
+        selection = QItemSelection()
+        found = [index for index in self._indexes() if self._row(index).label in wanted]
+        for index in found:
+            selection.select(index, index)
+        flags = QItemSelectionModel.SelectionFlag
+        with self._silence():
+            self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
+            if found:
+                self.view.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
+                self.view.scrollTo(found[0])
+
+    def labels(self) -> list[int]:
+        """Labels of all blocks in table order."""
+        return [self._row(index).label for index in self._indexes()]
+
+    def selected(self) -> list[int]:
+        """Labels of the selected blocks in table order."""
+        rows = sorted(index.row() for index in self.view.selectionModel().selectedRows())
+        return [self._row(self._proxy.index(row, 0)).label for row in rows]
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._model.set_palette(self.palette())
+
+    def _indexes(self) -> list[QModelIndex]:
+        return [self._proxy.index(row, Column.NAME) for row in range(self._proxy.rowCount())]
+
+    def _row(self, index: QModelIndex) -> BlockRow:
+        return self._model.rows[self._proxy.mapToSource(index).row()]
+
+    @contextmanager
+    def _silence(self) -> Iterator[None]:
+        self._quiet = True
+        try:
+            yield
+        finally:
+            self._quiet = False
+
+    def _report_selection(self) -> None:
+        if not self._quiet:
+            self.selectionChanged.emit(self.selected())
+
+    def _use(self, index: QModelIndex) -> None:
+        row = self._row(index)
+        if index.column() == Column.VISIBLE:
+            self.visibilityChanged.emit(row.label, not row.visible)
+        elif index.column() == Column.LOCKED:
+            self.lockChanged.emit(row.label, not row.locked)
+        else:
+            colour = QColorDialog.getColor(QColor(*row.colour), self, f"Colour of {row.name}")
+            if colour.isValid():
+                self.recoloured.emit(row.label, colour)
+
+
+class _BlockView(QTableView):
+    """Mouse and keyboard of the table."""
+
+    pressed_tool = Signal(QModelIndex)
+    shown = Signal(QModelIndex)
+
+    def arrange(self) -> None:
+        """Columns, selection and look; once, after the model is set."""
+        lay_out(self, _ICON_WIDTH)
+        self.setItemDelegate(SoftRows(ICON_COLUMNS, self))
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        header = self.horizontalHeader()
+        for column in Column:
+            if column in ICON_COLUMNS:
+                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+                header.resizeSection(column, _ICON_WIDTH)
+            elif column != Column.NAME:
+                header.resizeSection(column, _WIDTHS[column])
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        header.customContextMenuRequested.connect(lambda at: self.column_menu().popup(header.mapToGlobal(at)))
+        hidden = QSettings().value(_HIDDEN_KEY)
+        names = [column.name for column in HIDDEN_AT_FIRST] if hidden is None else str(hidden).split()
+        for column in OPTIONAL:
+            self.setColumnHidden(column, column.name in names)
+
+    def column_menu(self) -> QMenu:
+        """Which columns are shown, to choose."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for column, text in OPTIONAL.items():
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.setChecked(not self.isColumnHidden(column))
+            action.toggled.connect(lambda on, column=column: self._show_column(column, on))
+        return menu
+
+    def _show_column(self, column: Column, on: bool) -> None:
+        self.setColumnHidden(column, not on)
+        hidden = [other.name for other in OPTIONAL if self.isColumnHidden(other)]
+        QSettings().setValue(_HIDDEN_KEY, " ".join(hidden))
+        self._fit_names()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_names()
+
+    def _fit_names(self) -> None:
+        header = self.horizontalHeader()
+        others = header.length() - header.sectionSize(Column.NAME)
+        header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if not self._use_tool(event):
+            super().mousePressEvent(event)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        # the second of two quick clicks on an eye toggles it again
+        if self._use_tool(event):
+            return
+        super().mouseDoubleClickEvent(event)
+        index = self.indexAt(event.position().toPoint())
+        if index.isValid() and event.button() == Qt.MouseButton.LeftButton:
+            self.shown.emit(index)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        current = self.currentIndex()
+        if event.key() == Qt.Key.Key_Space:
+            event.ignore()  # it pans the views, and changes no block
+        elif event.key() == Qt.Key.Key_F2 and current.isValid():
+            self.edit(current.siblingAtColumn(Column.NAME))
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
+            self.shown.emit(current)
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            paint_hint(self, "No blocks yet. Extract them from the frame, or paint one.")
+
+    def _use_tool(self, event: QMouseEvent) -> bool:
+        index = self.indexAt(event.position().toPoint())
+        if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
+            return False
+        self.pressed_tool.emit(index)
+        return True

@@ -1,0 +1,280 @@
+"""Brings the depth of the present frame to the 3D view, for those who look at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from ilf.data.camera import CameraIntrinsics
+
+from ..base import theme
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..tools.editor import Editor
+from ..views.cloud.canvas import CloudCanvas
+from ..views.cloud.cloud_view import CloudView
+from ..views.cloud.colouring import ColourBy, Subject, Wish, compose, value_of
+from ..views.cloud.scene import Scene
+from ..views.colours import FIXED, KINDS, Range
+from ..views.errors import ErrorPresenter
+from ..views.interaction import PointerEvent, PointerKind
+from ..views.linked_views import LinkedViews
+from ..views.presenter import colour_table
+from ..work.latest_question import LatestQuestion
+
+# Links the points of the cloud with the pixels of the images, both ways.
+
+
+class CloudLinks(QObject):
+    """What the pointer is at is marked in cloud and images alike; a click on a point chooses its block, or is for the
+    tool if points are all that it needs.
+
+    Parameters
+    ----------
+    shows_present : callable
+        Whether the cloud is of the present frame.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        editor: Editor,
+        canvas: CloudCanvas,
+        views: LinkedViews,
+        shows_present: Callable[[], bool],
+    ) -> None:
+        super().__init__(canvas)
+        self._workspace = workspace
+        self._editor = editor
+        self._canvas = canvas
+        self._views = views
+        self._shows_present = shows_present
+        views.cursorMoved.connect(canvas.mark)
+        canvas.hovered.connect(self._hover)
+        canvas.picked.connect(self._pick)
+
+    def _hover(self, pixel: tuple[int, int] | None) -> None:
+        if self._shows_present():
+            self._views.point_at(pixel)
+
+    def _pick(self, x: int, y: int, adds: bool) -> None:
+        if not self._shows_present():
+            return
+        if self._editor.tool.points_only:
+            for kind in (PointerKind.PRESS, PointerKind.RELEASE):
+                self._editor.pointer(PointerEvent(kind, x + 0.5, y + 0.5))
+        else:
+            self._choose(x, y, adds)
+
+    def _choose(self, x: int, y: int, adds: bool) -> None:
+        session = self._workspace.session
+        label = int(session.labels[y, x])
+        if label and adds:
+            chosen = [one for one in session.selected if one != label]
+            self._workspace.select(chosen if label in session.selected else [*chosen, label])
+        elif not adds:
+            self._workspace.select([label] if label else [])
+
+
+_NO_INTRINSICS = (
+    "This frame has no camera intrinsics, which a point cloud needs.\n"
+    "Open it again and choose a camera, or give fx, fy, cx, cy."
+)
+_NONE_CHOSEN = "No block is chosen.\nClick on one in the images or in the table, or show all of the cloud."
+_NOTHING_KNOWN = "There is no depth here that could be shown."
+
+
+class _Question(NamedTuple):
+    wish: Wish
+    before: Scene | None
+    """A scene of the same points, if there is one."""
+
+
+class CloudPresenter(QObject):
+    """The cloud of the present frame, made anew off the GUI's thread when something of it has changed.
+
+    Signals
+    -------
+    failed(object)
+        The exception that kept a cloud from being made.
+    changed()
+        What `show` would show has changed: other colours, raw depth or completed, all or some, other runs or truth.
+    """
+
+    failed = Signal(object)
+    changed = Signal()
+
+    def __init__(
+        self, workspace: Workspace, editor: Editor, cloud: CloudView, views: LinkedViews, errors: ErrorPresenter
+    ) -> None:
+        super().__init__(cloud)
+        self._workspace = workspace
+        self._cloud = cloud
+        self._views = views
+        self._wish: Wish | None = None
+        self._made: tuple[Wish, Scene] | None = None
+        self._seen = ""
+        """The key of the session whose cloud was shown last: it is looked at from where it was."""
+        self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
+        """Label map and colours as they were when they were last wanted."""
+        self._questions = LatestQuestion[_Question, Scene](lambda question: compose(*question), self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(lambda _, error: self.failed.emit(error))
+        cloud.canvas.failed.connect(self.failed)
+        for changed in (
+            workspace.session_changed,
+            workspace.labels_changed,
+            workspace.stroke_changed,
+            workspace.infos_changed,
+        ):
+            changed.connect(self._forget_blocks)
+        views.cursorMoved.connect(self._show_value)
+        self.links = CloudLinks(workspace, editor, cloud.canvas, views, self._shows_present)
+        for signal in (cloud.colours_changed, views.ranges.changed):
+            signal.connect(self.changed)
+        for switch in (cloud.raw, cloud.chosen_only):
+            switch.toggled.connect(lambda _: self.changed.emit())
+        told = (
+            workspace.truth_changed,
+            workspace.compared_changed,
+            workspace.error_changed,
+            workspace.distrusted_changed,
+            workspace.past_changed,
+        )
+        for signal in told:
+            signal.connect(self.changed)
+        errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a cloud is to come."""
+        return self._questions.busy
+
+    def show(self) -> None:
+        """The cloud, or why there is none."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if self._wish is not None and (session is None or session.key != self._wish.key):
+            self._drop()  # what was shown of closed frames shall not keep them
+        if not self._cloud.isVisible():
+            return
+        if session is None:
+            self._cloud.set_message()
+            self._cloud.set_lacking({})
+            return
+        self._cloud.set_lacking(self._lacking(session))
+        self._cloud.raw.setEnabled(session.completion() is not None)
+        if session.frame.intrinsics is None:
+            self._drop(_NO_INTRINSICS)
+        elif self._cloud.chosen_only.isChecked() and not session.selected:
+            self._drop(_NONE_CHOSEN)
+        else:
+            wish = self._present_wish(session, session.frame.intrinsics)
+            if not wish.is_same(self._wish):
+                self._wish = wish
+                self._questions.ask(_Question(wish, self._scene_before(wish)))
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the threads have ended."""
+        return all([self._questions.shutdown(), self._cloud.shutdown()])
+
+    def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> Wish:
+        completion, by = session.completion(), self._cloud.colour_by
+        if by in self._lacking(session):
+            by = ColourBy.COLOUR
+        raw = completion is not None and self._cloud.raw.isChecked()
+        past = None if raw else self._workspace.past
+        title = f"{by.text} of the raw depth" if raw else by.text
+        if past is not None:
+            depth, title = past.depth, f"{by.text} {past.text}"
+        elif completion is None or raw:
+            depth = session.frame.depth
+        else:
+            depth = completion.depth
+        chosen = frozenset(session.selected) if self._cloud.chosen_only.isChecked() else None
+        if chosen is None and by is not ColourBy.BLOCK:
+            self._blocks = None
+        labels, block_colours = self._present_blocks(session) if chosen or by is ColourBy.BLOCK else (None, None)
+        other = session.compared[0] if session.compared else None
+        subject = Subject(
+            session.frame.rgb,
+            depth,
+            theme.colours(self._cloud.palette()),
+            self._views.material.depth_table,
+            {kind: self._range(kind) for kind in KINDS},
+            labels,
+            block_colours,
+            expected=session.expected_error() if by is ColourBy.EXPECTED else None,
+            unvouched=session.unvouched() if by is ColourBy.EXPECTED else None,
+            truth=session.frame.truth if by is ColourBy.ERROR else None,
+            other=other.completion.depth if other is not None and by is ColourBy.DIFFERENCE else None,
+            other_name=other.name if other is not None else "",
+            filled=completion.filled if completion is not None and by is ColourBy.FILLED else None,
+            guessed=completion.guessed if completion is not None and by is ColourBy.FILLED else None,
+        )
+        return Wish(session.key, intrinsics, subject, by, chosen, title)
+
+    def _range(self, kind: str) -> Range:
+        """How a range is found, with the levels that stay whatever is shown; depth has those of the images."""
+        if kind == "depth":
+            return Range(FIXED, self._views.levels)
+        one = self._views.ranges.of(kind)
+        return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
+
+    def _present_blocks(self, session: Session) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+        if self._blocks is None:
+            self._blocks = session.labels.copy(), colour_table(session, int(session.labels.max()))
+        return self._blocks
+
+    def _forget_blocks(self) -> None:
+        self._blocks = None
+
+    def _scene_before(self, wish: Wish) -> Scene | None:
+        """The scene that there is, if it has the points that are wished for."""
+        return self._made[1] if self._made is not None and wish.has_same_points(self._made[0]) else None
+
+    def _take(self, question: _Question, scene: Scene) -> None:
+        wish = question.wish
+        if self._wish is None or wish.key != self._wish.key:
+            return
+        self._made = wish, scene
+        if len(scene):
+            self._cloud.show_scene(scene, reset=wish.key != self._seen)
+            self._seen = wish.key
+        else:
+            self._cloud.set_message(_NOTHING_KNOWN)
+
+    def _drop(self, message: str = "") -> None:
+        """Show no cloud, and forget what has been shown."""
+        self._questions.forget()
+        self._wish = self._made = self._blocks = None
+        self._cloud.set_message(*([message] if message else []))
+
+    def _show_value(self, pixel: tuple[int, int] | None) -> None:
+        """Mark the value at a pixel on the colour bar."""
+        wish = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
+        self._cloud.bar.set_value(None if wish is None or pixel is None else value_of(wish.subject, wish.by, pixel))
+
+    def _shows_present(self) -> bool:
+        """Whether the cloud that is shown is of the present frame."""
+        made = self._made
+        return made is not None and self._workspace.has_session and self._workspace.session.key == made[0].key
+
+    @staticmethod
+    def _lacking(session: Session) -> dict[ColourBy, str]:
+        """Which colours cannot be shown, and why."""
+        completion, lacking = session.completion(), {}
+        if completion is None:
+            for by in (ColourBy.EXPECTED, ColourBy.DIFFERENCE, ColourBy.FILLED):
+                lacking[by] = "Nothing is completed yet: run it first"
+        elif not session.compared:
+            lacking[ColourBy.DIFFERENCE] = "No run is ticked for comparison: do so in the panel Runs"
+        if session.frame.truth is None:
+            lacking[ColourBy.ERROR] = "This frame has no truth: load one"
+        if not session.counts():
+            lacking[ColourBy.BLOCK] = "There are no blocks yet: extract them first"
+        return lacking

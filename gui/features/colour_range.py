@@ -1,0 +1,351 @@
+"""The range of the colours: its panel, and what is done there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QColor, QFont, QShowEvent
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+
+from ..base import theme
+from ..base.commands import Command
+from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
+from ..widgets.basics import PlainLabel
+from .context import Desk, Part
+
+# Commands on the range of the colours.
+
+COMMANDS = (
+    Command(
+        "show_range",
+        "&Range of the colours",
+        "ph.chart-bar",
+        "Ctrl+Shift+G",
+        "Open the histogram of what is shown, with the ends of the colours",
+    ),
+    Command(
+        "lock_range",
+        "Loc&k the range",
+        "ph.lock",
+        "",
+        "Keep the ends of the colours as they are, in all views, for all runs and frames",
+        checkable=True,
+    ),
+)
+
+
+# A histogram with the two levels between which colours lie, to be dragged.
+
+_BINS = 120
+_SHOWN = 0.5, 99.5
+"""Percentiles of the values that the axis holds, and the levels in any case."""
+_MARGIN = 0.04
+_AXIS_HEIGHT = 20
+_LEAST_LOG = 1e-3
+
+
+class Histogram(pg.PlotWidget):
+    """Counts of values on a linear or a logarithmic axis.
+
+    Signals
+    -------
+    levelsDragged(float, float)
+        The user has moved a level; once per turn of the event loop.
+    """
+
+    levelsDragged = Signal(float, float)
+
+    def __init__(self) -> None:
+        super().__init__(enableMenu=False)
+        self._logarithmic = self._symmetric = False
+        self._curve = pg.PlotCurveItem([0.0, 1.0], [0.0], stepMode="center", fillLevel=0)
+        self._region = pg.LinearRegionItem(swapMode="block")
+        self._region.setZValue(10)
+        self.addItem(self._curve)
+        self.addItem(self._region, ignoreBounds=True)
+        self.hideButtons()
+        self.hideAxis("left")
+        self.getViewBox().setMouseEnabled(x=False, y=False)
+        axis = self.getAxis("bottom")
+        axis.enableAutoSIPrefix(False)
+        axis.setHeight(_AXIS_HEIGHT)
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        self.setMinimumHeight(90)
+        self.setAccessibleName("Histogram of what is shown")
+        self.setToolTip("How often each value is shown. Drag the lines: they are the ends of the colours")
+        self._told = QTimer(self, singleShot=True, interval=0)
+        self._told.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
+        self._region.sigRegionChanged.connect(self._drag)
+        self._region.sigRegionChangeFinished.connect(self._drag)
+
+    @property
+    def levels(self) -> Levels:
+        """Where the lines are."""
+        low, high = self._region.getRegion()
+        return (10.0**low, 10.0**high) if self._logarithmic else (float(low), float(high))
+
+    def set_scale(self, logarithmic: bool, symmetric: bool) -> None:
+        """Whether equal ratios are equally far apart, and whether the levels are centred at 0."""
+        self._logarithmic, self._symmetric = logarithmic, symmetric
+        axis = self.getAxis("bottom")
+        axis.setLogMode(logarithmic)
+
+    def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
+        """Draw the histogram of values, NaN for none, and put the lines at two levels; not while they are dragged."""
+        if self._told.isActive() or any(line.moving for line in self._region.lines):
+            return
+        ends = self._on_axis(np.array(levels, float))
+        known = np.zeros(0) if values is None else self._on_axis(values[np.isfinite(values)].astype(float))
+        low, high = ends
+        if known.size:
+            least, most = np.percentile(known, _SHOWN)
+            low, high = min(low, float(least)), max(high, float(most))
+        margin = _MARGIN * (high - low)
+        counts, edges = np.histogram(known, _BINS, (low - margin, high + margin))
+        # the many pixels of one value, as 0, would hide all others
+        self._curve.setData(edges, np.sqrt(counts))
+        self.setXRange(low - margin, high + margin, padding=0)
+        self.setYRange(0, float(np.sqrt(counts.max(initial=1))), padding=0.05)
+        with QSignalBlocker(self._region):
+            self._region.setRegion(tuple(ends))
+
+    def set_movable(self, movable: bool) -> None:
+        """Whether the lines can be dragged."""
+        self._region.setMovable(movable)
+
+    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
+        """Take the colours of the theme."""
+        self.setBackground(colours.background)
+        self._curve.setPen(pg.mkPen(colours.muted))
+        tint = QColor(colours.muted)
+        tint.setAlpha(90)
+        self._curve.setBrush(tint)
+        band = QColor(colours.accent)
+        band.setAlpha(36)
+        self._region.setBrush(band)
+        for line in self._region.lines:
+            line.setPen(pg.mkPen(colours.accent, width=2))
+            line.setHoverPen(pg.mkPen(colours.accent, width=4))
+        axis = self.getAxis("bottom")
+        axis.setPen(colours.grid)
+        axis.setTextPen(colours.muted)
+        axis.setTickFont(font)
+
+    def _on_axis(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.log10(np.maximum(values, _LEAST_LOG)) if self._logarithmic else values
+
+    def _drag(self) -> None:
+        if self._symmetric:
+            low, high = self._region.getRegion()
+            moved = next((line.value() for line in self._region.lines if line.moving), None)
+            far = abs(moved) if moved is not None else (high - low) / 2
+            with QSignalBlocker(self._region):
+                self._region.setRegion((-far, far))
+        low, high = self._region.getRegion()
+        if low < high:
+            self._told.start()
+
+
+# The panel of the range: a histogram with levels to drag, ways to find them, numbers, the lock, the colour map.
+
+_DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
+_LARGEST = 1e6
+
+
+class RangePanel(QWidget):
+    """Shows one range, and hands on what the user does with it.
+
+    Signals
+    -------
+    modeChosen(str)
+        One of `ranges.MODES`.
+    levelsSet(float, float)
+        Numbers were typed, or a level was dragged.
+    mapChosen(str)
+        One of `colour_maps.DEPTH_MAPS`.
+    shown()
+        The panel has come to be seen.
+    """
+
+    modeChosen = Signal(str)
+    levelsSet = Signal(float, float)
+    mapChosen = Signal(str)
+    shown = Signal()
+
+    def __init__(self, lock: QAction) -> None:
+        super().__init__()
+        self._kind = ""
+        self.histogram = Histogram()
+        self.histogram.levelsDragged.connect(self.levelsSet)
+        self.title = PlainLabel()
+        self.mode = self._box(MODES, "How the range is found: robust leaves out one value in a hundred at each end")
+        self.mode.setAccessibleName("Way to the range")
+        self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
+        self.low, self.high = self._number("Lower end of the colours"), self._number("Upper end of the colours")
+        self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colours of depth")
+        self.map.setAccessibleName("Colours of depth")
+        self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
+        lock_button = QToolButton()
+        lock_button.setAutoRaise(True)
+        lock_button.setDefaultAction(lock)
+        self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self.histogram)
+        self._pages.addWidget(self._nothing)
+        top, bottom = QHBoxLayout(), QHBoxLayout()
+        top.addWidget(self.title, 1)
+        top.addWidget(self.map)
+        top.addWidget(lock_button)
+        for widget in (self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high):
+            bottom.addWidget(widget)
+        bottom.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(6, 4, 6, 4)
+        column.setSpacing(4)
+        column.addLayout(top)
+        column.addWidget(self._pages, 1)
+        column.addLayout(bottom)
+        self._take_theme()
+
+    def show_range(
+        self,
+        title: str,
+        kind: str,
+        values: NDArray[np.floating] | None,
+        levels: Levels,
+        one: Range,
+    ) -> None:
+        """Show the range of a kind (`ranges.KINDS`) as it is, over the values of a view."""
+        self._kind = kind
+        self._pages.setCurrentWidget(self.histogram)
+        self.title.setText(f"{title} [{KINDS[kind]}]")
+        self.histogram.set_scale(kind == "expected", kind == "signed")
+        self.histogram.show_values(values, levels)
+        self.histogram.set_movable(not one.locked)
+        self.mode.setCurrentIndex(self.mode.findData(one.mode))
+        for number, level in zip((self.low, self.high), levels, strict=True):
+            with QSignalBlocker(number):
+                number.setDecimals(_DECIMALS[kind])
+                number.setSuffix(f" {KINDS[kind]}")
+                number.setValue(level)
+        self._allow(True, one.locked)
+
+    def show_nothing(self, title: str, reason: str) -> None:
+        """Say why there is no range to be seen."""
+        self._kind = ""
+        self.title.setText(title)
+        self._nothing.setText(reason)
+        self._pages.setCurrentWidget(self._nothing)
+        self._allow(False, False)
+
+    def show_map(self, name: str) -> None:
+        """Mark the colours of depth that are in use."""
+        self.map.setCurrentIndex(self.map.findData(name))
+
+    def _allow(self, there: bool, locked: bool) -> None:
+        for widget in (self.mode, self.low, self.high):
+            widget.setEnabled(there and not locked)
+        self.map.setVisible(self._kind in ("", "depth"))
+
+    def _type(self) -> None:
+        """A number was typed: of a range around 0, the other one follows."""
+        low, high = self.low.value(), self.high.value()
+        if self._kind == "signed":
+            far = abs(low) if self.sender() is self.low else abs(high)
+            low, high = -far, far
+        if self._kind:
+            self.mode.setCurrentIndex(self.mode.findData(FIXED))
+            self.levelsSet.emit(low, high)
+
+    def _box(self, texts: dict[str, str], hint: str) -> QComboBox:
+        box = QComboBox()
+        for name, text in texts.items():
+            box.addItem(text, name)
+        box.setToolTip(hint)
+        return box
+
+    def _number(self, hint: str) -> QDoubleSpinBox:
+        number = QDoubleSpinBox(minimum=-_LARGEST, maximum=_LARGEST)
+        number.setKeyboardTracking(False)
+        number.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+        number.setToolTip(hint)
+        number.setAccessibleName(hint)
+        number.valueChanged.connect(self._type)
+        return number
+
+    def _take_theme(self) -> None:
+        font = self.font()
+        font.setPointSizeF(font.pointSizeF() * 0.85)
+        self.histogram.set_colours(theme.colours(self.palette()), font)
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() == QEvent.Type.PaletteChange:
+            self._take_theme()
+        super().changeEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
+
+
+_TITLE = "Range"
+
+
+class RangePart(Part):
+    """The range of what the active view shows; one range for all depths, one for all differences and errors."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        workspace, views, actions = desk.workspace, desk.views, desk.actions
+        actions.add(COMMANDS)
+        self._lock = actions["lock_range"]
+        self.panel = RangePanel(self._lock)
+        desk.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
+        changed = workspace.session_changed, workspace.results_changed, workspace.error_changed
+        shown = views.rangeChanged, views.shownChanged, workspace.compared_changed, workspace.truth_changed
+        later = workspace.results_added, workspace.previews_changed
+        desk.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
+        actions["show_range"].triggered.connect(lambda: desk.panels.reveal(_TITLE))
+        self._lock.toggled.connect(self._set_lock)
+        self.panel.modeChosen.connect(self._set_mode)
+        self.panel.levelsSet.connect(self._set_levels)
+        self.panel.mapChosen.connect(views.set_depth_map)
+
+    def show(self) -> None:
+        """The range of the active view, if anybody looks; whether it is locked in any case."""
+        views = self.desk.views
+        cell, kind = views.ranged, views.ranged.painter.range_kind
+        there = self.desk.workspace.has_session and bool(kind) and cell.bar.levels is not None
+        with QSignalBlocker(self._lock):
+            self._lock.setChecked(there and views.ranges.of(kind).locked)
+        self._lock.setEnabled(there)
+        if not self.panel.isVisible():
+            return
+        self.panel.show_map(views.ranges.depth_map)
+        if there and cell.bar.levels is not None:
+            values = cell.painter.values()
+            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
+        else:
+            self.panel.show_nothing(cell.strip.title, "Click on a view of depth, a difference or an error")
+
+    def _set_mode(self, mode: str) -> None:
+        cell = self.desk.views.ranged
+        kind, levels = cell.painter.range_kind, cell.bar.levels
+        self.desk.views.ranges.set(kind, mode, levels if mode == FIXED else None)
+
+    def _set_levels(self, low: float, high: float) -> None:
+        views = self.desk.views
+        if low < high:
+            views.ranges.set(views.ranged.painter.range_kind, FIXED, (low, high))
+        else:
+            self.desk.notes.tell("The lower end of the colours must be below the upper one.")
+            self.desk.refresh.mark("range")
+
+    def _set_lock(self, on: bool) -> None:
+        """Keep what is to be seen now, or find the range again."""
+        views = self.desk.views
+        kind, levels = views.ranged.painter.range_kind, views.ranged.bar.levels
+        if kind:
+            views.ranges.set(kind, views.ranges.of(kind).mode, levels if on else None, locked=on)

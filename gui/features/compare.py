@@ -1,0 +1,408 @@
+"""What the views show: contents of the cells, and two depths compared by swipe, blink and side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from ilf.completion.edge_aware.fitted_guide import fit_guide
+from ilf.completion.interpolation import linear
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.data.results import Completion, PassBandRecord
+from ilf.drawing.colours import depth_spectrum
+from ilf.project.run_history import KeptRun
+from ilf.segmentation.edges.frame_edges import find_edges
+
+from ..base.commands import Command
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.contents import EARLIER, RUNS
+from ..views.layouts import COMPARE
+from ..views.linked_views import LinkedViews
+from ..views.painter import ShownRun, Spectrum
+from ..views.presenter import ViewsPresenter, colour_table
+from ..work.latest_question import LatestQuestion
+from .context import Desk, Part
+
+# Commands on what the views show, and on two depths that are compared there.
+
+COMMANDS = (
+    Command(
+        "view_content",
+        "Choose what a &view shows…",
+        "ph.list",
+        "Ctrl+Shift+V",
+        "Choose what the view under the pointer shows, or the one clicked last; the same as a click on its title",
+    ),
+    Command("reset_contents", "R&eset what views show", "", "", "Let every view show what it showed at first"),
+    Command(
+        "compare_two",
+        "Compare &two",
+        "ph.columns",
+        "Shift+F4",
+        "Show sides A and B, their difference, and the error or the expected error; or back",
+        checkable=True,
+    ),
+    Command(
+        "swipe",
+        "S&wipe between two",
+        "ph.arrows-left-right",
+        "Ctrl+Shift+X",
+        "Part the depth out by a handle: side A is left of it, side B right of it",
+        checkable=True,
+    ),
+    Command(
+        "blink",
+        "Look at side &A",
+        "ph.eye",
+        "",
+        "Show side A in place of the result in all views; the same while V is held",
+        checkable=True,
+    ),
+    Command("swap_sides", "Swap A and &B", "ph.swap", "", "Let the two sides of the comparison change places"),
+)
+
+
+# Brings what there is to compare the present result with to the views: runs, the one before, the truth.
+
+
+class Comparison(QObject):
+    """Runs that are ticked for comparison, and what stands in for the result while one looks at side A."""
+
+    def __init__(self, workspace: Workspace, views: LinkedViews, presenter: ViewsPresenter) -> None:
+        super().__init__(views)
+        self._workspace = workspace
+        self._views = views
+        self._presenter = presenter
+        self._session: Session | None = None
+        self._runs: tuple[ShownRun | None, ...] = ()
+        self._truth: object = None
+        self._earlier: Completion | None = None
+        self._has_other_blocks = False
+
+    def show(self) -> None:
+        """Truth and runs of the present frame, if they are not there yet."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not self._session:
+            self._session, self._truth, self._runs = session, None, ()  # they have gone with the frame before
+        if session is None:
+            self._earlier = None
+            return
+        if session.frame.truth is not self._truth:
+            self._truth = session.frame.truth
+            self._views.set_truth(session.frame.truth)
+        earlier = earlier_run(session)
+        self._earlier = None if earlier is None else earlier.completion  # else it would be made anew every time
+        runs = [_shown(kept, session) for kept in session.compared]
+        before = None if earlier is None else _shown(earlier, session)
+        if not _same_runs((*runs, before), self._runs):
+            self._runs = (*runs, before)
+            self._views.set_runs(runs, before)
+
+    def look_at_a(self, on: bool) -> None:
+        """Show side A in place of the result, with the blocks that it was run with; or go back."""
+        session, side = self._session, self._views.sides.names[0]
+        kept = None if session is None else _kept(session, side)
+        if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
+            self._has_other_blocks = True
+            self._presenter.show_other(kept.run.blocks, kept.completion.depth)
+        self._views.sides.look_at_a(on)
+        if not on and self._has_other_blocks:
+            self._has_other_blocks = False
+            self._presenter.show_present()
+
+
+def earlier_run(session: Session) -> KeptRun | None:
+    """The latest kept run that the present result is not of."""
+    present = session.valid_results()
+    return next(
+        (
+            kept
+            for kept in reversed(session.kept_runs)
+            if not all(kept.results.get(label) is result for label, result in present.items())
+        ),
+        None,
+    )
+
+
+def _kept(session: Session, side: str) -> KeptRun | None:
+    """The run that a side of the comparison is of; None if it is of none."""
+    if side == EARLIER:
+        return earlier_run(session)
+    number = RUNS.index(side) if side in RUNS else len(session.compared)
+    return session.compared[number] if number < len(session.compared) else None
+
+
+def _shown(kept: KeptRun, session: Session) -> ShownRun:
+    completion, labels = kept.completion, kept.run.blocks
+    guessed = completion.guessed if completion.guessed.any() else None
+    others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
+    return ShownRun(kept.name, completion.depth, guessed, kept.colour, others)
+
+
+def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:
+    """Whether these are the very same depths under the same names."""
+    return len(some) == len(others) and all(
+        one is other or (one is not None and other is not None and _is_same(one, other))
+        for one, other in zip(some, others, strict=True)
+    )
+
+
+def _is_same(one: ShownRun, other: ShownRun) -> bool:
+    same_blocks = (one.blocks is None) == (other.blocks is None)  # a run's own never change
+    return one.depth is other.depth and (one.name, one.colour) == (other.name, other.colour) and same_blocks
+
+
+# What is worked out of the present frame for those who look at it: edges, holes interpolated, guide, spectrum.
+
+_BANDS_SHOWN = 3.0
+"""How far the spectrum is shown, in times the pass band."""
+_LEAST_REACH = 24
+"""Wave numbers that are shown at least, where the grid has them."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """What is to be worked out, by a function off the GUI's thread; questions of the same key have the same answer."""
+
+    key: tuple[Any, ...]
+    find: Callable[[], Any]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Question) and _same(self.key, other.key)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
+    """Frames and results are the same only if they are the very same."""
+    return len(one) == len(other) and all(
+        a is b or (isinstance(a, (int, BlockParameters)) and a == b) for a, b in zip(one, other, strict=True)
+    )
+
+
+class _Derived(QObject):
+    """One thing that is worked out: asked for when it is looked at and is another one, and shown when it is there.
+
+    Signals
+    -------
+    failed(object)
+        The exception that kept it from being found.
+    """
+
+    failed = Signal(object)
+
+    def __init__(self, part: str, show: Callable[[Any], None], nothing: Any, parent: QObject) -> None:
+        super().__init__(parent)
+        self.part = part
+        self._show = show
+        self._nothing = nothing
+        self._asked: _Question | None = None
+        self._questions = LatestQuestion[_Question, Any](lambda question: question.find(), self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(self._fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is to come."""
+        return self._questions.busy
+
+    def want(self, question: _Question | None, otherwise: Any = None) -> None:
+        """Look for an answer, unless it has been found or is being looked for; None shows something else at once."""
+        if question is None:
+            self._asked = None
+            self._questions.forget()
+            self._show(self._nothing if otherwise is None else otherwise)
+        elif question != self._asked:
+            self._asked = question
+            self._questions.ask(question)
+
+    def shutdown(self) -> bool:
+        """Stop for good. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, question: _Question, answer: Any) -> None:
+        if self._asked is not None and question == self._asked:
+            self._show(answer)
+
+    def _fail(self, question: _Question, error: Exception) -> None:
+        if self._asked is not None and question == self._asked:
+            self.failed.emit(error)
+
+
+class DerivedPresenter(QObject):
+    """Edges, interpolated holes and the spectrum of the chosen block, each while it is to be seen; the fitted guide.
+
+    Signals
+    -------
+    failed(object)
+        The exception that kept one of them from being found. It is not tried again.
+    """
+
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
+        super().__init__(views)
+        self._workspace = workspace
+        self._views = views
+        self._session: Session | None = None
+        self._edges = _Derived("edges", views.set_edges, None, self)
+        self._interpolated = _Derived("interpolated", views.set_interpolated, None, self)
+        self._guide = _Derived("guide", views.set_guide, None, self)
+        self._spectrum = _Derived("spectrum", views.set_spectrum, "", self)
+        self._all = self._edges, self._interpolated, self._guide, self._spectrum
+        for one in self._all:
+            one.failed.connect(self.failed)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is to come."""
+        return any(one.busy for one in self._all)
+
+    def show(self) -> None:
+        """Ask for what is looked at and not known yet."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not self._session:
+            self._session = session
+            for one in self._all:
+                one.want(None)
+        if session is None:
+            return
+        frame, extraction = session.frame, session.notes.extraction or BlockParameters()
+        if self._views.shows("edges"):
+            self._edges.want(_Question((frame, extraction), lambda: find_edges(frame, extraction)))
+        if self._views.shows("interpolated"):
+            self._interpolated.want(_Question((frame,), lambda: linear(frame)))
+        # not only when it is looked at: a run needs it, too
+        self._guide.want(None if frame.guide is None else _Question((frame,), lambda: _fitted(frame)))
+        if self._views.shows("spectrum"):
+            self._ask_spectrum(session)
+
+    def _ask_spectrum(self, session: Session) -> None:
+        label = self._workspace.chosen
+        result = session.valid_results().get(label)
+        if not label:
+            self._spectrum.want(None, "Choose a block")
+        elif result is None or not result.history:
+            self._spectrum.want(None, f"{session.info(label).name} has not been run")
+        elif not isinstance(last := result.history[-1], PassBandRecord):
+            self._spectrum.want(
+                None,
+                f"{session.info(label).name} has no pass band: it was run without the presets of the paper",
+            )
+        else:
+            radii, name, padding = last.radii, session.info(label).name, result.parameters.padding
+            depth = np.full(result.block.mask.shape, np.nan, np.float32)
+            depth[result.block.mask] = result.depth
+            self._spectrum.want(_Question((result,), lambda: _spectrum(depth, padding, radii, name)))
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if all threads have ended."""
+        ended = [one.shutdown() for one in self._all]
+        return all(ended)
+
+
+def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
+    """The frame's guide, fitted to its known depth [m]."""
+    fitted = fit_guide(frame)
+    return None if fitted is None else fitted.depth
+
+
+def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str) -> Spectrum:
+    reach = tuple(max(math.ceil(_BANDS_SHOWN * radius), _LEAST_REACH) for radius in radii)
+    text = f"{name}: band {radii[1]:.0f} across, {radii[0]:.0f} down [cycles/grid]"
+    return Spectrum(depth_spectrum(depth, padding, (reach[0], reach[1])), radii, text)
+
+
+_NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
+
+
+class LookingPart(Part):
+    """Brings the views what their cells want to show, and carries out what is asked of two depths."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        workspace, views, actions = desk.workspace, desk.views, desk.actions
+        actions.add(COMMANDS)
+        self.comparison = Comparison(workspace, views, desk.view_presenter)
+        self.derived = DerivedPresenter(workspace, views)
+        self._was_compared = False
+        self._replaced: dict[str, str] = {}
+        """What a view showed before it had to show the result: name of its cell -> content."""
+        self.derived.failed.connect(lambda error: desk.notes.report("What a view shows", error))
+        compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
+        results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
+        turned, *later = results
+        desk.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
+        desk.refresh.add(
+            "derived",
+            self.derived.show,
+            (
+                *results,
+                *compared,
+                *(workspace.distrusted_changed, workspace.guide_changed),
+                *(workspace.selection_changed, views.shownChanged),
+            ),
+            (workspace.results_added,),
+        )
+        handlers: dict[str, Callable[[], object]] = {
+            "view_content": views.choose_content,
+            "reset_contents": views.reset_contents,
+            "compare_two": lambda: views.toggle_layout(COMPARE),
+            "swap_sides": lambda: views.sides.choose(*reversed(views.sides.names)),
+        }
+        for name, handler in handlers.items():
+            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+        actions["swipe"].toggled.connect(self._swipe)
+        actions["blink"].toggled.connect(self.comparison.look_at_a)
+        views.layoutChanged.connect(self._follow_layout)
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
+            changed.connect(lambda *_: actions["blink"].setChecked(False))  # who edits sees what comes of it
+        workspace.session_changed.connect(self._allow)
+        self._allow()
+
+    def _allow(self) -> None:
+        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
+        self.desk.actions.allow(no_frame, *_NEED_A_FRAME)
+
+    def _follow_layout(self, name: str) -> None:
+        """Side by side, neither side is parted."""
+        self._was_compared = False
+        self.desk.actions["compare_two"].setChecked(name == COMPARE)
+        if name == COMPARE:
+            self.desk.actions["swipe"].setChecked(False)
+
+    def _swipe(self, on: bool) -> None:
+        """The handle, in place of both sides beside each other, and the result to see it over if that is shown
+        nowhere; what gave way for it comes back after it."""
+        views = self.desk.views
+        if not on:
+            views.sides.set_swiping(False)
+            for cell, content in self._replaced.items():
+                if views.cells[cell].content == "result":
+                    views.set_content(cell, content)
+            self._replaced = {}
+            if self._was_compared:
+                views.toggle_layout(COMPARE)
+            return
+        was_compared = views.layout_name == COMPARE
+        if was_compared:
+            views.toggle_layout(COMPARE)
+        self._was_compared = was_compared  # until there is another layout
+        if not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
+            name = next(name for name, cell in views.cells.items() if cell is views.active)
+            self._replaced = {name: views.cells[name].content}
+            views.set_content(name, "result")
+        views.sides.set_swiping(True)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        return self.derived.shutdown()

@@ -1,0 +1,1 @@
+"""Opening, exporting and closing frames, and blocks from and to files."""

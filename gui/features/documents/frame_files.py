@@ -1,0 +1,48 @@
+"""Which depth file belongs to a colour file, and the other way round, by the names that people give them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from ilf.io.companions import GUIDE_SUFFIXES
+from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from ilf.sources.opening import recording_suffixes
+
+GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in GUIDE_SUFFIXES)});;All files (*)"
+"""What a file dialog offers for a guide."""
+
+RECORDING_FILES = f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
+"""The same for recordings."""
+
+_COLOUR_WORDS = ("rgb", "colour", "color", "image")
+_DEPTH_WORDS = ("depth",)
+
+
+def depth_beside(colour: Path) -> Path | None:
+    """The depth file that seems to belong to a colour file; None if there is none."""
+    return _partner(colour, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)
+
+
+def colour_beside(depth: Path) -> Path | None:
+    """The colour file that seems to belong to a depth file; None if there is none."""
+    return _partner(depth, _DEPTH_WORDS, _COLOUR_WORDS, COLOUR_SUFFIXES)
+
+
+def _partner(
+    path: Path, own_words: tuple[str, ...], other_words: tuple[str, ...], suffixes: tuple[str, ...]
+) -> Path | None:
+    own = re.compile("|".join(own_words), re.IGNORECASE)
+    bare = re.sub(rf"[-_.]?({own.pattern})$", "", path.stem, flags=re.IGNORECASE)
+    stems = [own.sub(word, path.stem) for word in other_words if own.search(path.stem)]
+    stems += [f"{bare}_{word}" for word in other_words] + [path.stem, bare, *other_words]
+    folders = [path.parent]
+    if own.fullmatch(path.parent.name):
+        folders += [path.parent.with_name(word) for word in other_words]
+    for folder in folders:
+        for stem in filter(None, stems):
+            for suffix in suffixes:
+                candidate = folder / (stem + suffix)
+                if candidate != path and candidate.is_file():
+                    return candidate
+    return None

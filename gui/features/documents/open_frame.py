@@ -1,0 +1,459 @@
+"""The dialog that opens a frame: which files, in which units, seen by which camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.formatting import counted
+from ilf.data.camera import INTRINSICS
+from ilf.data.frame import RGBDFrame
+from ilf.errors import IlfError, InputError
+from ilf.io.depth import read_depth_values
+from ilf.io.depth_reading import Doubt
+from ilf.io.encodings import MEANINGS, encoding_of_inputs, is_name
+from ilf.io.images import read_colour
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, frame_folder
+from ilf.sources.opening import is_recording
+
+from ...widgets.basics import Message, PlainLabel, last_folder
+from ...widgets.notices import error_text
+from ...work.latest_question import LatestQuestion
+from ...work.loading import FirstLook, holds_frames
+from .file_dialogs import Preview
+from .frame_files import GUIDE_FILES, RECORDING_FILES, colour_beside, depth_beside
+
+_Result = TypeVar("_Result")
+
+_NOTHING_CHOSEN = "Choose a colour file and its depth file, a folder of frames, or a recording."
+_NO_DEPTH = "Choose the depth file that belongs to this colour image."
+_FOLDER_KEY = "open/folder"
+_DELAY_MS = 200
+
+_AUTOMATIC = "Automatic (from meta.json, or by the kind of file)"
+_FROM_META, _NUMBERS, _FILE = (
+    "From meta.json, or none (needed for point clouds only)",
+    "Numbers: fx, fy, cx, cy",
+    "From a JSON file",
+)
+
+
+class OpenFrameDialog(QDialog):
+    """Choose a frame, a folder of frames or a recording, and see what it is before it is opened.
+
+    Open is enabled only while `ilf.io.load_frame` takes what is chosen, or nothing speaks against its having frames.
+
+    Parameters
+    ----------
+    looks : LatestQuestion
+        Which takes the `FirstLook` into a folder of frames or a recording.
+    """
+
+    def __init__(self, looks: LatestQuestion[FrameSource, FirstLook], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._looks = looks
+        self._wanted: FrameSource | None = None
+        """What is looked into."""
+        looks.answered.connect(self._show_first)
+        looks.failed.connect(self._refuse_several)
+        self.setWindowTitle("Open Frame")
+        self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._reading_delay.timeout.connect(self.read)
+
+        self.colour_path = QLineEdit(placeholderText="Colour image, folder of frames, or recording")
+        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
+        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
+        self.encoding = QComboBox(editable=True)
+        self.encoding.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in MEANINGS.items())])
+        self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.encoding.setToolTip(
+            "How the values of the file become metres: a name, or how many file units make one metre. Automatic: what "
+            "meta.json says; without it millimetres for whole numbers and metres for floating-point depth."
+        )
+        self.invalid = QLineEdit(placeholderText="None but zero; 65535 in 7-Scenes")
+        self.invalid.setToolTip("The value of the file that stands for missing depth, beside zero; 0 if there is none.")
+        self.min_confidence = QLineEdit(placeholderText="None: all depth counts")
+        self.min_confidence.setToolTip(
+            "Depth of a lower confidence counts as missing, where there is a map of it: 2 for what ARKit calls high."
+        )
+        self.camera = QComboBox()
+        self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
+        self.camera_text = QLineEdit()
+        self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
+        self.camera_browse = QPushButton("File…", autoDefault=False)
+        self.message = Message(lines=7)
+        self.follow_button = QPushButton("Read it that way", autoDefault=False)
+        self.follow_button.setToolTip("Take the depth encoding or the invalid value that the message proposes.")
+        policy = self.follow_button.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the dialog must not jump while one types
+        self.follow_button.setSizePolicy(policy)
+        self.follow_button.clicked.connect(self._follow)
+        self._doubts: tuple[Doubt, ...] = ()
+        self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
+        self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(12)
+        layout.addLayout(self._form())
+        previews = QHBoxLayout()
+        previews.setSpacing(12)
+        previews.addWidget(self.colour_preview)
+        previews.addWidget(self.depth_preview)
+        layout.addLayout(previews)
+        layout.addWidget(self.message)
+        layout.addWidget(self.follow_button, alignment=Qt.AlignmentFlag.AlignLeft)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+
+        self.colour_path.textChanged.connect(self._schedule)
+        self.depth_path.textChanged.connect(self._schedule)
+        self.guide_path.textChanged.connect(self._schedule)
+        self.encoding.editTextChanged.connect(self._schedule)
+        self.invalid.textChanged.connect(self._schedule)
+        self.min_confidence.textChanged.connect(self._schedule)
+        self.camera_text.textChanged.connect(self._schedule)
+        self.camera.currentTextChanged.connect(self._change_camera)
+        self._change_camera()
+        self.read()
+
+    def set_files(self, rgb: str, depth: str | None = None) -> None:
+        """Choose files as if by hand: two files in either order, one file, a folder, or a recording.
+
+        The other file of a pair is proposed where only one is given.
+        """
+        if depth is None:
+            self._choose(Path(rgb), _looks_like_depth(Path(rgb)))
+        else:
+            swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
+            self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
+
+    def request(self) -> FrameSource:
+        """What to open.
+
+        Raises
+        ------
+        InputError
+            If files are not chosen yet, there is no such depth encoding, or the invalid value, the least confidence or
+            intrinsics are not numbers.
+        """
+        colour, depth = self._paths()
+        is_whole = _is_whole(colour)
+        if not colour or not (depth or is_whole):
+            raise InputError(_NOTHING_CHOSEN)
+        guide = self.guide_path.text().strip() or None
+        pair = (colour, None if is_whole else depth)
+        units, name = self._encoding()
+        invalid, least = self._invalid(), self._min_confidence()
+        return FrameSource(
+            *(*pair, units, self._intrinsics()), guide=guide, encoding=name, invalid=invalid, min_confidence=least
+        )
+
+    def read(self) -> None:
+        """Read what is chosen now, and say what it is."""
+        self._reading_delay.stop()
+        self._wanted = None
+        self._looks.forget()
+        colour, depth = self._paths()
+        self.depth_path.setEnabled(not _is_whole(colour))
+        if not colour and not depth:
+            self._refuse(_NOTHING_CHOSEN, "muted")
+            return
+        try:
+            if not (depth or _is_whole(colour)):
+                read_colour(colour)  # what is wrong with it is told before more is asked for
+                self._refuse(_NO_DEPTH, "muted")
+                return
+            source = self.request()
+            if holds_frames(colour):
+                self._look_into(source)
+                return
+            frame = source.load()
+        except IlfError as error:
+            self._refuse(str(error), "error")
+        else:
+            text = " ".join(filter(None, (_reading(frame), source.beside())))
+            self._show(frame, text, source.read_depth().doubts if frame.notes else ())
+
+    def _show(self, frame: RGBDFrame, text: str, doubts: Iterable[Doubt]) -> None:
+        self.colour_preview.show_rgb(frame.rgb)
+        self.depth_preview.show_depth(frame.depth)
+        self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+        self._propose(doubts)
+        self.open_button.setEnabled(True)
+
+    def _look_into(self, source: FrameSource) -> None:
+        """Find out what frames there are; until then it can be opened, and it will be found out then."""
+        if source.guide is not None:
+            raise InputError("A guide is of one frame. Leave it out here, and load one for each frame.")
+        self._show_nothing()
+        self.message.say("Looking for its frames…", "text")
+        self.open_button.setEnabled(True)
+        self._wanted = source
+        self._looks.ask(source)
+
+    def _show_first(self, source: FrameSource, look: FirstLook) -> None:
+        if source != self._wanted:
+            return
+        frames = f"{counted(len(look.listing.sources), 'frame')} for the list."
+        text = " ".join((frames, *look.listing.notes))
+        if look.frame is None:
+            self.message.say(f"{text}\nThe first cannot be read: {look.problem}", "warning")
+        else:
+            self._show(look.frame, f"{text} The first:\n{_reading(look.frame)}", look.doubts)
+
+    def _refuse_several(self, source: FrameSource, error: Exception) -> None:
+        if source == self._wanted:
+            self._refuse(error_text(error), "error")
+
+    def _show_nothing(self) -> None:
+        self.colour_preview.show_rgb(None)
+        self.depth_preview.show_depth(None)
+        self._propose(())
+
+    def accept(self) -> None:
+        # a change may still be waiting to be read
+        self.read()
+        if self.open_button.isEnabled():
+            super().accept()
+
+    def done(self, result: int) -> None:
+        self._reading_delay.stop()
+        self._looks.forget()
+        super().done(result)
+
+    def _form(self) -> QGridLayout:
+        colour_file = QPushButton("File…", autoDefault=False)
+        folder = QPushButton("Folder…", autoDefault=False)
+        depth_file = QPushButton("File…", autoDefault=False)
+        guide_file = QPushButton("File…", autoDefault=False)
+        colour_file.clicked.connect(lambda: self._browse(False))
+        depth_file.clicked.connect(lambda: self._browse(True))
+        guide_file.clicked.connect(self._browse_guide)
+        folder.clicked.connect(self._browse_folder)
+        self.camera_browse.clicked.connect(self._browse_camera)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(8)
+        grid.setColumnStretch(1, 1)
+        for row, text, field in (
+            (0, "&Colour or folder", self.colour_path),
+            (1, "&Depth", self.depth_path),
+            (2, "Depth &encoding", self.encoding),
+            (3, "In&valid value", self.invalid),
+            (4, "&Least confidence", self.min_confidence),
+            (5, "Camera &intrinsics", self.camera),
+            (7, "&Guide", self.guide_path),
+        ):
+            label = PlainLabel(text)
+            label.setBuddy(field)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(field, row, 1, 1, 3 if isinstance(field, QComboBox) else 1)
+        grid.addWidget(colour_file, 0, 2)
+        grid.addWidget(folder, 0, 3)
+        grid.addWidget(depth_file, 1, 2)
+        grid.addWidget(self.camera_text, 6, 1)
+        grid.addWidget(self.camera_browse, 6, 2, 1, 2)
+        grid.addWidget(guide_file, 7, 2)
+        return grid
+
+    def _propose(self, doubts: Iterable[Doubt]) -> None:
+        """Offer to do what speaks against the reading proposes."""
+        self._doubts = tuple(doubt for doubt in doubts if doubt.encoding is not None or doubt.invalid is not None)
+        self.follow_button.setVisible(bool(self._doubts))
+
+    def _follow(self) -> None:
+        for doubt in self._doubts:
+            if doubt.encoding is not None:
+                row = self.encoding.findText(f"{doubt.encoding} (", Qt.MatchFlag.MatchStartsWith)
+                self.encoding.setCurrentIndex(row)
+            if doubt.invalid is not None:
+                self.invalid.setText(f"{doubt.invalid:.9g}")
+        self.read()
+
+    def _schedule(self) -> None:
+        self.open_button.setEnabled(False)
+        self._reading_delay.start()
+
+    def _change_camera(self) -> None:
+        choice = self.camera.currentText()
+        self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
+        self.camera_browse.setVisible(choice == _FILE)
+        self.camera_text.setPlaceholderText(
+            "Pixels, such as 525, 525, 319.5, 239.5" if choice == _NUMBERS else "JSON file with fx, fy, cx, cy or K"
+        )
+        self._schedule()
+
+    def _browse(self, is_depth: bool) -> None:
+        what, suffixes = ("depth", DEPTH_FILE_SUFFIXES) if is_depth else ("colour", COLOUR_SUFFIXES)
+        patterns = " ".join(f"*{suffix}" for suffix in suffixes)
+        path, _ = QFileDialog.getOpenFileName(
+            self,
+            f"Choose {what} file",
+            last_folder(_FOLDER_KEY),
+            f"{what.capitalize()} ({patterns});;{'' if is_depth else f'{RECORDING_FILES};;'}All files (*)",
+        )
+        if path:
+            self._choose(Path(path), is_depth)
+
+    def _browse_folder(self) -> None:
+        path = QFileDialog.getExistingDirectory(self, "Choose frame folder", last_folder(_FOLDER_KEY))
+        if path:
+            self._choose(Path(path), False)
+
+    def _browse_camera(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self, "Choose intrinsics", last_folder(_FOLDER_KEY), "JSON (*.json);;All files (*)"
+        )
+        if path:
+            self.camera_text.setText(path)
+
+    def _browse_guide(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
+        if path:
+            self.guide_path.setText(path)
+
+    def _choose(self, path: Path, is_depth: bool) -> None:
+        """Take one chosen path, and propose its partner where the other field does not hold one already."""
+        QSettings().setValue(_FOLDER_KEY, str(path.parent))
+        if path.is_dir():
+            self._set_paths(str(path), "")
+        elif is_depth:
+            partner = colour_beside(path)
+            self._set_paths(str(partner) if partner else self.colour_path.text(), str(path))
+        else:
+            partner = depth_beside(path)
+            self._set_paths(str(path), str(partner) if partner else self.depth_path.text())
+
+    def _set_paths(self, colour: str, depth: str) -> None:
+        with QSignalBlocker(self.colour_path), QSignalBlocker(self.depth_path):
+            self.colour_path.setText(colour)
+            self.depth_path.setText(depth)
+        self.read()
+
+    def _paths(self) -> tuple[str, str]:
+        return self.colour_path.text().strip(), self.depth_path.text().strip()
+
+    def _encoding(self) -> tuple[float | None, str | None]:
+        """Units per metre where they are given as a number, and the name of an encoding."""
+        text = self.encoding.currentText().strip()
+        chosen = None if text == _AUTOMATIC else text.partition(" (")[0]
+        try:
+            return None if chosen is None else float(chosen), None
+        except ValueError as error:
+            if not is_name(chosen):
+                raise InputError(
+                    f"The depth encoding must be one of the list, or a number of file units per metre, not {chosen!r}."
+                ) from error
+            return None, chosen
+
+    def _invalid(self) -> float | None:
+        return _number(self.invalid, "The invalid value must be a number of the depth file, such as 65535")
+
+    def _min_confidence(self) -> float | None:
+        return _number(self.min_confidence, "The least confidence must be a number of the map, such as 2")
+
+    def _intrinsics(self) -> str | tuple[float, ...] | None:
+        choice, text = self.camera.currentText(), self.camera_text.text().strip()
+        if choice == _FROM_META:
+            return None
+        if choice == _FILE:
+            if not text:
+                raise InputError("Choose the JSON file that holds the intrinsics.")
+            return text
+        if choice != _NUMBERS:
+            return choice
+        try:
+            fx, fy, cx, cy = (float(part) for part in text.replace(",", " ").split())
+        except ValueError as error:
+            raise InputError(
+                "The intrinsics must be four numbers in pixels: fx, fy, cx, cy, such as 525, 525, 319.5, 239.5."
+            ) from error
+        return fx, fy, cx, cy
+
+    def _refuse(self, text: str, tone: str) -> None:
+        """Say why it cannot be opened, and still show what can be shown."""
+        self.open_button.setEnabled(False)
+        colour, depth = self._paths()
+        files = colour, depth, self.guide_path.text().strip()
+        for path in {str(Path(file).parent) for file in files} - {"."}:
+            text = text.replace(f"{path}/", "")
+        self.message.say(text, tone)
+        self._propose(_attempt(lambda: self.request().read_depth().doubts) or () if tone == "error" else ())
+        if _is_folder(colour):
+            found = _attempt(lambda: frame_folder(colour))
+            colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
+        self.colour_preview.show_rgb(_attempt(lambda: read_colour(colour)) if colour else None)
+        self.depth_preview.show_depth(_attempt(lambda: read_depth_values(depth)) if depth else None)
+
+
+def _reading(frame: RGBDFrame) -> str:
+    """What the frame is, in one line of numbers and one about what it can do."""
+    known = frame.depth[frame.known]
+    height, width = frame.shape
+    encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
+    first = (
+        f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
+        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, at {encoding}."
+    )
+    if frame.guide is not None:
+        said = np.isfinite(frame.guide.values[~frame.known])
+        first += f"\nThe guide says something of {100 * said.mean() if said.size else 100:.0f} % of what is missing."
+    if frame.intrinsics is None:
+        return f"{first}\nWithout intrinsics there will be no point cloud."
+    camera = frame.intrinsics
+    return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
+
+
+def _outside(frame: RGBDFrame) -> str:
+    return f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
+
+
+def _attempt(read: Callable[[], _Result]) -> _Result | None:
+    """What can be read for a preview beside a message that says already why the frame cannot be opened."""
+    try:
+        return read()
+    except IlfError:
+        return None
+
+
+def _number(field: QLineEdit, demand: str) -> float | None:
+    """What a field says, None if it is empty; InputError, which begins with what it must be, if that is no number."""
+    text = field.text().strip()
+    try:
+        return float(text) if text else None
+    except ValueError as error:
+        raise InputError(f"{demand}, not {text!r}.") from error
+
+
+def _is_folder(path: str) -> bool:
+    return bool(path) and Path(path).is_dir()
+
+
+def _is_whole(path: str) -> bool:
+    """Whether nothing else need be chosen with it."""
+    return _is_folder(path) or is_recording(path)
+
+
+def _looks_like_depth(path: Path) -> bool:
+    return "depth" in path.stem.lower() or path.suffix.lower() in set(DEPTH_FILE_SUFFIXES) - set(COLOUR_SUFFIXES)

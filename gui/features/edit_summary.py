@@ -1,0 +1,307 @@
+"""Says what every edit has done, and shows the state before it while a key is held."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QAction, QResizeEvent, QTextDocument
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from ilf._runtime.formatting import grouped, millimetres
+from ilf.data.results import Completion
+from ilf.evaluation.edit_summary import Effect, edit_effect
+from ilf.run.run import Run
+from ilf.segmentation.editing.patches import LabelPatch
+
+from ..base import theme
+from ..state.commands import Change, DrawnChange
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.presenter import ViewsPresenter
+from ..work.frame_runs import RunState
+from ..work.latest_question import LatestQuestion
+from ..work.runs import RunController
+
+# One line under the views that says what the last edit has done, until the next.
+
+_EQUAL = 0.05
+"""Errors that differ by a smaller share are as good as equal."""
+
+_MARGIN = 8
+
+
+class _Words(NamedTuple):
+    moved: str
+    filled: str
+    by_truth: str
+    expected: str
+    held_out: str
+
+
+_LONG = _Words("{} px moved", "filled {}", "RMSE against the truth {}", "expected error, RMS {}", "on hidden depth {}")
+_SHORT = _Words("{} px", "filled {}", "truth {}", "expected RMS {}", "hidden {}")
+
+
+class EffectLine(QWidget):
+    """What the last edit was, and whether it was for the better.
+
+    It has its place before there is an edit: the pictures would move under the pointer otherwise.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.label = QLabel()
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.label.setMinimumWidth(1)
+        self.label.setToolTip(
+            "What the last edit has done. Against the truth, where the frame has one: root mean square error of what "
+            "the touched blocks fill, before and after. On hidden depth: the known depth near the border is hidden, "
+            "and the blocks there are completed without it: mean absolute error, a hint, right in about two of three "
+            "cases. "
+            "Hold B to look at the state before the edit."
+        )
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
+        layout.addWidget(self.label, 1)
+        self._said: tuple[str, Effect | None, str] | None = None
+        self._looks = False
+        self._write()
+
+    def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
+        """Show what an edit is called, what it has done as far as that is known, and a note."""
+        self._said = text, effect, note
+        self._write()
+
+    def mark_look(self, on: bool) -> None:
+        """Say that the state before the edit is what is to be seen, or no longer."""
+        self._looks = on
+        self._write()
+
+    def clear(self) -> None:
+        """There has been no edit."""
+        self._said = None
+        self._write()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._write()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._write()
+
+    def _write(self) -> None:
+        if self._said is None:
+            tone = theme.colours(self.palette()).muted.name()
+            self.label.setText(f'<span style="color:{tone}">What an edit does to the depth is said here.</span>')
+            return
+        text, effect, note = self._said
+        if self._looks:
+            tone = theme.colours(self.palette()).accent.name()
+            self.label.setText(f'<span style="color:{tone}"><b>The state before: {html.escape(text)}</b></span>')
+            return
+        words = self._words(_LONG, text, effect, note)
+        if effect is not None and _width(words, self.label) > self.contentsRect().width() - 2 * _MARGIN:
+            words = self._words(_SHORT, text, effect, note)
+        self.label.setText(words)
+
+    def _words(self, names: _Words, text: str, effect: Effect | None, note: str) -> str:
+        parts = [f"<b>{html.escape(text)}</b>"]
+        if effect is not None:
+            parts.append(names.moved.format(grouped(effect.moved)))
+            if effect.filled is not None and effect.filled[0] != effect.filled[1]:
+                before, after = effect.filled
+                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
+            for name in ("by_truth", "expected", "held_out"):
+                if (error := getattr(effect, name)) is not None:
+                    parts.append(getattr(names, name).format(self._change(*error)))
+        if note:
+            parts.append(html.escape(note))
+        return " &nbsp;·&nbsp; ".join(parts)
+
+    def _change(self, before: float, after: float) -> str:
+        """Two errors [m] as text, in the colour of better or worse."""
+        differ = abs(after - before) > _EQUAL * max(before, after)
+        better = after < before if differ else None
+        return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
+
+    def _tinted(self, before: str, after: str, better: bool | None) -> str:
+        """Two values; None where neither is the better one."""
+        colours = theme.colours(self.palette())
+        tone = {True: colours.good, False: colours.error, None: colours.text}[better]
+        return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
+
+
+def _width(text: str, label: QLabel) -> float:
+    """How wide rich text is in a label's font [px]."""
+    document = QTextDocument()
+    document.setDocumentMargin(0)
+    document.setDefaultFont(label.font())
+    document.setHtml(text)
+    return document.idealWidth()
+
+
+_UNKNOWN = "too little known depth near it to judge it by"
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """An edit, the run that the frame is after it, and what was completed before and after."""
+
+    patch: LabelPatch
+    forward: bool
+    drawn: DrawnChange
+    run: Run
+    before: Completion | None
+    after: Completion | None
+
+
+class EffectPresenter(QObject):
+    """The line that says what the last edit of the present frame has done.
+
+    What it did to the depth is worked out when the touched blocks have been solved again, off the GUI's thread.
+
+    Parameters
+    ----------
+    live : QAction
+        Whether blocks are solved again after edits; without, what an edit did is known after the next run.
+    """
+
+    def __init__(
+        self, workspace: Workspace, runs: RunController, views: ViewsPresenter, line: EffectLine, live: QAction
+    ) -> None:
+        super().__init__(line)
+        self._workspace = workspace
+        self._runs = runs
+        self._views = views
+        self._line = line
+        self._live = live
+        self._change: Change | None = None
+        self._asked = True
+        self._edited = False
+        """Whether there is a state before an edit."""
+        self._before: Completion | None = None
+        """What was completed before the last edit."""
+        self._present: Completion | None = None
+        """What is completed, as it was when nothing was under way."""
+        self._questions = LatestQuestion[_Question, Effect](_find, self)
+        self._questions.answered.connect(self._say)
+        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
+        workspace.edited.connect(self._take)
+        workspace.session_changed.connect(self._forget)
+        workspace.replaced.connect(self._forget)
+        workspace.guide_changed.connect(self._forget)
+        workspace.distrusted_changed.connect(self._take_distrusted)
+        workspace.truth_changed.connect(self._ask_again)
+        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+            changed.connect(self._go_on)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an effect is to come."""
+        return self._questions.busy
+
+    def look(self, on: bool) -> None:
+        """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
+        self._line.mark_look(on)
+        if not on or not self._edited:
+            self._views.show_present()
+            return
+        labels = self._workspace.session.labels
+        if self._change is not None:
+            labels = _labels_before(self._change.patch, self._change.forward, labels)
+        self._views.show_other(labels, None if self._before is None else self._before.depth)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, change: Change) -> None:
+        self._change, self._asked, self._edited = change, False, True
+        self._before = self._present
+        self._questions.forget()
+        self._line.say(_title(change), Effect(int(np.count_nonzero(change.patch.before != change.patch.after))))
+        self._go_on()
+
+    def _take_distrusted(self) -> None:
+        """Other depth is distrusted: the state before it can be seen; its effect is that on all blocks."""
+        before = self._present
+        self._forget()
+        self._edited, self._before = True, before
+        frame = self._workspace.session.frame
+        count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
+        self._line.say("Distrusted depth", note=f"{grouped(count)} px" if count else "none")
+
+    def _forget(self) -> None:
+        self._change, self._before, self._asked, self._edited = None, None, True, False
+        self._questions.forget()
+        self._line.clear()
+        self._note_present()
+
+    def _go_on(self) -> None:
+        if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
+            return
+        self._note_present()
+        if self._asked or self._change is None:
+            return
+        session = self._change.session
+        solved = bool(session.results.kept) or not self._live.isChecked()
+        if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
+            return  # they are still to be solved
+        self._asked = True
+        run = session.run(self._workspace.parameters)
+        change = self._change
+        self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
+
+    def _ask_again(self) -> None:
+        """There is something else to judge the edit by."""
+        self._asked = self._change is None
+        self._go_on()
+
+    def _there(self, session: Session) -> frozenset[int]:
+        return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
+
+    def _note_present(self) -> None:
+        self._present = self._workspace.session.completion() if self._workspace.has_session else None
+
+    def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
+        change = self._change
+        if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
+            unknown = effect is not None and effect.held_out is None and effect.by_truth is None
+            self._line.say(_title(change), effect, note or (_UNKNOWN if unknown else ""))
+
+
+def _title(change: Change) -> str:
+    return change.text if change.forward else f"Undone: {change.text}"
+
+
+def _find(question: _Question) -> Effect:
+    """Off the GUI's thread."""
+    run, patch = question.run, question.patch
+    labels = _labels_before(patch, question.forward, run.blocks)
+    before = replace(run, blocks=labels, drawn=_drawn_before(question.drawn, question.forward, run))
+    there = set(np.unique(labels[patch.box]).tolist()) - {0}
+    known = question.before is not None and there <= question.before.results.keys()
+    completed = question.before if known else None  # what was edited before and not run since has no result to compare
+    return edit_effect(before, run, patch, (completed, question.after))
+
+
+def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The label map of before a change, which has made it what it is."""
+    former = labels.copy()
+    (patch.revert if forward else patch.apply)(former)
+    return former
+
+
+def _drawn_before(change: DrawnChange, forward: bool, run: Run) -> NDArray[np.bool_]:
+    """The drawn pixels of before a change."""
+    box, before, after = change
+    former = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
+    former[box] = before if forward else after
+    return former

@@ -1,0 +1,399 @@
+"""What an experiment gave: its figures, the paper beside it, its rows."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeGuard
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QEvent,
+    QModelIndex,
+    QPersistentModelIndex,
+    QRectF,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPixmap, QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QScrollArea,
+    QTableView,
+    QTabWidget,
+    QTextBrowser,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.lab.experiments.experiment import Experiment, Row
+from ilf.lab.experiments.files import StoredResult
+from ilf.lab.experiments.registry import EXPERIMENTS
+from ilf.lab.experiments.report import inline, paragraphs, shown
+
+from ...base import theme
+from ...widgets.basics import Message, PlainLabel, as_it_is
+
+# A figure on white paper, as wide as there is room for, and what it shows below it.
+
+_PAPER = QColor("#ffffff")
+_EDGE = 10
+"""Paper around the figure."""
+
+_NARROWEST = 200
+
+
+class FigureView(QScrollArea):
+    """Shows a PNG file. Figures are drawn for white paper; in the dark they keep it.
+
+    Signals
+    -------
+    zoom_wished()
+        A double-click: large instead of fitting, or back.
+    """
+
+    zoom_wished = Signal()
+
+    def __init__(self, path: Path, caption: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.path = path
+        self._whole = False
+        self.paper = _Paper(QImage(str(path)))
+        self.paper.double_clicked.connect(self.zoom_wished)
+        self._caption = Message()
+        self._caption.say(caption)
+        self._caption.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        content = QWidget()
+        self._column = QVBoxLayout(content)
+        self._column.setContentsMargins(14, 12, 14, 12)
+        self._column.setSpacing(8)
+        self._column.addWidget(self.paper, 0, Qt.AlignmentFlag.AlignLeft)
+        self._column.addWidget(self._caption)
+        self._column.addStretch()
+        self.setWidget(content)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self._fit()
+
+    @property
+    def readable(self) -> bool:
+        """Whether the file is a picture."""
+        return not self.paper.image.isNull()
+
+    def set_whole(self, whole: bool) -> None:
+        """Show the figure pixel by pixel, to be scrolled, or as wide as the view."""
+        self._whole = whole
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Fit again."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        margins = self._column.contentsMargins()
+        # room for the scroll bar always: its coming and going would change the width that decides whether it comes
+        room = self.width() - self.verticalScrollBar().sizeHint().width() - margins.left() - margins.right()
+        self.paper.fit(None if self._whole else max(room, _NARROWEST))
+        self._column.invalidate()  # it holds heights for the old width, and a fixed size alone does not tell it
+
+
+class _Paper(QWidget):
+    """The figure itself."""
+
+    double_clicked = Signal()
+
+    def __init__(self, image: QImage) -> None:
+        super().__init__()
+        self.image = image
+        self._scaled = QPixmap()
+        self.setToolTip("Double-click: actual size, and back")
+
+    def fit(self, width: int | None) -> None:
+        """Take a width at most, or the figure's own."""
+        own = self.image.width() + 2 * _EDGE
+        width = own if width is None else min(width, own)
+        height = round((width - 2 * _EDGE) * self.image.height() / max(self.image.width(), 1)) + 2 * _EDGE
+        if self.size() != QSize(width, height):
+            self.setFixedSize(width, height)
+            self._scaled = QPixmap()
+
+    def event(self, event: QEvent) -> bool:
+        """Scale anew for a screen with other pixels."""
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._scaled = QPixmap()
+        return super().event(event)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Zoom."""
+        self.double_clicked.emit()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paper with rounded corners and a thin edge, and the figure in the screen's own pixels."""
+        if self._scaled.isNull():
+            size = (self.size() - QSize(2 * _EDGE, 2 * _EDGE)) * self.devicePixelRatioF()
+            smooth = Qt.TransformationMode.SmoothTransformation
+            scaled = self.image.scaled(size, Qt.AspectRatioMode.IgnoreAspectRatio, smooth)
+            scaled.setDevicePixelRatio(self.devicePixelRatioF())
+            self._scaled = QPixmap.fromImage(scaled)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(theme.colours(self.palette()).grid)
+        painter.setBrush(_PAPER)
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 5, 5)
+        painter.drawPixmap(_EDGE, _EDGE, self._scaled)
+        painter.end()
+
+
+# The table of an experiment's rows.
+
+_WIDEST = 220
+
+_SHARES = ("defect_rate",)
+"""Columns of shares, shown in per cent."""
+
+
+class RowTable(QTableView):
+    """Rows with a column per name; a click on a heading sorts."""
+
+    def __init__(self, rows: Sequence[Row], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        proxy = _Sorted(self)
+        proxy.setSourceModel(_RowModel(rows, self))
+        self.setModel(proxy)
+        self.setAlternatingRowColors(True)
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.setSelectionBehavior(QTableView.SelectionBehavior.SelectRows)
+        self.setHorizontalScrollMode(QTableView.ScrollMode.ScrollPerPixel)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(24)
+        header = self.horizontalHeader()
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        header.setSortIndicatorClearable(True)
+        header.setMaximumSectionSize(_WIDEST)
+        header.setHighlightSections(False)
+        self.setSortingEnabled(True)
+        self.resizeColumnsToContents()
+
+
+class _RowModel(QAbstractTableModel):
+    def __init__(self, rows: Sequence[Row], parent: QWidget) -> None:
+        super().__init__(parent)
+        self._rows = rows
+        self._names = list(dict.fromkeys(name for row in rows for name in row))
+
+    def rowCount(self, parent: QModelIndex | QPersistentModelIndex | None = None) -> int:
+        return 0 if parent is not None and parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: QModelIndex | QPersistentModelIndex | None = None) -> int:
+        return 0 if parent is not None and parent.isValid() else len(self._names)
+
+    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        name = self._names[index.column()]
+        value = self._rows[index.row()].get(name)
+        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
+            text = f"{shown(100.0 * value)} %" if name in _SHARES and value is not None else shown(value)
+            return text if role == Qt.ItemDataRole.DisplayRole else as_it_is(text)
+        if role == Qt.ItemDataRole.UserRole:
+            return value
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(_is_number(value))
+        return None
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return self._names[section]
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.TextAlignmentRole:
+            numbers = any(_is_number(row.get(self._names[section])) for row in self._rows)
+            return _alignment(numbers)
+        return None
+
+
+class _Sorted(QSortFilterProxyModel):
+    """Numbers by size, everything else as text; nothing comes first."""
+
+    def lessThan(self, left: QModelIndex | QPersistentModelIndex, right: QModelIndex | QPersistentModelIndex) -> bool:
+        return _order(left.data(Qt.ItemDataRole.UserRole)) < _order(right.data(Qt.ItemDataRole.UserRole))
+
+
+def _order(value: object) -> tuple[int, float, str]:
+    if value is None:
+        return 0, 0.0, ""
+    return (1, float(value), "") if _is_number(value) else (2, 0.0, str(value))
+
+
+def _alignment(is_number: bool) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignRight if is_number else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class ResultView(QWidget):
+    """One experiment: what it is, and its result in tabs where there is one.
+
+    Signals
+    -------
+    save_wished(object)
+        The Path of the PNG file of the figure that is seen.
+    """
+
+    save_wished = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._title = PlainLabel()
+        font = self._title.font()
+        font.setBold(True)
+        font.setPointSizeF(1.2 * font.pointSizeF())
+        self._title.setFont(font)
+        self._title.setWordWrap(True)
+        self._about = Message()
+        self.empty = Message()
+        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.currentChanged.connect(lambda _: self._show_tools())
+        self._zoom = self._tool("Actual size: the figure in its own pixels (double-click)")
+        self._zoom.setCheckable(True)
+        self._zoom.toggled.connect(self._set_whole)
+        self._save = self._tool("Save this figure as PNG or SVG…")
+        self._save.clicked.connect(self._wish_save)
+        corner = QWidget()
+        row = QHBoxLayout(corner)
+        row.setContentsMargins(0, 0, 8, 2)
+        row.addWidget(self._zoom)
+        row.addWidget(self._save)
+        self.tabs.setCornerWidget(corner)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        head = QVBoxLayout()
+        head.setContentsMargins(14, 12, 14, 6)
+        head.addWidget(self._title)
+        head.addWidget(self._about)
+        layout.addLayout(head)
+        layout.addWidget(self.tabs, 1)
+        layout.addWidget(self.empty, 1)
+        self._text: QTextBrowser | None = None
+        self._result: StoredResult | None = None
+        self._draw_icons()
+
+    def _tool(self, hint: str) -> QToolButton:
+        button = QToolButton()
+        button.setAutoRaise(True)
+        button.setToolTip(hint)
+        button.setAccessibleName(hint)
+        return button
+
+    def show_experiment(self, experiment: Experiment, result: StoredResult | None, folder: Path) -> None:
+        """Show an experiment and, if there is one, its result, whose figures lie in the folder."""
+        kept = self.tabs.currentIndex() if self._result and self._result.experiment == experiment.name else 0
+        self._result = result
+        self._title.setText(f"{experiment.title} ({experiment.source})")
+        self._about.say(experiment.about)
+        self._clear()
+        self.tabs.setVisible(result is not None)
+        self.empty.setVisible(result is None)
+        if result is None:
+            return
+        for figure in result.figures:
+            name = figure.stem.removeprefix(f"{result.experiment}-").replace("-", " ").capitalize()
+            self._add_figure(folder / f"{figure.stem}.png", figure.caption, name)
+        self._text = QTextBrowser()
+        self._text.setFrameShape(QFrame.Shape.NoFrame)
+        self._text.document().setDocumentMargin(14)
+        self._write_text()
+        self.tabs.addTab(self._text, "Beside the paper")
+        self.tabs.addTab(RowTable(result.rows), f"Rows ({len(result.rows)})")
+        self.tabs.setCurrentIndex(min(kept, self.tabs.count() - 1))
+        self._show_tools()
+
+    def say(self, state: str) -> None:
+        """Say something else where there is no result."""
+        self.empty.say(state)
+
+    def _add_figure(self, path: Path, caption: str, name: str) -> None:
+        view = FigureView(path, caption)
+        if not view.readable:
+            view.deleteLater()
+            missing = Message()
+            missing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+            missing.say(f"{path} cannot be read. Run the experiment again.", "error")
+            self.tabs.addTab(missing, "Figure")
+            return
+        view.set_whole(self._zoom.isChecked())
+        view.zoom_wished.connect(self._zoom.toggle)
+        self.tabs.addTab(view, name)
+
+    def _wish_save(self) -> None:
+        view = self.tabs.currentWidget()
+        if isinstance(view, FigureView):
+            self.save_wished.emit(view.path)
+
+    def _clear(self) -> None:
+        self._text = None
+        while self.tabs.count():
+            page = self.tabs.widget(0)
+            self.tabs.removeTab(0)
+            if page is not None:
+                page.deleteLater()
+
+    def _set_whole(self, whole: bool) -> None:
+        for index in range(self.tabs.count()):
+            if isinstance(view := self.tabs.widget(index), FigureView):
+                view.set_whole(whole)
+
+    def _show_tools(self) -> None:
+        on_figure = isinstance(self.tabs.currentWidget(), FigureView)
+        self._zoom.setEnabled(on_figure)
+        self._save.setEnabled(on_figure)
+
+    def _write_text(self) -> None:
+        if self._text is not None and self._result is not None:
+            self._text.setHtml(_page(self._result, theme.colours(self.palette())))
+
+    def _draw_icons(self) -> None:
+        self._zoom.setIcon(theme.icon("ph.frame-corners", self.palette()))
+        self._save.setIcon(theme.icon("ph.floppy-disk", self.palette()))
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Icons and text in the colours of another theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_result"):
+            self._draw_icons()
+            self._write_text()
+
+
+def _page(result: StoredResult, colours: theme.Colours) -> str:
+    """What the paper says beside what came out, and what to know about the run."""
+    comparisons = EXPERIMENTS[result.experiment].compare(result.rows)
+    first, *others = paragraphs(result)
+    muted, border, warning = (colour.name() for colour in (colours.muted, colours.grid, colours.warning))
+    cell = f'style="padding: 6px 12px 6px 0; border-bottom: 1px solid {border};" valign="top"'
+    head = "".join(
+        f'<td width="{width}%" {cell}><span style="color: {muted};">{text}</span></td>'
+        for width, text in ((16, ""), (18, "paper"), (20, "here"), (46, ""))
+    )
+    lines = "".join(
+        f"<tr><td {cell}><b>{html.escape(item.label)}</b></td>"
+        + "".join(f"<td {cell}>{html.escape(text)}</td>" for text in (item.paper, item.ours, item.text))
+        + "</tr>"
+        for item in comparisons
+    )
+    quick = f'<p style="color: {warning};"><b>A quick run: its numbers are not to be relied on.</b></p>'
+    notes = "".join(f"<p>{inline(note)}</p>" for note in (first, *others))
+    return (
+        f"{quick if result.quick else ''}"
+        f'<table width="100%" cellspacing="0" style="border-collapse: collapse;"><tr>{head}</tr>{lines}</table>'
+        f'<div style="color: {muted};">{notes}</div>'
+    )

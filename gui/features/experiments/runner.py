@@ -1,0 +1,229 @@
+"""Running experiments from the window: some at a time, one after the other."""
+
+from __future__ import annotations
+
+import tempfile
+import traceback
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from ilf._runtime.files import made_folder
+from ilf._runtime.processes import ProcessContext, live_by
+from ilf.errors import ExportError, IlfError, cause
+from ilf.lab.experiments.experiment import Progress, Settings
+from ilf.lab.experiments.files import write_result
+from ilf.lab.experiments.registry import EXPERIMENTS, run_experiment
+from ilf.lab.experiments.sources import find_sources
+
+from ...work.jobs import Worker
+
+# Experiments run in a process of their own: the window stays fluid, and they can be stopped at any moment.
+
+_POLL_S = 0.1
+"""Longest time until a wish to stop is noticed."""
+
+
+@dataclass(frozen=True)
+class Writing:
+    """An experiment has been run; its files are being written."""
+
+    experiment: str
+
+
+@dataclass(frozen=True)
+class Written:
+    """An experiment's files are all there."""
+
+    experiment: str
+
+
+Message = Progress | Writing | Written
+
+
+def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generator[Message | None, None, None]:
+    """Run experiments one after the other in another process, which writes their files into a folder.
+
+    Closing the generator stops the process; files that are being written are finished first.
+
+    Parameters
+    ----------
+    names : sequence of str
+    settings : Settings
+        `jobs` must be 1: a process that may be stopped has no others below it.
+    folder : Path
+        Made if it is not there.
+
+    Yields
+    ------
+    Progress, Writing, Written or None
+        None when there has been nothing to say for a while.
+
+    Raises
+    ------
+    IlfError, OSError
+        What the run ended on. A process that breaks off without a word is an IlfError too.
+    """
+    context = ProcessContext()
+    receiving, sending = context.Pipe(duplex=False)
+    lifeline, held = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(tuple(names), settings, folder, sending, lifeline), daemon=True)
+    process.start()
+    sending.close()
+    lifeline.close()
+    writing = False
+    try:
+        while True:
+            if not receiving.poll(_POLL_S):
+                yield None
+                continue
+            try:
+                message = receiving.recv()
+            except EOFError:
+                break
+            if isinstance(message, Exception):
+                raise message
+            writing = isinstance(message, Writing)
+            yield message
+        process.join()
+        if process.exitcode:
+            raise IlfError(
+                f"The process that ran the experiments broke off (exit code {process.exitcode}). Memory may have run "
+                "out: close other programs, or choose a quick run or fewer frames."
+            )
+    finally:
+        receiving.close()  # so that a process that goes on to write ends right after it
+        if not writing:
+            process.terminate()
+        process.join()
+        process.close()
+        held.close()
+
+
+def _work(
+    names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection, lifeline: Connection
+) -> None:
+    live_by(lifeline.recv_bytes)
+    try:
+        # what is wrong with data or folder is said before anything is run
+        if any(EXPERIMENTS[name].needs_frames for name in names):
+            find_sources(settings)
+        _check_writable(made_folder(folder))
+        for name in names:
+            connection.send(Progress(name, 0, 0))
+            result = run_experiment(name, settings, connection.send)
+            connection.send(Writing(name))
+            write_result(result, EXPERIMENTS[name], folder)
+            connection.send(Written(name))
+    except BrokenPipeError:
+        return  # nobody waits for it any more
+    except (IlfError, OSError) as error:
+        connection.send(error)
+    except Exception as error:
+        traceback.print_exc()
+        connection.send(IlfError(f"{type(error).__name__}: {error}"))
+
+
+def _check_writable(folder: Path) -> None:
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise ExportError(f"{folder} cannot be written into: {cause(error)}. Choose another folder.") from error
+
+
+class ExperimentRunner(QObject):
+    """Starts and cancels; says how far it is.
+
+    Signals
+    -------
+    changed()
+        `present`, `waiting` or `progress` has changed.
+    written(str)
+        The files of an experiment are there.
+    ended(str)
+        The run is over: "finished", "cancelled" or "failed".
+    failed(str, object)
+        The experiment that broke, or "", and the exception; `ended` has come before.
+    """
+
+    changed = Signal()
+    written = Signal(str)
+    ended = Signal(str)
+    failed = Signal(str, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._worker = Worker(self, finishes=True)  # its end is that of the process
+        self._worker.progressed.connect(self._take)
+        self._worker.finished.connect(lambda _: self._end("finished"))
+        self._worker.cancelled.connect(lambda: self._end("cancelled"))
+        self._worker.failed.connect(self._fail)
+        self._forget()
+
+    def _forget(self) -> None:
+        self.names: tuple[str, ...] = ()
+        """All experiments of the run."""
+        self.present = ""
+        """The one that is being run."""
+        self.progress: Progress | None = None
+        self.writing = False
+        self.stopping = False
+        self._done: set[str] = set()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a run is under way."""
+        return self._worker.busy
+
+    @property
+    def waiting(self) -> set[str]:
+        """Experiments of the run that have not begun."""
+        return set(self.names) - self._done - {self.present}
+
+    def start(self, names: Sequence[str], settings: Settings, folder: Path) -> None:
+        """Run experiments; RuntimeError if a run is under way."""
+        self._worker.start(lambda: run_apart(names, settings, folder))
+        self._forget()
+        self.names = tuple(names)
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Stop at once; experiments that are done keep their files."""
+        if self.busy:
+            self.stopping = True
+            self._worker.cancel()
+            self.changed.emit()
+
+    def shutdown(self) -> bool:
+        """Cancel and wait for the process. True if it has ended; no signal follows."""
+        ended = self._worker.shutdown()
+        self._forget()
+        return ended
+
+    def _take(self, batch: list[Message | None]) -> None:
+        for message in batch:
+            if message is None:
+                continue
+            self.present = message.experiment
+            self.writing = isinstance(message, Writing)
+            if isinstance(message, Progress):
+                self.progress = message
+            elif isinstance(message, Written):
+                self._done.add(message.experiment)
+                self.present = ""
+                self.written.emit(message.experiment)
+        if any(batch):
+            self.changed.emit()
+
+    def _end(self, how: str) -> None:
+        self._forget()
+        self.changed.emit()
+        self.ended.emit(how)
+
+    def _fail(self, error: Exception) -> None:
+        broken = self.present
+        self._end("failed")
+        self.failed.emit(broken, error)

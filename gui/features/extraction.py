@@ -1,0 +1,413 @@
+"""Brings the stages of the extraction to their view, and extracts blocks when asked to."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.drawing.blocks import stage_picture
+
+from ..base import theme
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.layouts import LAYOUT_TEXTS
+from ..views.linked_views import LinkedViews
+from ..widgets.notices import Notes, error_text
+from ..widgets.parameter_form import ParameterForm
+from ..work.found_blocks import Found, describe_blocks, find
+from ..work.latest_question import LatestQuestion
+
+# The panel of EBS: its parameters, their preview, and the button that extracts blocks again.
+
+
+class ExtractionPanel(QWidget):
+    """Form of the extraction's parameters, and what is to be done with them.
+
+    Signals
+    -------
+    edited(object)
+        The user set other BlockParameters.
+    preview_switched(bool)
+        The user switched the preview on or off.
+    keeping_switched(bool)
+        The user wants blocks made by hand to stay, or not.
+    view_wished()
+        The user followed `offer_view` and wants to see what the values give.
+    """
+
+    edited = Signal(object)
+    preview_switched = Signal(bool)
+    keeping_switched = Signal(bool)
+    view_wished = Signal()
+
+    def __init__(self, extract: QAction, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        button = QToolButton()
+        button.setDefaultAction(extract)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._preview = QCheckBox("Preview")
+        self._preview.setChecked(True)
+        self._preview.setToolTip("The view of the extraction follows the values below; the frame's blocks do not")
+        self._preview.clicked.connect(self.preview_switched)
+        self._keep = QCheckBox("Keep blocks made by hand")
+        self._keep.setChecked(True)
+        self._keep.setToolTip(
+            "When blocks are extracted again, those that you made, enlarged, merged or erased from stay as they are, "
+            "as locked ones do"
+        )
+        self._keep.clicked.connect(self.keeping_switched)
+        self._summary = QLabel()
+        self._summary.setObjectName("summary")
+        self._summary.setWordWrap(True)
+        self._summary.linkActivated.connect(lambda _: self.view_wished.emit())
+        self._summary.hide()
+        self._text = self._warning = self._layout = ""
+        self.form = ParameterForm(BlockParameters)
+        self.form.set_base(BlockParameters())
+        self.form.changed.connect(self.edited)
+        row = QHBoxLayout()
+        row.setSpacing(10)
+        row.addWidget(button)
+        row.addWidget(self._preview)
+        row.addStretch()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 4, 4)
+        layout.addLayout(row)
+        layout.addWidget(self._keep)
+        layout.addWidget(self._summary)
+        layout.addWidget(self.form, 1)
+
+    @property
+    def previews(self) -> bool:
+        """Whether the view of the extraction is to follow the values."""
+        return self._preview.isChecked()
+
+    def show_summary(self, text: str, warning: str = "") -> None:
+        """Say what the values give, and what should be known of it."""
+        self._text, self._warning, self._layout = text, warning, ""
+        self._write()
+
+    def offer_view(self, layout: str) -> None:
+        """Say in which layout there is to be seen what the values give, with a link to it."""
+        self._text, self._warning, self._layout = "", "", layout
+        self._write()
+
+    def _write(self) -> None:
+        colours = theme.colours(self.palette())
+        pairs = ((self._text, colours.muted), (self._warning, colours.warning))
+        # not by palette, which a new application style sheet would take away
+        lines = [f'<span style="color: {tone.name()}">{html.escape(text)}</span>' for text, tone in pairs if text]
+        if self._layout:
+            link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(self._layout)}</a>'
+            text = f"Choose the layout {link} to see what these values give."
+            lines.append(f'<span style="color: {colours.muted.name()}">{text}</span>')
+        self._summary.setText("<br>".join(lines))
+        self._summary.setVisible(bool(lines))
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Take the colours of another theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "form"):
+            self._write()
+
+
+# The stages of the extraction while its parameters change, worked out and drawn off the GUI's thread.
+
+
+@dataclass(frozen=True)
+class Question:
+    """Which picture is wanted."""
+
+    frame: RGBDFrame
+    parameters: BlockParameters
+    stage: str
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The picture, as `stage_picture` gives it, and what it shows."""
+
+    question: Question
+    found: Found
+    picture: NDArray[np.uint8]
+
+
+class ExtractionPreview(QObject):
+    """Answers the latest question about stages.
+
+    The last extraction is held, so that its other stages cost only their pictures.
+
+    Signals
+    -------
+    found(object)
+        An Answer; during a drag, also to questions that have been overtaken since, but never about another frame
+        than that turned to.
+    failed(object)
+        The exception that kept a question from being answered.
+    """
+
+    found = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._held: Found | None = None
+        self._questions = LatestQuestion[Question, Answer](self._find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(lambda _, error: self.failed.emit(error))
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer is to come."""
+        return self._questions.busy
+
+    def ask(self, question: Question) -> None:
+        """Find a picture; `found` follows."""
+        self._questions.ask(question)
+
+    def hold(self, found: Found) -> None:
+        """Take an extraction that was made elsewhere."""
+        self._held = found
+
+    def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Found | None:
+        """The extraction of a frame with these parameters, if that is the one held."""
+        held = self._held  # it may be let go while another thread looks at it
+        return held if held is not None and held.answers(frame, parameters) else None
+
+    def held_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
+        """What the extraction that is held was made with, if it is of this frame."""
+        return self._held.parameters if self._held is not None and self._held.frame is frame else None
+
+    def turn_to(self, frame: RGBDFrame | None) -> None:
+        """Hold no extraction of another frame, and answer no question about one any more."""
+        if self._held is not None and self._held.frame is not frame:
+            self._held = None
+        self._questions.forget()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _find(self, question: Question) -> Answer:
+        """Off the GUI's thread."""
+        found = self.held(question.frame, question.parameters) or find(question.frame, question.parameters)
+        return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
+
+    def _take(self, _: Question, answer: Answer) -> None:
+        self.hold(answer.found)
+        self.found.emit(answer)
+
+
+LAYOUT = "grid-extraction"
+"""Layout that is chosen when stages are asked for and their view is not to be seen."""
+
+_SLOW_MS = 300
+"""Age at which an extraction is worth saying that it is under way: an edge network's first look at a frame."""
+
+_OFF = "Switch on the preview of the extraction, or extract blocks"
+
+
+class StagePresenter(QObject):
+    """Decides what the view of the extraction shows, and what the panel says of it.
+
+    While that view is to be seen and the preview is on, it follows the panel's parameters; with the preview off it
+    keeps to the last extraction of the frame. The frame's blocks change by `extract` alone. While they are being
+    extracted it waits for what that gives, rather than have the same done a second time beside it.
+
+    Parameters
+    ----------
+    is_extracting : callable
+        Whether a session's blocks are being extracted, or about to be; `hold` or `go_on` follows.
+
+    Signals
+    -------
+    changed()
+        `show` would show something else: another stage, or the preview was switched.
+    described()
+        `describe` would say something else.
+    extraction_wished(object, object)
+        The blocks of a session are to be extracted; what has been Found already by these parameters, or None.
+    view_wished()
+        The linked views are to be brought to the front.
+    """
+
+    changed = Signal()
+    described = Signal()
+    extraction_wished = Signal(object, object)
+    view_wished = Signal()
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        views: LinkedViews,
+        panel: ExtractionPanel,
+        notes: Notes,
+        is_extracting: Callable[[Session], bool],
+    ) -> None:
+        super().__init__(panel)
+        self._workspace = workspace
+        self._is_extracting = is_extracting
+        self._waits = False
+        """Whether there is something to ask once the blocks have been extracted."""
+        self._views = views
+        self._panel = panel
+        self._notes = notes
+        self._board = views.extraction
+        self._preview = ExtractionPreview(self)
+        self._preview.found.connect(self._take)
+        self._preview.failed.connect(self._fail)
+        self._frame: RGBDFrame | None = None
+        self._found: Found | None = None
+        self._failure = ""
+        self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
+        self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
+        self._board.stageChanged.connect(self.changed)
+        views.layoutChanged.connect(self.changed)
+        panel.edited.connect(workspace.set_extraction_parameters)
+        panel.keeping_switched.connect(workspace.set_keeps_handmade)
+        panel.preview_switched.connect(self._switch)
+        panel.view_wished.connect(self.show_view)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a picture is to come."""
+        return self._preview.busy or self._waits
+
+    def show(self) -> None:
+        """What is to be seen now of frame, parameters and stage, with what the panel says of it."""
+        self._panel.form.set_parameters(self._workspace.extraction_parameters)
+        frame = self._workspace.session.frame if self._workspace.has_session else None
+        if frame is not self._frame:
+            self._frame = frame
+            self._preview.turn_to(frame)
+            self._slow.stop()
+            self._found, self._failure = None, ""
+        self._waits = False
+        if frame is not None and self._views.shows_extraction:
+            self._ask(frame)
+            self._watch()
+        self.describe()
+
+    def _ask(self, frame: RGBDFrame) -> None:
+        if self._panel.previews:
+            parameters: BlockParameters | None = self._workspace.extraction_parameters
+        else:
+            parameters = self._preview.held_parameters(frame) or self._workspace.session.notes.extraction
+        if parameters is None:
+            self._board.show_message(_OFF)
+            return
+        self._waits = self._is_extracting(self._workspace.session) and not self._preview.held(frame, parameters)
+        if not self._waits:
+            self._preview.ask(Question(frame, parameters, self._board.stage))
+
+    def describe(self) -> None:
+        """Say in the panel what its values give, around which blocks."""
+        panel, shown = self._panel, self._views.shows_extraction
+        if self._frame is None or not self._workspace.has_session:
+            panel.show_summary("")
+        elif not shown and self._has_new_values() and panel.previews:
+            panel.offer_view(LAYOUT_TEXTS[LAYOUT])
+        elif self._failure and shown:
+            panel.show_summary("", self._failure)
+        elif self._found is not None and shown:
+            panel.show_summary(self._summary(self._found), " ".join(self._found.extraction.notes))
+        else:
+            panel.show_summary("")
+
+    def _has_new_values(self) -> bool:
+        """Whether the frame's blocks have been extracted with others than the panel's values."""
+        return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
+
+    def _summary(self, found: Found) -> str:
+        if self._panel.previews:
+            title = "Preview"
+        else:
+            fits = found.parameters == self._workspace.extraction_parameters
+            title = "With these values" if fits else "With other values"
+        blocks = found.extraction.blocks
+        locked, by_hand = self._workspace.staying(self._workspace.session)
+        around = _describe_around(len(locked), len(by_hand))
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
+
+    def show_stage(self, name: str) -> None:
+        """Show a stage, and the view of the extraction if it is not to be seen."""
+        self._board.set_stage(name)
+        self.show_view()
+
+    def show_view(self) -> None:
+        """Bring the view of the extraction up if it is not to be seen."""
+        self.view_wished.emit()
+        if not self._views.shows_extraction:
+            self._views.set_content("extraction", "extraction")
+            self._views.set_layout(LAYOUT)
+
+    def _switch(self, on: bool) -> None:
+        if on:
+            self.show_view()
+        self.changed.emit()
+
+    def extract(self) -> None:
+        """Extract the blocks again with the panel's parameters; at once where that is what the preview has found."""
+        session = self._workspace.session
+        found = self._preview.held(session.frame, self._workspace.extraction_parameters)
+        self.extraction_wished.emit(session, found)
+
+    def hold(self, found: Found) -> None:
+        """An extraction has been made for the blocks of a frame; it need not be made again for the view."""
+        self._preview.hold(found)
+        self.changed.emit()
+
+    def go_on(self) -> None:
+        """Some extraction of blocks has begun or ended: what was waited for may not come any more."""
+        if self._waits:
+            self.changed.emit()
+
+    def shutdown(self) -> None:
+        """Stop before the window closes."""
+        self._slow.stop()
+        self._preview.shutdown()
+
+    def _watch(self) -> None:
+        """Say that an extraction is under way if nothing has come of it after a while."""
+        if not self.busy:
+            self._slow.stop()
+        elif not self._slow.isActive():
+            self._slow.start()
+
+    def _take(self, answer: Answer) -> None:
+        self._slow.stop()
+        self._watch()
+        if answer.question.frame is not self._frame:
+            return
+        self._found, self._failure = answer.found, ""
+        if answer.question.stage == self._board.stage:
+            self._board.show_picture(answer.question.stage, answer.picture, answer.found.extraction)
+        self.described.emit()
+
+    def _fail(self, error: Exception) -> None:
+        self._slow.stop()
+        self._watch()
+        self._failure = f"The extraction failed: {error_text(error)}"
+        self._board.show_message("The extraction failed")
+        self.described.emit()
+        self._notes.tell(self._failure)
+
+
+def _describe_around(locked: int, by_hand: int) -> str:
+    """What the new blocks would lie around; "" for nothing."""
+    kinds = (locked, "locked"), (by_hand, "made by hand")
+    parts = [f"{count} block{'s' * (count != 1)} {kind}" for count, kind in kinds if count]
+    return f", around {' and '.join(parts)}" if parts else ""
+
+
+def _duration(seconds: float) -> str:
+    return f"{1000 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"

@@ -1,0 +1,1 @@
+"""The filter's parameters: panel, presets, for all frames or this one."""

@@ -1,0 +1,281 @@
+"""The filter's panel: preset, whose parameters are shown, the form, the run buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from enum import StrEnum
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QAction, QStandardItemModel
+from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
+
+from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, likeness
+
+from ...base import theme
+from ...widgets.parameter_form import ParameterForm
+
+# Which frames the common values are of: all, or the present one.
+
+
+class Sharing(StrEnum):
+    """Which frames have the common values of the present one."""
+
+    EACH = "Each has its own"
+    ALL = "All frames"
+    ALONE = "This frame alone"
+
+
+_HINTS = {
+    Sharing.EACH: "Every frame has values of its own; the next one that is opened begins with those of this one",
+    Sharing.ALL: "What is set here goes for all frames of the list, but for those with values of their own",
+    Sharing.ALONE: "This frame has values of its own, while the others have those of all frames",
+}
+
+
+class FramesRow(QWidget):
+    """Says which frames the values are of, and lets it be chosen.
+
+    Parameters
+    ----------
+    actions : iterable of QAction
+        What can be done beside while a frame has its own values.
+
+    Signals
+    -------
+    chosen(object)
+        The user wants this `Sharing`.
+    """
+
+    chosen = Signal(object)
+
+    def __init__(self, actions: Iterable[QAction]) -> None:
+        super().__init__()
+        self.box = QComboBox()
+        self.box.setAccessibleName("Frames that the values are of")
+        for number, sharing in enumerate(Sharing):
+            self.box.addItem(sharing.value, sharing)
+            self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
+        self.box.activated.connect(lambda _: self.chosen.emit(Sharing(self.box.currentData())))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2)
+        row.addWidget(self.box, 1)
+        self._buttons = []
+        for action in actions:
+            button = QToolButton(autoRaise=True)
+            button.setDefaultAction(action)
+            row.addWidget(button)
+            self._buttons.append(button)
+        self.show_sharing(Sharing.EACH)
+
+    def show_sharing(self, sharing: Sharing) -> None:
+        """Which frames the values are of."""
+        self.box.setCurrentIndex(self.box.findData(sharing))
+        self.box.setToolTip(_HINTS[sharing])
+        model = self.box.model()
+        if isinstance(model, QStandardItemModel):
+            model.item(self.box.findData(Sharing.ALONE)).setEnabled(sharing is not Sharing.EACH)
+        for button in self._buttons:
+            button.setVisible(sharing is Sharing.ALONE)
+
+
+# The choice of a preset: the built-in ones, those of the user, and what can be done with these.
+
+_ABOUT = (
+    "best: follows edges and noise. paper: as the text describes it. released-code: as the authors' program does it."
+)
+
+
+class PresetBox(QWidget):
+    """Says which preset some parameters are, or come from, and chooses another.
+
+    Signals
+    -------
+    chosen(str)
+        Name of the preset that the user chose.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._own: dict[str, Parameters] = {}
+        self.names = QComboBox()
+        self.names.setAccessibleName("Preset")
+        self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.names.activated.connect(lambda _: self.chosen.emit(self.present))
+        self.menu_button = QToolButton(autoRaise=True)
+        self.menu_button.setAccessibleName("Own presets")
+        self.menu_button.setToolTip("Save, rename, delete, import or export presets of your own")
+        self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.menu_button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        self.menu_button.hide()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2)
+        row.addWidget(self.names, 1)
+        row.addWidget(self.menu_button)
+        self.set_own({})
+        self._style()
+
+    def set_commands(self, commands: Sequence[QAction]) -> None:
+        """Offer what can be done with presets of one's own."""
+        menu = QMenu(self.menu_button)
+        menu.addActions(list(commands))
+        self.menu_button.setMenu(menu)
+        self.menu_button.show()
+
+    @property
+    def present(self) -> str:
+        """Name of the preset that shows."""
+        return str(self.names.currentData())
+
+    def parameters(self, name: str) -> Parameters:
+        """The values of a preset, built in or one's own; of the default preset if there is none of that name."""
+        return {**self._own, **PRESETS}.get(name, PRESETS[DEFAULT_PRESET])
+
+    def set_own(self, own: Mapping[str, Parameters]) -> None:
+        """Offer these presets of the user beside the built-in ones."""
+        present = self.names.currentData()
+        self._own = dict(own)
+        self.names.clear()
+        for name in PRESETS:
+            self.names.addItem(name, name)
+        if own:
+            self.names.insertSeparator(len(PRESETS))
+        for name in own:
+            self.names.addItem(name, name)
+        self.names.setCurrentIndex(max(self.names.findData(present), 0))
+        self.names.setToolTip(_ABOUT + (" Below the line: your own." if own else ""))
+
+    def show_parameters(self, parameters: Parameters, base: str) -> str:
+        """Show which preset these are, or else that they are `base`, changed; the preset's name is returned."""
+        known = {**PRESETS, **self._own}
+        base = base if base in known else likeness(parameters, known).preset
+        # of presets with the same values, the one that was chosen
+        same = [name for name, values in known.items() if values == parameters]
+        shown = base if base in same or not same else same[0]
+        for name in known:
+            text = f"{name} (changed)" if name == shown and not same else name
+            self.names.setItemText(self.names.findData(name), text)
+        self.names.setCurrentIndex(self.names.findData(shown))
+        return shown
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "menu_button"):
+            self._style()
+
+    def _style(self) -> None:
+        self.menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
+
+
+class FilterPanel(QWidget):
+    """Parameters of all blocks or of the chosen ones.
+
+    Signals
+    -------
+    edited(object)
+        The user set other Parameters, one by one.
+    preset_chosen(object)
+        The user chose a preset's Parameters.
+    scope_changed()
+        The user asked for the parameters of all blocks or of the chosen ones.
+    """
+
+    edited = Signal(object)
+    preset_chosen = Signal(object)
+    scope_changed = Signal()
+
+    def __init__(
+        self,
+        run_actions: list[QAction],
+        own_actions: list[QAction],
+        frame_actions: Sequence[QAction] = (),
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.presets = PresetBox()
+        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
+        self.presets.chosen.connect(self._choose_preset)
+        self._scope = QComboBox()
+        self._scope.addItems(["All blocks", "Chosen blocks"])
+        self._scope.setAccessibleName("Values for")
+        self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen ones alone")
+        self._scope.activated.connect(self.scope_changed)
+        self.form = ParameterForm(Parameters)
+        self.form.changed.connect(self.edited)
+
+        choices = QFormLayout()
+        choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        choices.addRow("Preset", self.presets)
+        scope = QHBoxLayout()
+        scope.setSpacing(2)
+        scope.addWidget(self._scope, 1)
+        self._own_buttons = [QToolButton(autoRaise=True) for _ in own_actions]
+        for button, action in zip(self._own_buttons, own_actions, strict=True):
+            button.setDefaultAction(action)
+            scope.addWidget(button)
+        choices.addRow("Values for", scope)
+        self.frames = FramesRow(frame_actions)
+        choices.addRow("Frames", self.frames)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(4)
+        for action in run_actions:
+            button = QToolButton()
+            button.setDefaultAction(action)
+            if action is run_actions[0]:
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            else:
+                button.setAutoRaise(True)  # else one cannot see which are switched on
+            buttons.addWidget(button)
+        buttons.addStretch()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 4, 4)
+        layout.addLayout(buttons)
+        layout.addLayout(choices)
+        layout.addWidget(self.form, 1)
+
+    @property
+    def for_chosen(self) -> bool:
+        """Whether the values are those of the chosen blocks."""
+        return self._scope.currentIndex() == 1
+
+    def set_scope(self, chosen: bool) -> None:
+        """Show the values of the chosen blocks, or of all."""
+        self._scope.setCurrentIndex(int(chosen))
+        self.scope_changed.emit()
+
+    def show_parameters(
+        self, parameters: Parameters, common: Parameters, chosen: Sequence[str], of_all: Parameters | None = None
+    ) -> None:
+        """Show values, those of the chosen blocks against the common ones; `chosen` are the chosen blocks' names.
+
+        With `of_all`, the common values are this frame's own, and are shown against those of all frames.
+        """
+        model = self._scope.model()
+        if isinstance(model, QStandardItemModel):
+            model.item(1).setEnabled(bool(chosen))
+        names = {0: "Chosen blocks", 1: f"{chosen[0]} only" if chosen else ""}
+        self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} chosen blocks"))
+        if not chosen:
+            self._scope.setCurrentIndex(0)
+        scope = self.for_chosen
+        for button in self._own_buttons:
+            button.setVisible(scope)
+        self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
+        if scope:
+            self.form.set_base(common, "all blocks")
+        elif of_all is not None:
+            self.form.set_base(of_all, "all frames")
+        else:
+            self.form.set_base(self.presets.parameters(self._bases[scope]))
+        self.form.set_parameters(parameters)
+
+    def note_base(self, name: str) -> None:
+        """The values that show are those of this preset from now on, as it has just got them or its name."""
+        self._bases[self.for_chosen] = name
+
+    def _choose_preset(self, name: str) -> None:
+        self.note_base(name)
+        self.preset_chosen.emit(self.presets.parameters(name))

@@ -1,0 +1,413 @@
+"""The list of frames: what is shown of it, going through it, and what is done to its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QPoint, QSettings, QTimer, QUrl
+from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
+from PySide6.QtWidgets import QFileDialog, QMenu
+
+from ilf.project.project import Stage
+from ilf.project.thumbnail import thumbnail_part
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.listing import Listing
+
+from ...base import theme
+from ...base.commands import Command
+from ...project.store import WorkStore
+from ...state.entries import Entry
+from ...state.session import Session
+from ...state.workspace import Workspace
+from ...widgets.basics import last_folder
+from ..context import Desk, Part
+from ..documents.frame_files import RECORDING_FILES
+from .model import counts
+from .panel import FramesPanel
+
+# The commands of the frame list.
+
+COMMANDS = (
+    Command(
+        "open_folder",
+        "Open &folder of frames…",
+        "ph.folders",
+        "Ctrl+Shift+F",
+        "List the frames of a folder or sequence, and open the first; the others are read when you come to them",
+    ),
+    Command(
+        "open_recording",
+        "Open reco&rding…",
+        "ph.film-strip",
+        "",
+        "List the frames of a recording: a bag of ROS, a recording of a camera; a bag of ROS 2 is a folder of frames",
+    ),
+    Command("next_frame", "&Next frame", "ph.caret-down", "Ctrl+PgDown", "Show the next frame of the list, as shown"),
+    Command(
+        "previous_frame", "&Previous frame", "ph.caret-up", "Ctrl+PgUp", "Show the frame before in the list, as shown"
+    ),
+    Command(
+        "next_untouched",
+        "Next &untouched frame",
+        "ph.caret-double-down",
+        "Ctrl+Shift+PgDown",
+        "Show the next frame that has not been opened yet",
+    ),
+    Command("note_frame", "N&ote on the frame", "ph.note-pencil", "", "Write down what you want to remember of it"),
+)
+
+
+# How many frames stay open: those left longest ago are put away when their state is stored.
+
+MOST_OPEN = 8
+_KEY = "frames/most_open"
+
+Then = Callable[[Exception | None], None]
+
+
+class OpenFrames(QObject):
+    """Puts frames away, so that a long list can be worked through. They come back as they were, without their history.
+
+    A frame is put away only if its state is stored as it is, or if nothing has been done to it; never while it is
+    looked at, or runs.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    is_busy : callable
+        Whether anything is under way on a session.
+    is_left : callable
+        Whether a session was left before it even had blocks, so that there is nothing to store.
+    is_stored : callable
+        Whether a state of the frame of an id is stored.
+    settle : callable
+        Stores all that has changed, and then calls what it is given: with None if that has been done.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        is_busy: Callable[[Session], bool],
+        is_left: Callable[[Session], bool],
+        is_stored: Callable[[str], bool],
+        settle: Callable[[Then], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.most = max(int(str(QSettings().value(_KEY, MOST_OPEN, int))), 0) or MOST_OPEN
+        self._workspace = workspace
+        self._is_busy = is_busy
+        self._is_left = is_left
+        self._is_stored = is_stored
+        self._settle = settle
+        self._looked_at: list[Session] = []
+        """The one that is looked at now comes last."""
+        workspace.session_changed.connect(self._look)
+        workspace.touched.connect(self._tidy_behind)
+        workspace.sessions_changed.connect(self._forget_closed)
+
+    def _forget_closed(self) -> None:
+        self._looked_at = [session for session in self._looked_at if session in self._workspace.sessions]
+
+    def _look(self) -> None:
+        workspace = self._workspace
+        if workspace.has_session:
+            present = workspace.session
+            self._looked_at = [*(one for one in self._looked_at if one is not present), present]
+            self.tidy()
+
+    def _tidy_behind(self, session: Session) -> None:
+        """Work has been done on a frame that nobody has looked at, as where blocks are carried through a list."""
+        if session not in self._looked_at and len(self._workspace.sessions) > self.most:
+            self.tidy()
+
+    def tidy(self) -> None:
+        """Put away what is too much, as far as it may be."""
+        for session in self._too_many():
+            if self._is_left(session) and not session.unsaved and not session.counts():
+                self._workspace.put_away(session, stored=False)
+        going = [(session, session.stamp) for session in self._too_many()]
+        if going:
+            self._settle(lambda error: self._put_away(going) if error is None else None)
+
+    def _too_many(self) -> list[Session]:
+        """Frames beyond those that may stay open, the one left longest ago first."""
+        sessions = self._workspace.sessions
+        never = [session for session in sessions if session not in self._looked_at]
+        idle = [
+            session
+            for session in (*never, *self._looked_at)
+            if session in sessions and not self._workspace.is_present(session) and not self._is_busy(session)
+        ]
+        return idle[: max(len(sessions) - self.most, 0)]
+
+    def _put_away(self, going: Sequence[tuple[Session, tuple[int, ...]]]) -> None:
+        """These frames are stored as they were; those that have not changed since can go."""
+        still = self._too_many()
+        for session, stamp in going:
+            if session in still and session.stamp == stamp and self._is_stored(session.id):
+                self._workspace.put_away(session)
+
+
+_FOLDER_KEY = "open/frames"
+_SOON_MS = 120
+"""What the list says as a whole may wait for this long."""
+
+
+class FramesPart(Part):
+    """Brings the frames to their panel, and what is chosen there to the workspace."""
+
+    def __init__(self, desk: Desk, panel: FramesPanel) -> None:
+        super().__init__(desk)
+        self.panel = panel
+        store, loader = desk.store, desk.loader
+        loader.stored = store
+        panel.thumbnails.stored = partial(_stored_picture, store)
+        self.open_frames = OpenFrames(
+            desk.workspace,
+            self._is_busy,
+            loader.is_waiting,
+            store.has,
+            desk.recorder.settle,
+            self,
+        )
+        self._wanted: Entry | None = None
+        """The frame that is being opened; the next one is that after it."""
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self.show)
+        desk.actions.add(COMMANDS)
+        self._connect_commands()
+        self._connect_list()
+        self._follow()
+        self.show()
+        self._allow()
+
+    def _connect_commands(self) -> None:
+        actions = self.desk.actions
+        handlers: dict[str, Callable[[], object]] = {
+            "open_folder": self.ask_folder,
+            "open_recording": self.ask_recording,
+            "next_frame": lambda: self.turn(1),
+            "previous_frame": lambda: self.turn(-1),
+            "next_untouched": self.next_untouched,
+            "note_frame": self.write_note,
+        }
+        for name, handler in handlers.items():
+            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+
+    def _connect_list(self) -> None:
+        panel, desk = self.panel, self.desk
+        panel.sieve_changed.connect(self.show)
+        panel.noted.connect(desk.workspace.set_note)
+        panel.view.opened.connect(self.open)
+        panel.view.note_wished.connect(panel.write_note)
+        panel.view.removal_wished.connect(self.remove)
+        panel.view.customContextMenuRequested.connect(self._show_menu)
+        desk.loader.listed.connect(self._tell_listed)
+
+    def _follow(self) -> None:
+        """What changes the list, or what it says of a frame."""
+        workspace, desk = self.desk.workspace, self.desk
+        entries = workspace.entries
+        for signal in (entries.added, entries.removed):
+            signal.connect(lambda *_: self._note_listed())
+        entries.changed.connect(self._note_changed)
+        workspace.touched.connect(self._note_touched)
+        desk.refresh.add(
+            "frames",
+            self._show_present,
+            (
+                workspace.session_changed,
+                workspace.sessions_changed,
+                workspace.labels_changed,
+                workspace.results_changed,
+            ),
+            (workspace.results_added,),
+        )
+
+    def _is_busy(self, session: Session) -> bool:
+        """Whether anything is under way on a frame."""
+        desk = self.desk
+        return (
+            session in desk.runs.running
+            or desk.loader.is_at(session)
+            or any(way.session is session for way in desk.under_way())
+        )
+
+    # what is shown
+
+    def show(self) -> None:
+        """All of the list: which frames there are, in which order, and how many of which state."""
+        self._soon.stop()
+        entries = self.desk.workspace.entries
+        present, model = self._present(), self.panel.model
+        self.panel.show_counts(counts(entries))
+        row = model.row_of(present)
+        model.set_entries(self.panel.sieve.shown(entries, present))
+        self._show_present()
+        if model.row_of(present) != row:
+            self.panel.bring_in_sight(present)
+
+    def _show_present(self) -> None:
+        """The frame that is shown, and what there is to say of it now."""
+        present = self._present()
+        if present is not None and self.panel.model.row_of(present) < 0:
+            self._soon.start()
+        if present is not self.panel.model.present:
+            self._wanted = None
+            self.panel.show_present(present)
+        elif present is not None:
+            self.panel.model.note_changed(present)
+
+    def _present(self) -> Entry | None:
+        workspace = self.desk.workspace
+        return workspace.entries.of(workspace.session.id) if workspace.has_session else None
+
+    def _note_listed(self) -> None:
+        self._soon.start()
+        self._allow()
+
+    def _note_touched(self, session: Session) -> None:
+        entry = self.desk.workspace.entries.of(session.id)
+        if entry is not None:
+            self._note_changed(entry)
+
+    def _note_changed(self, entry: Entry) -> None:
+        self.panel.model.note_changed(entry)
+        if not self._soon.isActive():
+            self._soon.start()
+
+    def _allow(self) -> None:
+        entries, actions = self.desk.workspace.entries, self.desk.actions
+        no_other = "" if len(entries) > 1 else "There is no other frame in the list: open more, or a folder of frames."
+        actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
+        actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
+
+    # going through it
+
+    def open(self, entry: Entry) -> None:
+        """Show a frame of the list."""
+        if entry is not self._present():
+            self._wanted = entry
+        self.desk.loader.open_entry(entry)
+
+    def turn(self, steps: int) -> None:
+        """Next or previous frame, as the list is shown; after the last comes the first."""
+        shown, row = self._shown()
+        if len(shown) > 1:
+            self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
+
+    def next_untouched(self) -> None:
+        """The next frame that nothing has been done to."""
+        shown, row = self._shown()
+        following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
+        entry = next(following, None)
+        if entry is None:
+            self.desk.notes.tell("All frames that are shown in the list have been opened.")
+        else:
+            self._go_to(entry)
+
+    def _shown(self) -> tuple[list[Entry], int]:
+        """The list as it is shown, and the row of the frame that is looked at, or about to be; -1 if it is in none."""
+        if self._soon.isActive():
+            self.show()
+        return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
+
+    def _go_to(self, entry: Entry) -> None:
+        self.panel.view.setCurrentIndex(self.panel.model.index_of(entry))
+        self.open(entry)
+
+    # what is done to its frames
+
+    def ask_folder(self) -> None:
+        """Open a folder of frames that the user chooses."""
+        chosen = QFileDialog.getExistingDirectory(self.desk.window, "Open folder of frames", last_folder(_FOLDER_KEY))
+        if chosen:
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
+
+    def ask_recording(self) -> None:
+        """Open a recording that the user chooses."""
+        chosen, _ = QFileDialog.getOpenFileName(
+            self.desk.window, "Open recording", last_folder(_FOLDER_KEY), RECORDING_FILES
+        )
+        if chosen:
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
+
+    def write_note(self) -> None:
+        """Let the user write the note on the chosen frame."""
+        index = self.panel.view.currentIndex()
+        entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
+        if entry is not None:
+            self.desk.panels.reveal("Frames")
+            self.panel.write_note(entry)
+
+    def remove(self, entries: Sequence[Entry]) -> None:
+        """Take frames out of the list, and close those that are open."""
+        row = self.panel.model.row_of(entries[0])
+
+        def go_on() -> None:
+            self.show()
+            shown = self.panel.model.entries
+            if shown and not self.desk.workspace.has_session:
+                self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        self.desk.documents.remove_entries(entries, go_on)
+
+    def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
+        count = len(listing.sources)
+        self.desk.panels.offer("Frames")
+        said = f"{how.name}: {count} frame{'s' * (count != 1)}."
+        self.desk.notes.tell(" ".join((said, *listing.notes)))
+
+    def _show_menu(self, at: QPoint) -> None:
+        chosen = self.panel.view.chosen()
+        if not chosen:
+            return
+        menu = QMenu(self.panel)
+        for icon, text, do in self._deeds(chosen):
+            action = QAction(theme.icon(icon, menu.palette()), text, menu)
+            action.triggered.connect(lambda _=False, do=do: do())
+            menu.addAction(action)
+        menu.aboutToHide.connect(menu.deleteLater)
+        menu.popup(self.panel.view.viewport().mapToGlobal(at))
+
+    def _deeds(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
+        """What can be done to the chosen frames: icon, text, and what does it."""
+        first, several = chosen[0], len(chosen) > 1
+        paths = "\n".join(entry.key for entry in chosen)
+        removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
+        of_one: list[tuple[str, str, Callable[[], object]]] = [
+            ("ph.image", "&Open", lambda: self.open(first)),
+            ("ph.note-pencil", "&Note…", lambda: self.panel.write_note(first)),
+            ("ph.folder-open", "Show in &file manager", lambda: _show_files(first)),
+        ]
+        return [
+            *([] if several else of_one),
+            ("ph.copy", "&Copy paths" if several else "&Copy path", lambda: QGuiApplication.clipboard().setText(paths)),
+            ("ph.x", removal, lambda: self.remove(chosen)),
+        ]
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread of it is left."""
+        self._soon.stop()
+        return self.panel.shutdown()
+
+
+def _stored_picture(store: WorkStore, id: str) -> bytes | None:
+    """The small picture that is stored of a frame."""
+    name = thumbnail_part(id)
+    return store.part(name) if store.has_part(name) else None
+
+
+def _is_untouched(entry: Entry) -> bool:
+    return entry.session is None and entry.summary.stage is Stage.UNTOUCHED
+
+
+def _show_files(entry: Entry) -> None:
+    source = entry.source
+    place = Path(entry.key if source is None or source.frame is None else source.rgb)
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(place if place.is_dir() else place.parent)))

@@ -1,0 +1,263 @@
+"""The frames that are shown of the list, row by row."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtGui import QPixmap
+
+from ilf.project.project import FrameSummary, Stage
+from ilf.sources.pairing import natural
+
+from ...state.entries import Entry
+from ...widgets.basics import as_it_is
+
+# What the list says of a frame.
+
+STAGE_WORDS: dict[str, str] = {
+    Stage.UNTOUCHED: "Untouched",
+    Stage.EXTRACTED: "Extracted",
+    Stage.CARRIED: "Carried",
+    Stage.EDITED: "Edited",
+    Stage.RUN: "Run",
+    Stage.FAILED: "Failed",
+}
+
+
+def state_line(entry: Entry) -> str:
+    """How the work on it stands, in a line."""
+    summary = entry.summary
+    parts = [STAGE_WORDS[summary.stage]]
+    if summary.completed:
+        parts.append(f"{summary.completed} of {_blocks(summary.blocks)}")
+    elif summary.blocks:
+        parts.append(_blocks(summary.blocks))
+    parts += [f"{summary.to_check} to check"] * bool(summary.to_check)
+    return ", ".join(parts)
+
+
+def size_line(summary: FrameSummary) -> str:
+    """How large it is, how much is missing, and whether it has values of its own where others have those of all; "" as
+    long as nobody has read it."""
+    size = "" if summary.shape is None else f"{summary.shape[1]} x {summary.shape[0]}"
+    missing = "" if summary.missing is None else f"{summary.missing:.1%} missing"
+    own = "own values" if summary.own_parameters else ""
+    return ", ".join(filter(None, (size, missing, own)))
+
+
+def last_line(entry: Entry) -> str:
+    """What there is room for in its row: the user's note, or why it cannot be opened, or how large it is."""
+    summary = entry.summary
+    problem = summary.problem.replace(entry.key, "").lstrip(" :/\\")
+    return summary.note.partition("\n")[0] or problem or size_line(summary)
+
+
+def whole_text(entry: Entry) -> str:
+    """All that there is to say of it, a line each."""
+    summary = entry.summary
+    lines = (
+        entry.name,
+        state_line(entry),
+        summary.problem,
+        size_line(summary),
+        f"Note: {summary.note}" if summary.note else "",
+        "Has work that is not saved" if entry.unsaved else "",
+        entry.key,
+    )
+    return "\n".join(filter(None, lines))
+
+
+def _blocks(count: int) -> str:
+    return f"{count} block{'s' * (count != 1)}"
+
+
+Index = QModelIndex | QPersistentModelIndex
+
+ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
+_MOST_STEPS = 40
+"""Stretches of rows that come or go one by one; beyond, the whole list is taken anew."""
+
+
+class FrameListModel(QAbstractListModel):
+    """Entries in the order in which they are shown.
+
+    Parameters
+    ----------
+    picture_of : callable
+        Gives an entry's thumbnail, None as long as there is none.
+    """
+
+    def __init__(self, picture_of: Callable[[Entry], QPixmap | None], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._picture_of = picture_of
+        self.entries: list[Entry] = []
+        self._rows: dict[str, int] = {}
+        self._present: Entry | None = None
+
+    @property
+    def present(self) -> Entry | None:
+        """The frame that is shown."""
+        return self._present
+
+    def set_present(self, entry: Entry | None) -> None:
+        """Mark another frame as the one that is shown."""
+        former, self._present = self._present, entry
+        for one in (former, entry):
+            if one is not None:
+                self.note_changed(one)
+
+    def row_of(self, entry: Entry | None) -> int:
+        """Where an entry stands; -1 if it is not shown."""
+        return -1 if entry is None else self._rows.get(entry.id, -1)
+
+    def index_of(self, entry: Entry | None) -> QModelIndex:
+        """The same, as views want it."""
+        row = self.row_of(entry)
+        return self.index(row, 0) if row >= 0 else QModelIndex()
+
+    def note_changed(self, entry: Entry) -> None:
+        """There is something else to say of an entry."""
+        index = self.index_of(entry)
+        if index.isValid():
+            self.dataChanged.emit(index, index)
+
+    def set_entries(self, entries: Sequence[Entry]) -> None:
+        """Show these. Rows that stay are the same ones as before, unless too much has changed."""
+        wanted = list(entries)
+        if wanted == self.entries:
+            return
+        ids = {entry.id for entry in wanted}
+        going = _stretches([row for row, entry in enumerate(self.entries) if entry.id not in ids])
+        coming = _stretches([row for row, entry in enumerate(wanted) if entry.id not in self._rows])
+        staying = [entry for entry in self.entries if entry.id in ids]
+        in_order = staying == [entry for entry in wanted if entry.id in self._rows]
+        if not in_order or len(going) + len(coming) > _MOST_STEPS or not self.entries:
+            self.beginResetModel()
+            self._take(wanted)
+            self.endResetModel()
+            return
+        for first, last in reversed(going):
+            self.beginRemoveRows(QModelIndex(), first, last)
+            self._take(self.entries[:first] + self.entries[last + 1 :])
+            self.endRemoveRows()
+        for first, last in coming:
+            self.beginInsertRows(QModelIndex(), first, last)
+            self._take(self.entries[:first] + wanted[first : last + 1] + self.entries[first:])
+            self.endInsertRows()
+
+    def _take(self, entries: list[Entry]) -> None:
+        self.entries = entries
+        self._rows = {entry.id: row for row, entry in enumerate(entries)}
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.entries)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        if not index.isValid():
+            return None
+        entry = self.entries[index.row()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return entry.name
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return as_it_is(whole_text(entry))
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            marks = [entry.note] * bool(entry.note) + ["unsaved"] * entry.unsaved
+            return ", ".join((entry.name, state_line(entry), *marks))
+        if role == Qt.ItemDataRole.DecorationRole:
+            return self._picture_of(entry)
+        if role == ENTRY:
+            return entry
+        return entry is self._present if role == PRESENT else None
+
+
+def _stretches(rows: Sequence[int]) -> list[tuple[int, int]]:
+    """Rows in rising order as first and last of those that follow each other."""
+    found: list[tuple[int, int]] = []
+    for row in rows:
+        if found and found[-1][1] == row - 1:
+            found[-1] = found[-1][0], row
+        else:
+            found.append((row, row))
+    return found
+
+
+# Which frames of the list are shown, and in which order. No widgets.
+
+STATES: dict[str, str] = {
+    "all": "All",
+    **STAGE_WORDS,
+    "note": "With a note",
+    "check": "To check",
+    "unsaved": "Unsaved",
+}
+"""What frames can be chosen by, in words."""
+
+ORDERS: dict[str, str] = {
+    "list": "In order of the list",
+    "name": "By name",
+    "state": "By state",
+    "missing": "Most missing first",
+}
+"""What they can be sorted by, in words."""
+
+_RANKS = {stage: rank for rank, stage in enumerate(Stage)}
+_natural = lru_cache(maxsize=20_000)(natural)
+
+_KEYS: dict[str, Callable[[Entry], object]] = {
+    "name": lambda entry: _natural(entry.name),
+    "state": lambda entry: _RANKS[entry.summary.stage],
+    "missing": lambda entry: -1.0 if (missing := entry.summary.missing) is None else -missing - 2,
+}
+
+
+@dataclass(frozen=True)
+class Sieve:
+    """What the user wants to see of the list.
+
+    Attributes
+    ----------
+    text : str
+        Words, all of which stand in name or note.
+    state : str
+        One of `STATES`.
+    order : str
+        One of `ORDERS`.
+    """
+
+    text: str = ""
+    state: str = "all"
+    order: str = "list"
+
+    def shown(self, entries: Iterable[Entry], always: Entry | None = None) -> list[Entry]:
+        """Entries that get through, in their order; one of them may always do so."""
+        words = self.text.casefold().split()
+        through = [
+            entry
+            for entry in entries
+            if entry is always
+            or ((self.state == "all" or self.state in states_of(entry)) and (not words or _has(entry, words)))
+        ]
+        key = _KEYS.get(self.order)
+        return through if key is None else sorted(through, key=key)  # type: ignore[arg-type]
+
+
+def states_of(entry: Entry) -> tuple[str, ...]:
+    """All of `STATES` that an entry is in."""
+    summary = entry.summary
+    found = ["all", str(summary.stage)]
+    found += ["note"] * bool(summary.note) + ["check"] * bool(summary.to_check) + ["unsaved"] * entry.unsaved
+    return tuple(found)
+
+
+def counts(entries: Iterable[Entry]) -> Counter[str]:
+    """How many entries are in which state."""
+    return Counter(state for entry in entries for state in states_of(entry))
+
+
+def _has(entry: Entry, words: list[str]) -> bool:
+    text = f"{entry.name} {entry.note}".casefold()
+    return all(word in text for word in words)

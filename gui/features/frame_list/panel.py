@@ -1,0 +1,357 @@
+"""The panel of all frames: what is shown of the list, the list, and the user's note on a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QEvent, QModelIndex, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QActionGroup, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QMenu,
+    QSizePolicy,
+    QTableView,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ...base import theme
+from ...state.entries import Entry
+from ...widgets.basics import paint_hint
+from .model import ENTRY, ORDERS, STATES, FrameListModel, Sieve
+from .row_painter import RowPainter, close_box, row_height
+from .thumbnails import Thumbnails
+
+# The rows of the frame list, to click and to walk through.
+
+
+class FrameView(QTableView):
+    """Clicks on a row's cross take the frame out and do nothing else.
+
+    A table of one column: unlike a list, it does not ask for every row whenever rows come or go.
+
+    Signals
+    -------
+    opened(object)
+        The entry that was clicked, or that Enter was pressed on.
+    note_wished(object)
+        The entry that is to have a note (F2).
+    removal_wished(list)
+        Entries that are to be taken out of the list.
+    """
+
+    opened = Signal(object)
+    note_wished = Signal(object)
+    removal_wished = Signal(list)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.hint = ""
+        """What an empty list says."""
+        self._closing = QModelIndex()
+        self.setAccessibleName("Frames")
+        self.setItemDelegate(RowPainter(self))
+        self.setMouseTracking(True)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
+        self.horizontalHeader().setStretchLastSection(True)
+        self.horizontalHeader().hide()
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.verticalHeader().hide()
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self._fit_rows()
+        # a click and Enter both mean it, and a style may report one click as both
+        self.clicked.connect(self._open)
+        self.activated.connect(self._open)
+
+    def chosen(self) -> list[Entry]:
+        """The entries of the chosen rows, from top to bottom."""
+        return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
+
+    def show_row(self, index: QModelIndex) -> None:
+        """Have a row in sight, also if rows have come or gone just now."""
+        self.executeDelayedItemsLayout()
+        self.updateGeometries()
+        self.scrollTo(index)
+
+    def _open(self, index: QModelIndex) -> None:
+        if len(self.selectedIndexes()) <= 1:  # more are chosen for something else
+            self.opened.emit(index.data(ENTRY))
+
+    def moveCursor(self, action: QAbstractItemView.CursorAction, keys: Qt.KeyboardModifier) -> QModelIndex:
+        """Home and End are the ends of the list, not of a row."""
+        ends = {
+            QAbstractItemView.CursorAction.MoveHome: 0,
+            QAbstractItemView.CursorAction.MoveEnd: self.model().rowCount() - 1,
+        }
+        return self.model().index(ends[action], 0) if action in ends else super().moveCursor(action, keys)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Rows are as high as their text."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._fit_rows()
+
+    def _fit_rows(self) -> None:
+        self.verticalHeader().setDefaultSectionSize(row_height(self.fontMetrics()))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Delete takes the chosen frames out, F2 asks for a note."""
+        plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
+        if event.key() == Qt.Key.Key_Delete and plain and self.chosen():
+            self.removal_wished.emit(self.chosen())
+        elif event.key() == Qt.Key.Key_F2 and plain and self.currentIndex().isValid():
+            self.note_wished.emit(self.currentIndex().data(ENTRY))
+        else:
+            super().keyPressEvent(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._closing = self._cross_at(event)
+        if not self._closing.isValid():
+            super().mousePressEvent(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        pressed, self._closing = self._closing, QModelIndex()
+        if not pressed.isValid():
+            super().mouseReleaseEvent(event)
+        elif self._cross_at(event) == pressed:
+            self.removal_wished.emit([pressed.data(ENTRY)])
+
+    def _cross_at(self, event: QMouseEvent) -> QModelIndex:
+        """The row whose cross is under the mouse at a left click."""
+        at = event.position().toPoint()
+        index = self.indexAt(at)
+        if not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
+            return QModelIndex()
+        return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            paint_hint(self, self.hint)
+
+
+_NOTHING_OPEN = "No frames open. Open one, or drop files or a folder of frames here."
+_ROOMY = 240
+"""Height of the panel [px] from which the line of the note is always there."""
+_NONE_SHOWN = "No frame of the list is like this. Press Esc in the line above to see all."
+
+
+class FramesPanel(QWidget):
+    """Shows the list and reports wishes; what is in it is told to it.
+
+    Signals
+    -------
+    sieve_changed()
+        Others are to be shown, or in another order.
+    noted(object, str)
+        An entry, and what the user says of it.
+    """
+
+    sieve_changed = Signal()
+    noted = Signal(object, str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.thumbnails = Thumbnails(self)
+        self.model = FrameListModel(self.thumbnails.of, self)
+        self._noting: Entry | None = None
+        """The frame that the line below is about."""
+        self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
+        self.text.setAccessibleName("Show frames with these words")
+        self.text.setToolTip("Show only frames whose name or note has all these words")
+        self.state = _choice(STATES, "Show frames by state", "Show only frames that the work has come so far on")
+        self.order = _OrderButton()
+        self.view = FrameView(self)
+        self.view.setModel(self.model)
+        self.view.hint = _NOTHING_OPEN
+        self.note = _NoteLine()
+        self.note.setAccessibleName("Note on the frame")
+        self.note.setToolTip("What you want to remember of this frame; it is saved with the project (F2 in the list)")
+        self._lay_out()
+        self.setFocusProxy(self.view)
+        self.thumbnails.arrived.connect(self.view.viewport().update)
+        self.text.textChanged.connect(lambda _: self.sieve_changed.emit())
+        self.state.currentIndexChanged.connect(lambda _: self.sieve_changed.emit())
+        self.order.changed.connect(self.sieve_changed)
+        self.note.editingFinished.connect(self._take_note)
+        self.note.returnPressed.connect(self.view.setFocus)
+        self.note.given_up.connect(self._give_up_note)
+        self.view.selectionModel().currentChanged.connect(lambda *_: self._turn_note())
+
+    def _lay_out(self) -> None:
+        self.sieve_row = QWidget()
+        row = QHBoxLayout(self.sieve_row)
+        row.setContentsMargins(6, 4, 6, 4)
+        row.setSpacing(6)
+        row.addWidget(self.text, 1)
+        row.addWidget(self.state, 1)
+        row.addWidget(self.order)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self.sieve_row)
+        layout.addWidget(self.view, 1)
+        layout.addWidget(self.note)
+
+    @property
+    def sieve(self) -> Sieve:
+        """What the user wants to see."""
+        return Sieve(self.text.text(), str(self.state.currentData()), self.order.order)
+
+    def show_all(self) -> None:
+        """Leave nothing out any more."""
+        with QSignalBlocker(self.text), QSignalBlocker(self.state):
+            self.text.clear()
+            self.state.setCurrentIndex(0)
+        self.sieve_changed.emit()
+
+    def show_counts(self, counts: Mapping[str, int]) -> None:
+        """How many frames there are of each state."""
+        for row, (state, text) in enumerate(STATES.items()):
+            self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
+        several = counts.get("all", 0) > 1
+        self.sieve_row.setVisible(several)
+        self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
+
+    def show_present(self, entry: Entry | None) -> None:
+        """Mark the frame that is shown, and have it in sight."""
+        self.model.set_present(entry)
+        index = self.model.index_of(entry)
+        if index.isValid():
+            self.view.setCurrentIndex(index)
+            self.view.show_row(index)
+        self._turn_note()
+
+    def bring_in_sight(self, entry: Entry | None) -> None:
+        """Have the frame that is shown in sight again: it stands elsewhere in the list now."""
+        index = self.model.index_of(entry)
+        if index.isValid():
+            if not self.view.currentIndex().isValid():
+                self.view.setCurrentIndex(index)
+            self.view.show_row(index)
+
+    def show_note(self) -> None:
+        """The note on the frame, as it is now; not while it is being written."""
+        entry = self._noting
+        self._fit_note()
+        self.note.setPlaceholderText("" if entry is None else f"Note on {entry.name}")
+        if not self.note.isModified() or not self.note.hasFocus():
+            self.note.setText("" if entry is None else entry.note)
+
+    def write_note(self, entry: Entry) -> None:
+        """Let the user write the note on a frame."""
+        self.view.setCurrentIndex(self.model.index_of(entry))
+        self._turn_note()
+        self.note.show()
+        self.note.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.note.selectAll()
+
+    def _turn_note(self) -> None:
+        row = self.view.currentIndex().row()
+        entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
+        if entry is not self._noting:
+            self._take_note()
+            self._noting = entry
+        self.show_note()
+
+    def _fit_note(self) -> None:
+        """The line of the note takes room where there is some, or where it says something."""
+        entry, writing = self._noting, self.note.hasFocus()
+        self.note.setVisible(entry is not None and (writing or bool(entry.note) or self.height() > _ROOMY))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_note()
+
+    def _take_note(self) -> None:
+        entry, text = self._noting, self.note.text().strip()
+        if entry is not None and self.note.isModified():
+            self.note.setModified(False)
+            self.noted.emit(entry, text)
+
+    def _give_up_note(self) -> None:
+        """The note stays as it was before it was written."""
+        self.note.setModified(False)
+        self.view.setFocus()
+        self.show_note()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        self._take_note()
+        return self.thumbnails.shutdown()
+
+
+class _NoteLine(QLineEdit):
+    """A line that Escape gives up, and nothing else in the window."""
+
+    given_up = Signal()
+
+    def event(self, event: QEvent) -> bool:
+        """Escape is for this line."""
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
+            event.accept()
+            if event.type() == QEvent.Type.KeyPress:
+                self.given_up.emit()
+            return True
+        return super().event(event)
+
+
+class _OrderButton(QToolButton):
+    """Chooses the order of the list; marked where it is not the list's own."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.order = next(iter(ORDERS))
+        self.setAccessibleName("Sort frames")
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.setAutoRaise(True)
+        menu = QMenu(self)
+        group = QActionGroup(menu)
+        for order, text in ORDERS.items():
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.setChecked(order == self.order)
+            action.triggered.connect(lambda _=False, order=order: self.choose(order))
+            group.addAction(action)
+        self.setMenu(menu)
+        self._look()
+
+    def choose(self, order: str) -> None:
+        """Sort by another of `ORDERS`."""
+        self.order = order
+        self._look()
+        self.changed.emit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Icons have the theme's colours."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._look()
+
+    def _look(self) -> None:
+        own = self.order == next(iter(ORDERS))
+        self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
+        self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow the order of the list")
+
+
+def _choice(texts: Mapping[str, str], name: str, hint: str) -> QComboBox:
+    box = QComboBox()
+    for value, text in texts.items():
+        box.addItem(text, value)
+    box.setAccessibleName(name)
+    box.setToolTip(hint)
+    box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+    return box

@@ -1,0 +1,184 @@
+"""Small pictures of frames, made in the background when somebody looks at them."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QImage, QPixmap
+
+from ilf._runtime.files import read_file
+from ilf.errors import FormatError, IlfError
+from ilf.io.images import check_checksums, check_pixel_count, image_header, quietly
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import frame_folder
+from ilf.sources.opening import opened
+
+from ...state.entries import Entry
+from ...views.pixel_items import rgb_image
+from ...work.jobs import Worker
+
+# A frame's colour image, small, and read as fast as it can be.
+
+THUMBNAIL_WIDTH = 160
+_REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
+
+
+def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
+    """The colour image of a frame that is not read otherwise: decoded small, to look at.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, width, 3)
+        Red first.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it cannot be decoded.
+    """
+    if source.frame is not None:
+        with opened(source.rgb) as recording:
+            return thumbnail_of(recording.colour(source.frame), width)
+    path = frame_folder(source.rgb).rgb if source.depth is None else Path(source.rgb)
+    data = read_file(path).data
+    content = data.tobytes()
+    header = image_header(path, content)
+    check_pixel_count(path, header.width, header.height)
+    if header.kind == "PNG":  # whose decoder takes as much memory as a damaged length asks for
+        check_checksums(path, content)
+    flag = next((flag for factor, flag in _REDUCED if header.width >= factor * width), cv2.IMREAD_COLOR)
+    image = quietly(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
+    if image is None:
+        raise FormatError(f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind.")
+    return thumbnail_of(np.asarray(image)[..., ::-1], width)
+
+
+def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
+    """A colour image, uint8 (H, W, 3), made `width` pixels wide.
+
+    Examples
+    --------
+    >>> thumbnail_of(np.zeros((480, 640, 3), np.uint8)).shape
+    (120, 160, 3)
+    """
+    height = max(round(width * rgb.shape[0] / rgb.shape[1]), 1)
+    small = cv2.resize(np.ascontiguousarray(rgb), (width, height), interpolation=cv2.INTER_AREA)
+    return small.astype(np.uint8, copy=False)
+
+
+MOST_KEPT = 600
+"""Pictures in memory: about 45 MB."""
+
+_MOST_WAITING = 60
+"""Of what is waited for, just the latest: the rest has been scrolled out of sight."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Wish:
+    """A picture to be made: of an open frame's colour, or of its files."""
+
+    id: str
+    rgb: NDArray[np.uint8] | None
+    source: FrameSource | None
+
+
+class Thumbnails(QObject):
+    """Pictures by entry.
+
+    Attributes
+    ----------
+    stored : callable or None
+        Gives the picture that is stored of the frame of an id, as the bytes of a JPEG; None if there is none. Called
+        off the GUI's thread.
+
+    Signals
+    -------
+    arrived()
+        More pictures are there.
+    """
+
+    arrived = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.stored: Callable[[str], bytes | None] | None = None
+        self._made: OrderedDict[str, QPixmap] = OrderedDict()
+        self._wishes: OrderedDict[str, _Wish] = OrderedDict()
+        self._asked: set[str] = set()
+        """Of what is waited for, and of what is being made."""
+        self._worker = Worker(self)
+        self._worker.progressed.connect(self._take)
+        self._worker.finished.connect(lambda _: self._start())
+        self._worker.failed.connect(lambda _: self._start())
+
+    @property
+    def busy(self) -> bool:
+        """Whether pictures are to come."""
+        return self._worker.busy or bool(self._wishes)
+
+    def of(self, entry: Entry) -> QPixmap | None:
+        """The picture of an entry; None if it is yet to be made, and an empty one if it cannot be."""
+        picture = self._made.get(entry.id)
+        if picture is not None:
+            self._made.move_to_end(entry.id)
+        elif entry.id not in self._asked:
+            self._asked.add(entry.id)
+            rgb = None if entry.session is None else entry.session.frame.rgb
+            self._wishes[entry.id] = _Wish(entry.id, rgb, entry.source)
+            if len(self._wishes) > _MOST_WAITING:
+                self._asked.discard(self._wishes.popitem(last=False)[0])
+            self._start()
+        return picture
+
+    def forget(self, id: str) -> None:
+        """This frame's picture is to be made anew."""
+        self._made.pop(id, None)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        self._wishes.clear()
+        return self._worker.shutdown()
+
+    def _start(self) -> None:
+        if self._wishes and not self._worker.busy:
+            self._worker.start(self._make)
+
+    def _make(self) -> Generator[tuple[str, QImage], None, None]:
+        """The latest wish first: that is where the user looks."""
+        while True:
+            try:
+                _, wish = self._wishes.popitem()
+            except KeyError:
+                return
+            yield wish.id, self._picture(wish)
+
+    def _picture(self, wish: _Wish) -> QImage:
+        try:
+            if wish.rgb is not None:
+                return rgb_image(thumbnail_of(wish.rgb))
+            stored = self.stored(wish.id) if self.stored is not None else None
+            if stored is not None:
+                decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR)
+                if decoded is not None:
+                    return rgb_image(thumbnail_of(decoded[..., ::-1]))
+            return QImage() if wish.source is None else rgb_image(read_thumbnail(wish.source))
+        except (IlfError, OSError, cv2.error):
+            return QImage()
+
+    def _take(self, batch: list[tuple[str, QImage]]) -> None:
+        for id, image in batch:
+            self._asked.discard(id)
+            self._made[id] = QPixmap.fromImage(image)
+        while len(self._made) > MOST_KEPT:
+            self._made.popitem(last=False)
+        self.arrived.emit()

@@ -1,0 +1,181 @@
+"""The guide of a frame: loaded by a dialog, removed, and said what it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+from weakref import WeakSet
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
+
+from ilf.completion.edge_aware.fitted_guide import FittedGuide, fit_guide
+from ilf.data.frame import RGBDFrame
+from ilf.errors import IlfError
+from ilf.io.companions import load_guide
+
+from ..base.commands import Command
+from ..state.session import Session
+from ..widgets.basics import PlainLabel, last_folder
+from ..work.latest_question import LatestQuestion
+from .context import Desk, Part
+from .documents.file_dialogs import ReadingDialog
+from .documents.frame_files import GUIDE_FILES
+
+# Commands on the guide.
+
+COMMANDS = (
+    Command(
+        "load_guide",
+        "Load &guide…",
+        "ph.compass",
+        "",
+        "Follow depth or inverse depth of the frame from elsewhere, as far as the known depth bears it out",
+    ),
+    Command("remove_guide", "Remove guide", "ph.x-circle", "", "Complete the frame without a guide"),
+)
+
+
+# The dialog that loads a guide: which file, and what the known depth makes of it.
+
+_FOLDER_KEY = "guide/folder"
+_NOTHING_CHOSEN = (
+    "Choose depth or inverse depth of this frame, in any unit: from a network that guesses depth from colour, or "
+    "another sensor. Zero and NaN say nothing."
+)
+
+
+class GuideSource(NamedTuple):
+    """A file with a guide of a frame."""
+
+    frame: RGBDFrame
+    path: str
+
+
+class Guided(NamedTuple):
+    """The frame with its guide, and that in metres."""
+
+    frame: RGBDFrame
+    fitted: FittedGuide
+
+
+def guided(source: GuideSource) -> Guided:
+    """Read the file, and fit it to the known depth; called off the GUI's thread."""
+    frame = source.frame.with_guide(load_guide(source.path, source.frame.shape))
+    fitted = fit_guide(frame)
+    assert fitted is not None
+    return Guided(frame, fitted)
+
+
+class GuideDialog(ReadingDialog[GuideSource, Guided]):
+    """Choose a guide, and see what it is before it is taken.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    questions : LatestQuestion
+        Which reads a `GuideSource`.
+    """
+
+    def __init__(
+        self, frame: RGBDFrame, questions: LatestQuestion[GuideSource, Guided], parent: QWidget | None = None
+    ) -> None:
+        placeholder = "Depth or inverse depth: PNG, TIFF, PGM, NPY or NPZ"
+        title = f"Load Guide for {frame.name}"
+        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Guide, fitted", _FOLDER_KEY, questions, parent)
+        self._frame = frame
+        self.path.setToolTip("The file with the guide")
+        self.load_button.setToolTip("Follow this guide in the runs to come")
+        self.file_button.setToolTip("Choose the file with the guide")
+        label = PlainLabel("&Guide")
+        label.setBuddy(self.path)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(label)
+        row.addWidget(self.path, 1)
+        row.addWidget(self.file_button)
+        self.setMinimumWidth(600)
+        self.ask(row)
+
+    def source(self, path: str) -> GuideSource:
+        return GuideSource(self._frame, str(Path(path).expanduser().absolute()))
+
+    def show_found(self, found: Guided) -> None:
+        self.preview.show_depth(found.fitted.depth)
+        self.message.say(described(found.fitted), "good" if found.fitted.belief else "warning")
+
+    def browse(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
+        self.choose(path)
+
+
+def described(fitted: FittedGuide) -> str:
+    """How much a guide says, and how far it is believed."""
+    said = f"It says something of {(fitted.confidence > 0).mean():.0%} of the pixels"
+    return f"{said}, and is {fitted.in_words()}."
+
+
+class GuidePart(Part):
+    """The commands on the guide."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        actions, workspace = desk.actions, desk.workspace
+        actions.add(COMMANDS)
+        self._reader = LatestQuestion[GuideSource, Guided](guided, self)
+        actions["load_guide"].triggered.connect(lambda _=False: self.ask())
+        actions["remove_guide"].triggered.connect(lambda _=False: self.remove())
+        for changed in (workspace.session_changed, workspace.guide_changed):
+            changed.connect(self._allow)
+        self._told: WeakSet[Session] = WeakSet()
+        """Frames that it has been said of that they came with a guide, or that have been given one."""
+        self._allow()
+
+    def ask(self) -> None:
+        """Load a guide of the present frame, by the dialog."""
+        session = self.desk.workspace.session
+        dialog = GuideDialog(session.frame, self._reader, self.desk.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self._take(session, dialog.found()))
+        dialog.open()
+
+    def load(self, path: str) -> bool:
+        """Take the guide of the present frame from a file; False, with a message, if it cannot be."""
+        session = self.desk.workspace.session
+        try:
+            found = guided(GuideSource(session.frame, path))
+        except IlfError as error:
+            self.desk.notes.report("Load guide", error)
+            return False
+        self._take(session, found)
+        return True
+
+    def remove(self) -> None:
+        """Complete the present frame without a guide."""
+        self.desk.workspace.set_guide(None, "Remove guide")
+        self.desk.notes.tell("The guide is removed.")
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread of it is left."""
+        return self._reader.shutdown()
+
+    def _take(self, session: Session, found: Guided) -> None:
+        workspace, guide = self.desk.workspace, found.frame.guide
+        if session not in workspace.sessions or guide is None:
+            return
+        workspace.show_session(session)  # another may have been opened meanwhile
+        self._told.add(session)
+        workspace.set_guide(guide, "Load guide")
+        name = "" if guide.path is None else f" {Path(guide.path).name}"
+        self.desk.notes.tell(f"Guide{name}: {described(found.fitted)}")
+
+    def _allow(self) -> None:
+        workspace = self.desk.workspace
+        no_frame = "" if workspace.has_session else "Open a frame first."
+        has_guide = workspace.has_session and workspace.session.frame.guide is not None
+        if has_guide and workspace.session not in self._told:
+            self._told.add(workspace.session)
+            name = workspace.session.name
+            self.desk.notes.tell(f"{name} has a guide, which runs follow. To go without: File > Remove guide.")
+        self.desk.actions.allow(no_frame, "load_guide")
+        self.desk.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")

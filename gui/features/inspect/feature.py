@@ -1,0 +1,316 @@
+"""Looking closely: the depth along a line, a surface in numbers, distances and angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from ilf.data.blocks import Box
+
+from ...base.commands import Command
+from ...state.inspection import Line
+from ...state.session import Point
+from ...views.linked_views import LinkedViews
+from ...views.scene_items import ViewItem
+from ..context import Desk, Part
+from .measure_panel import MeasurePanel
+from .measuring import MeasurePresenter
+from .profile_panel import ProfilePanel, ProfilePresenter
+
+# Commands on what is looked at closely.
+
+COMMANDS = (
+    Command("remove_marks", "Remo&ve line and rectangle", "ph.x", "", "Remove the profile line and the rectangle"),
+    Command("save_profile", "Save profile as &table…", "ph.table", "", "Write the depth along the profile line as CSV"),
+    Command("save_profile_picture", "Save profile as p&icture…", "ph.image", "", "Write the plot as PNG or SVG"),
+    Command("copy_statistics", "Copy &statistics", "ph.copy", "", "Copy the statistics as a table for other programs"),
+    Command(
+        "copy_measurements", "&Copy measurements", "ph.copy", "", "Copy the measurements as a table for other programs"
+    ),
+    Command("save_measurements", "Save m&easurements…", "ph.floppy-disk", "", "Write the measurements as CSV"),
+    Command(
+        "delete_measurements",
+        "&Delete measurements",
+        "ph.trash",
+        "",
+        "Delete the measurements that are chosen in the list, or all if none is",
+    ),
+    Command("restore_measurements", "Take back", "", "", "Have the measurements again that were deleted last"),
+)
+
+
+# Profile line, rectangle and measurements over the pictures.
+
+_HEIGHT = 5.8
+"""Over the blocks' lines and names, below a tool's preview."""
+_LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
+_HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
+_END, _PLACE, _DOT, _PAD = 4.0, 4.5, 3.5, 3.0
+_BESIDE = 22.0
+"""How far from its place the middle of a text is [px]."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is marked, in image coordinates.
+
+    Attributes
+    ----------
+    line : pair of points, optional
+        The profile line, from A to B.
+    place : (float, float), optional
+        A place on it.
+    region : (slice, slice), optional
+        Rows and columns of the rectangle.
+    chains : sequence of sequence of (float, float)
+        The points that are measured between, straight from one to the next.
+    lengths : sequence of ((float, float), str)
+        What is written on places.
+    angles : sequence of ((float, float), (float, float), str)
+        What is written beside places, on the far side of others.
+    """
+
+    line: Line | None = None
+    place: Point | None = None
+    region: Box | None = None
+    chains: Sequence[Sequence[Point]] = ()
+    lengths: Sequence[tuple[Point, str]] = ()
+    angles: Sequence[tuple[Point, Point, str]] = ()
+
+    def extent(self) -> QRectF | None:
+        """What all of the places lie in; None if nothing is marked."""
+        points: list[Point] = [*(self.line or ()), *([self.place] if self.place else [])]
+        points += [point for chain in self.chains for point in chain]
+        points += [place for place, _ in self.lengths]
+        points += [place for place, _, _ in self.angles]
+        if self.region is not None:
+            rows, columns = self.region
+            points += [(columns.start, rows.start), (columns.stop, rows.stop)]
+        return QPolygonF([QPointF(*point) for point in points]).boundingRect() if points else None
+
+
+class _MarksItem(ViewItem):
+    """Draws marks with lines, ends and texts of one size on the screen at every zoom."""
+
+    def __init__(self) -> None:
+        super().__init__(_HEIGHT)
+        self._marks = Marks()
+        self._font = QFont()
+        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
+
+    def set_marks(self, marks: Marks) -> None:
+        """Draw other marks."""
+        self._marks = marks
+        metrics = QFontMetricsF(self._font)
+        texts = [*(text for _, text in marks.lengths), *(text for _, _, text in marks.angles)]
+        widest = max((metrics.horizontalAdvance(text) for text in texts), default=metrics.height())
+        self.set_extent(marks.extent(), _BESIDE + widest / 2 + _PAD + metrics.height())
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        marks, to_screen = self._marks, painter.worldTransform()
+
+        def at(point: Point) -> QPointF:
+            return to_screen.map(QPointF(*point))
+
+        painter.save()
+        painter.resetTransform()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(self._font)
+        if marks.region is not None:
+            rows, columns = marks.region
+            self._draw_region(
+                painter, QRectF(at((columns.start, rows.start)), at((columns.stop, rows.stop))).normalized()
+            )
+        if marks.line is not None:
+            self._draw_line(painter, at(marks.line[0]), at(marks.line[1]))
+        if marks.place is not None:
+            _dot(painter, at(marks.place), _PLACE, _LINE)
+        for chain in marks.chains:
+            points = [at(point) for point in chain]
+            _stroke(painter, points, _MEASURE, 1.5)
+            for point in points:
+                _dot(painter, point, _DOT, _MEASURE)
+        for place, text in marks.lengths:
+            self._write(painter, at(place), text)
+        for place, other, text in marks.angles:
+            self._write(painter, at(place) + _away(at(other), at(place), _BESIDE), text)
+        painter.restore()
+
+    def _draw_line(self, painter: QPainter, start: QPointF, end: QPointF) -> None:
+        _stroke(painter, [start, end], _LINE, 1.5)
+        painter.setPen(QPen(_HALO, 1.5))
+        painter.setBrush(_LINE)
+        for place in (start, end):
+            painter.drawRect(QRectF(place.x() - _END, place.y() - _END, 2 * _END, 2 * _END))
+        self._write(painter, start + _away(end, start, 14), "A")
+        self._write(painter, end + _away(start, end, 14), "B")
+
+    def _draw_region(self, painter: QPainter, rect: QRectF) -> None:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(_HALO, 3))
+        painter.drawRect(rect)
+        painter.setPen(QPen(_REGION, 1.4, Qt.PenStyle.DashLine))
+        painter.drawRect(rect)
+        painter.setPen(QPen(_HALO, 1))
+        painter.setBrush(_REGION)
+        for corner in (rect.topLeft(), rect.topRight(), rect.bottomLeft(), rect.bottomRight()):
+            painter.drawRect(QRectF(corner.x() - 3, corner.y() - 3, 6, 6))
+
+    def _write(self, painter: QPainter, place: QPointF, text: str) -> None:
+        metrics = QFontMetricsF(self._font)
+        plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
+        plate.moveCenter(place)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(_PLATE)
+        painter.drawRoundedRect(plate, 3, 3)
+        painter.setPen(QColor("white"))
+        painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def _away(start: QPointF, end: QPointF, length: float) -> QPointF:
+    """So many pixels in the direction from one point to another."""
+    way = end - start
+    return way * (length / max(math.hypot(way.x(), way.y()), 1e-6))
+
+
+class InspectMarks:
+    """The same marks in every view."""
+
+    def __init__(self, views: LinkedViews) -> None:
+        self._views = views
+        self._items: dict[str, _MarksItem] = {}
+        self.marks = Marks()
+        for name, cell in views.cells.items():
+            self._items[name] = _MarksItem()
+            cell.view.add_overlay(self._items[name])
+
+    def show(self, marks: Marks) -> None:
+        """Draw these, and nothing else."""
+        if marks != self.marks:
+            self.marks = marks
+            for item in self._items.values():
+                item.set_marks(marks)
+
+
+def _stroke(painter: QPainter, points: list[QPointF], colour: QColor, width: float) -> None:
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for pen in (QPen(_HALO, width + 2), QPen(colour, width)):
+        painter.setPen(pen)
+        painter.drawPolyline(points)
+
+
+def _dot(painter: QPainter, place: QPointF, radius: float, colour: QColor) -> None:
+    painter.setPen(QPen(_HALO, 1.5))
+    painter.setBrush(colour)
+    painter.drawEllipse(place, radius, radius)
+
+
+class InspectPart(Part):
+    """Panels *Profile* and *Measure*, and what is drawn over the pictures with them."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        actions, workspace, editor = desk.actions, desk.workspace, desk.editor
+        actions.add(COMMANDS)
+        self.profile_panel = ProfilePanel(
+            [actions[name] for name in ("tool_profile", "save_profile", "save_profile_picture")]
+        )
+        self.measure_panel = MeasurePanel(
+            [actions[name] for name in ("tool_rectangle", "tool_measure")],
+            [actions["copy_statistics"]],
+            [actions[name] for name in ("copy_measurements", "save_measurements", "delete_measurements")],
+        )
+        self.inspection = editor.inspection
+        self.measurements = editor.inspection.measurements
+        self.profile = ProfilePresenter(desk, self.inspection, self.profile_panel)
+        self.measure = MeasurePresenter(desk, self.inspection, self.measure_panel)
+        desk.errors.watch(lambda: self.profile.is_seen and self.inspection.line is not None)
+        self._marks = InspectMarks(desk.views)
+        area = Qt.DockWidgetArea
+        desk.panels.add("Profile", self.profile_panel, area.BottomDockWidgetArea, "ph.chart-line-up", 1.8)
+        desk.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
+        self._connect_refresh()
+        for name, act in {
+            "remove_marks": self._remove_marks,
+            "save_profile": self.profile.save_table,
+            "save_profile_picture": self.profile.save_picture,
+            "copy_statistics": self.measure.copy_statistics,
+            "copy_measurements": self.measure.copy,
+            "save_measurements": self.measure.save,
+            "delete_measurements": self.measure.delete,
+            "restore_measurements": self.measure.restore,
+        }.items():
+            actions[name].triggered.connect(lambda _=False, act=act: act())
+        actions["tool_profile"].triggered.connect(lambda _=False: desk.panels.reveal("Profile"))
+        for page, tool in enumerate(("rectangle", "measure")):
+            actions[f"tool_{tool}"].triggered.connect(lambda _=False, page=page: self._reveal(page))
+        workspace.session_changed.connect(self._enable)
+        self.measure.failed.connect(lambda error: desk.notes.report("Statistics", error))
+        self._enable()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        return self.measure.shutdown()
+
+    def _connect_refresh(self) -> None:
+        workspace, add = self.desk.workspace, self.desk.refresh.add
+        turned, blocks, results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
+        coming = workspace.results_added, workspace.previews_changed
+        depth = turned, blocks, results, workspace.distrusted_changed, workspace.past_changed
+        line, measured = self.inspection.line_changed, self.measurements.changed
+        seen = self.profile_panel.shown, self.measure_panel.shown
+        compared = workspace.error_changed, workspace.truth_changed, workspace.compared_changed
+        add("profile", self.profile.show, (*depth, *compared, workspace.infos_changed, line, seen[0]), coming)
+        add("profile place", self.profile.follow, (self.desk.views.cursorMoved,))
+        for signal in (line, seen[0]):
+            signal.connect(lambda: self.desk.refresh.mark("error"))
+        chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
+        # not of previews: a run needs the processor more
+        add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.results_added,))
+        add("measurements", self.measure.show, (*depth, measured, seen[1], self.measure.found), coming)
+        tool = self.desk.editor.tool_changed
+        drawn = line, measured, workspace.region_changed, self.profile.place_changed, self.measure.found, tool
+        add("inspect marks", self._show_marks, (*depth, *drawn, *seen), coming)
+        for panel in (self.profile_panel, self.measure_panel):
+            panel.hidden.connect(lambda: self.desk.refresh.mark("inspect marks"))
+
+    def _show_marks(self) -> None:
+        """What is drawn over the pictures: what the tool is for, or what an open panel is about."""
+        workspace, tool = self.desk.workspace, self.desk.editor.tool_name
+        if not workspace.has_session:
+            self._show(Marks())
+            return
+        chains = self.measurements.chains if self.measure_panel.isVisible() or tool == "measure" else []
+        plotted = self.profile.is_seen or tool == "profile"
+        self._show(
+            Marks(
+                self.inspection.line if plotted else None,
+                self.profile.place if plotted else None,
+                workspace.session.region,
+                chains,
+                *(self.measure.texts() if chains else ()),
+            )
+        )
+
+    def _show(self, marks: Marks) -> None:
+        """Draw these over the pictures, and what is measured in the cloud."""
+        self._marks.show(marks)
+        self.desk.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
+
+    def _reveal(self, page: int) -> None:
+        """Show the page of statistics, or that of measurements."""
+        self.desk.panels.reveal("Measure")
+        self.measure_panel.pages.setCurrentIndex(page)
+
+    def _remove_marks(self) -> None:
+        self.inspection.set_line(None)
+        self.inspection.set_region(None)
+
+    def _enable(self) -> None:
+        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
+        self.desk.actions.allow(no_frame, *(command.name for command in COMMANDS))

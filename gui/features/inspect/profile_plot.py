@@ -1,0 +1,361 @@
+"""The plot of depth along a line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QImage, QImageWriter, QPaintEngine, QPainter, QPainterPath, QPen
+from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QGraphicsPathItem, QStyleOptionGraphicsItem, QWidget
+
+from ilf.evaluation.measuring import DepthProfile, depth_profile
+from ilf.project.run_history import KeptRun
+
+from ...base import theme
+from ...state.inspection import Line
+from ...state.results import Past
+from ...state.session import Session
+
+# What is plotted along the profile line: depth as it came in and as it came out, and all that it is compared with.
+
+Colour = tuple[int, int, int]
+
+_RAW, _ERROR, _TRUTH = "raw_m", "expected_error_m", "truth_m"
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileData:
+    """Depth along a line, [m], NaN = missing; None for what there is not.
+
+    Attributes
+    ----------
+    profile : DepthProfile
+        Of the result, or of the raw depth if there is none, with all else as its other maps.
+    raw : ndarray of float32, shape (N,)
+    result, error, truth : ndarray of float32, shape (N,), or None
+        Completed depth, its expected error, and the true depth.
+    name : str
+        Which completed depth it is.
+    runs : list of (str, (r, g, b), ndarray of float32)
+        Name, colour and depth of the runs that it is compared with.
+    labels : ndarray of int32, shape (N,)
+        The block of each sample.
+    """
+
+    profile: DepthProfile
+    raw: NDArray[np.float32]
+    result: NDArray[np.float32] | None
+    error: NDArray[np.float32] | None
+    truth: NDArray[np.float32] | None
+    runs: list[tuple[str, Colour, NDArray[np.float32]]]
+    labels: NDArray[np.int32]
+    name: str = "result"
+
+    @property
+    def borders(self) -> NDArray[np.intp]:
+        """Samples that are of another block than the one before."""
+        return np.flatnonzero(np.diff(self.labels)) + 1
+
+
+def profile_data(session: Session, line: Line, past: Past | None = None) -> ProfileData:
+    """What a frame shows along a line, as things are now, or with the result of the past, which has no expected
+    error."""
+    frame, result = session.frame, session.present_depth() if past is None else past.depth
+    error = session.expected_error() if past is None else None
+    maps = {_RAW: frame.depth, _ERROR: error, _TRUTH: frame.truth}
+    others = {name: values for name, values in maps.items() if values is not None}
+    names = _names(session.compared)
+    others |= {name: kept.completion.depth for name, kept in zip(names, session.compared, strict=True)}
+    profile = depth_profile(frame.depth if result is None else result, *line, frame.intrinsics, others)
+    found = profile.others
+    return ProfileData(
+        profile,
+        found[_RAW],
+        None if result is None else profile.depth,
+        found.get(_ERROR),
+        found.get(_TRUTH),
+        [(kept.name, kept.colour, found[name]) for name, kept in zip(names, session.compared, strict=True)],
+        session.labels[profile.rows, profile.columns],
+        "result" if past is None else f"result {past.text}",
+    )
+
+
+def _names(runs: Sequence[KeptRun]) -> list[str]:
+    """A name for each run, no two the same."""
+    names = [kept.name for kept in runs]
+    return [kept.name if names.count(kept.name) == 1 else f"{kept.name} #{kept.number}" for kept in runs]
+
+
+# Many points of one colour in a plot.
+
+
+class Dots(pg.GraphicsObject):
+    """Points of one size on the screen at every zoom; on the screen they are made of hairline points, which Qt draws so
+    quickly that thousands of them can follow a drag.
+
+    Parameters
+    ----------
+    size : float
+        Across [px].
+    """
+
+    def __init__(self, size: float) -> None:
+        super().__init__()
+        self._size = size
+        self._colour = QColor()
+        self.x: NDArray[np.float64] = np.zeros(0)
+        self.y: NDArray[np.float64] = np.zeros(0)
+        self._rect = QRectF()
+
+    def set_colour(self, colour: QColor) -> None:
+        """Take another colour."""
+        self._colour = colour
+        self.update()
+
+    def set_points(self, x: NDArray[np.floating], y: NDArray[np.floating]) -> None:
+        """Draw other points; all numbers are finite."""
+        self.prepareGeometryChange()
+        self.x, self.y = x.astype(np.float64), y.astype(np.float64)
+        self._rect = QRectF()
+        if x.size:
+            self._rect.setCoords(self.x.min(), self.y.min(), self.x.max(), self.y.max())
+        self.informViewBoundsChanged()
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        return self._rect
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        to_screen = painter.worldTransform()
+        x, y = self.x * to_screen.m11() + to_screen.dx(), self.y * to_screen.m22() + to_screen.dy()
+        painter.resetTransform()
+        if painter.paintEngine().type() == QPaintEngine.Type.Raster:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+            painter.setPen(QPen(self._colour, 0))
+            x, y = (
+                np.add.outer(offsets, values).ravel()
+                for offsets, values in zip(self._offsets(painter), (x, y), strict=True)
+            )
+        else:
+            painter.setPen(QPen(self._colour, self._size, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        painter.drawPoints(pg.functions.arrayToQPolygonF(x, y))
+
+    def _offsets(self, painter: QPainter) -> NDArray[np.float64]:
+        """Where the device pixels of a dot are from its middle, shape (2, N); its corners are left out."""
+        ratio = painter.device().devicePixelRatioF()
+        across = max(round(self._size * ratio), 1)
+        steps = np.arange(across) - (across - 1) / 2
+        places = np.array(np.meshgrid(steps, steps)).reshape(2, -1)
+        return places[:, np.hypot(*places) <= across / 2 + 0.3] / ratio
+
+
+Array = NDArray[np.floating]
+
+_RAW_SIZE = 3.5
+_SCALE = 2
+"""Pixels of a saved picture per pixel of the screen, along one side."""
+_LEFT, _BOTTOM = 52, 34
+"""Width and height of the axes [px]: the plot does not jump when their numbers grow."""
+
+
+class ProfilePlot(pg.PlotWidget):
+    """Raw depth as points; the result with the band of its expected error, compared runs and truth as lines.
+
+    Signals
+    -------
+    hovered(float)
+        Place on the horizontal axis under the mouse, NaN when it leaves.
+    """
+
+    hovered = Signal(float)
+
+    def __init__(self) -> None:
+        super().__init__(viewBox=pg.ViewBox(enableMenu=False), enableMenu=False)
+        self._band = QGraphicsPathItem()
+        self._raw = Dots(_RAW_SIZE)
+        self._result = _curve()
+        self._truth = _curve()
+        self._runs: list[pg.PlotCurveItem] = []
+        self._borders = pg.VTickGroup(yrange=[0, 1])
+        self._cursor = pg.InfiniteLine(angle=90)
+        self._text = QColor()
+        for z, item in ((-20, self._borders), (-10, self._band), (5, self._cursor)):
+            item.setZValue(z)
+            self.addItem(item, ignoreBounds=True)
+        for z, item in ((0, self._raw), (1, self._truth), (3, self._result)):
+            item.setZValue(z)
+            self.addItem(item)
+        self._cursor.hide()
+        self.plotItem.setContentsMargins(2, 6, 8, 2)
+        self.hideButtons()
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        for name in ("left", "bottom"):
+            self.getAxis(name).enableAutoSIPrefix(False)
+            self.getAxis(name).setStyle(maxTickLevel=0, hideOverlappingLabels=True)
+        self.getAxis("left").setWidth(_LEFT)
+        self.getAxis("bottom").setHeight(_BOTTOM)
+        self.setStatusTip("Wheel or drag: zoom and move. Double-click: all of the line.")
+        self.setAccessibleName("Plot of the depth along the profile line")
+        self.scene().sigMouseMoved.connect(self._mouse_moved)
+
+    def show_data(self, data: ProfileData, x: Array, unit: str) -> None:
+        """Draw what there is over places on the horizontal axis, in some unit; NaN where a sample has none."""
+        self.getAxis("bottom").setLabel(unit, color=self._muted, **self._label_font)
+        known = np.isfinite(data.raw) & np.isfinite(x)
+        self._raw.set_points(x[known], data.raw[known])
+        _draw(self._result, x, data.result)
+        _draw(self._truth, x, data.truth)
+        for item in self._runs[len(data.runs) :]:
+            self.removeItem(item)
+        del self._runs[len(data.runs) :]
+        while len(self._runs) < len(data.runs):
+            item = _curve()
+            item.setZValue(2)
+            self.addItem(item)
+            self._runs.append(item)
+        for item, (_, colour, depth) in zip(self._runs, data.runs, strict=True):
+            item.setPen(pg.mkPen(QColor(*colour), width=1.5))
+            _draw(item, x, depth)
+        self._band.setPath(_band(x, data.result, data.error))
+        edges = data.borders
+        between = (x[edges] + x[edges - 1]) / 2
+        self._borders.setXVals(between[np.isfinite(between)].tolist())
+
+    def clear_data(self) -> None:
+        """Draw nothing."""
+        for item in (self._result, self._truth, *self._runs):
+            item.setData([], [])
+        self._raw.set_points(np.zeros(0), np.zeros(0))
+        self._band.setPath(QPainterPath())
+        self._borders.setXVals([])
+
+    def point_at(self, x: float) -> None:
+        """Put the cursor at a place on the axis; NaN for nowhere."""
+        self._cursor.setVisible(math.isfinite(x))
+        if math.isfinite(x):
+            self._cursor.setValue(x)
+
+    def fit(self) -> None:
+        """Show all of the line again, and go on doing so."""
+        self.enableAutoRange(x=True, y=True)
+
+    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
+        """Take the theme's colours."""
+        self._text = colours.text
+        self._muted = colours.muted.name()
+        self._label_font = {"font-size": f"{font.pointSizeF():.1f}pt"}
+        self.setBackground(colours.background)
+        result = result_colour(colours)
+        self._result.setPen(pg.mkPen(result, width=2))
+        self._truth.setPen(pg.mkPen(colours.text, width=1.4, style=Qt.PenStyle.DashLine))
+        self._raw.set_colour(raw_colour(colours))
+        self._raw_sample = pg.ScatterPlotItem(size=2 * _RAW_SIZE, pen=None, brush=raw_colour(colours))
+        tint = QColor(result)
+        tint.setAlpha(54)
+        self._band.setBrush(tint)
+        self._band.setPen(QColor(0, 0, 0, 0))
+        faint = QColor(colours.muted)
+        faint.setAlpha(110)
+        self._borders.setPen(pg.mkPen(faint, width=1))
+        self._cursor.setPen(pg.mkPen(colours.muted, width=1))
+        for name in ("left", "bottom"):
+            axis = self.getAxis(name)
+            axis.setPen(colours.grid)
+            axis.setTextPen(colours.muted)
+            axis.setTickFont(font)
+        self.getAxis("left").setLabel("Depth [m]", color=self._muted, **self._label_font)
+
+    def picture(self, names: list[tuple[str, str]], as_svg: bool) -> bytes:
+        """The plot as PNG, twice as large as on the screen, or as SVG, with a legend of items ("raw", "result", "truth"
+        or the number of a run) and their names."""
+        items = {"raw": self._raw_sample, "result": self._result, "truth": self._truth}
+        items |= {str(number): item for number, item in enumerate(self._runs)}
+        legend = pg.LegendItem(offset=(-12, 8), labelTextColor=self._text, verSpacing=-4)
+        legend.setParentItem(self.getViewBox())
+        for key, name in names:
+            legend.addItem(items[key], name)
+        pointed = self._cursor.isVisible()
+        self._cursor.hide()
+        try:
+            return self._svg() if as_svg else self._png()
+        finally:
+            self._cursor.setVisible(pointed)
+            self.scene().removeItem(legend)
+
+    def _svg(self) -> bytes:
+        content = QBuffer()
+        content.open(QBuffer.OpenModeFlag.WriteOnly)
+        generator = QSvgGenerator(QSvgGenerator.SvgVersion.Svg11)  # which can clip
+        generator.setOutputDevice(content)
+        generator.setResolution(self.logicalDpiX())
+        generator.setSize(self.size())
+        generator.setViewBox(self.rect())
+        generator.setTitle("Depth along a line")
+        self._render(QPainter(generator))
+        return bytes(content.data().data())
+
+    def _png(self) -> bytes:
+        image = QImage(self.size() * _SCALE, QImage.Format.Format_RGB32)
+        image.setDevicePixelRatio(_SCALE)
+        self._render(QPainter(image))
+        content = QBuffer()
+        content.open(QBuffer.OpenModeFlag.WriteOnly)
+        QImageWriter(content, QByteArray(b"png")).write(image)
+        return bytes(content.data().data())
+
+    def _render(self, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.render(painter, QRectF(self.viewport().rect()), self.viewport().rect())
+        painter.end()
+
+    def mouseDoubleClickEvent(self, event: QEvent) -> None:
+        self.fit()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self.hovered.emit(math.nan)
+
+    def _mouse_moved(self, position: QPointF) -> None:
+        self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
+
+
+def result_colour(colours: theme.Colours) -> QColor:
+    """Of the present result, in plot and legend."""
+    return colours.series[0]
+
+
+def raw_colour(colours: theme.Colours) -> QColor:
+    """Of raw depth, in plot and legend."""
+    return QColor("#c3c9d2") if colours.is_dark else QColor("#565e6a")
+
+
+def _curve() -> pg.PlotCurveItem:
+    return pg.PlotCurveItem(antialias=True, connect="finite")
+
+
+def _draw(item: pg.PlotCurveItem, x: Array, depth: Array | None) -> None:
+    if depth is None:
+        item.setData([], [])
+    else:
+        item.setData(x, depth)
+
+
+def _band(x: Array, depth: Array | None, error: Array | None) -> QPainterPath:
+    """The area within an error around depth, piece by piece where both are known."""
+    path = QPainterPath()
+    if depth is None or error is None:
+        return path
+    known = np.isfinite(x) & np.isfinite(depth) & np.isfinite(error)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        part = slice(start, stop)
+        along = np.concatenate([x[part], x[part][::-1]])
+        across = np.concatenate([depth[part] - error[part], (depth[part] + error[part])[::-1]])
+        path.addPath(pg.arrayToQPath(along, across))
+    return path

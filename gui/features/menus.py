@@ -1,0 +1,182 @@
+"""Menus and tool bar: which command stands where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from PySide6.QtCore import QSettings
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolBar, QWidget
+
+from ilf.drawing.blocks import STAGES
+
+from ..base import theme
+from ..base.actions import Actions
+from ..tools.options_row import OptionsRow
+from ..views.colours import DEPTH_MAPS
+from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
+from ..views.linked_views import LinkedViews
+from ..views.view_menus import SidesMenu
+
+BLOCK_MENU = (
+    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks looked_at | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
+)
+_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
+_INSPECT = (
+    "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
+    "copy_measurements save_measurements delete_measurements"
+)
+_GOING = "next_frame previous_frame next_untouched note_frame"
+_MENUS = {
+    "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
+    "save_project_as | load_truth remove_truth | load_guide remove_guide | load_blocks save_blocks | export batch "
+    "report save_picture | close_frame quit",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
+    "&Blocks": "extract | carry_next carry_previous carry_through | "
+    "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
+    "I&nspect": _INSPECT,
+    "Re&view": "next_suspect previous_suspect leave_suspect looked_at | suggest_distrust",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
+    "share_values keep_values reset_values part_values | guess clear_results | "
+    "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
+}
+
+
+class ToolBar(QToolBar):
+    """The commands that are needed all the time, with the tool's options."""
+
+    def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
+        super().__init__("Tools", window)
+        self.setObjectName("Tools")
+        self.setMovable(False)
+        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        self._options = self.addWidget(self.options)
+        spring = QWidget()  # what is right of it stays where it is when another tool has other options
+        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.addWidget(spring)
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
+
+    def show_options(self, on: bool) -> None:
+        """Whether the tool's options are to be seen: where the tool can be used."""
+        self._options.setVisible(on)
+
+
+def fill_menu_bar(
+    bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], experiments: QMenu
+) -> None:
+    """Make all menus; `toggles` show and hide the docks."""
+    for title, names in _MENUS.items():
+        _fill(bar.addMenu(title), entries(actions, names))
+    view = bar.addMenu("&View")
+    _fill(
+        view,
+        entries(
+            actions,
+            "fit one_to_one zoom_block look_before | next_frame previous_frame next_untouched note_frame | full_screen",
+        ),
+    )
+    view.addSeparator()
+    view.addAction(actions["fold_panels"])
+    view.addActions(list(toggles))
+    view.addSeparator()
+    _fill(view, entries(actions, "view_content reset_contents"))
+    view.addMenu(_compare_menu(actions, views, view))
+    view.addSeparator()
+    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
+    _fill(view, entries(actions, "cloud_beside cloud_raw cloud_chosen_only"))
+    view.addSeparator()
+    view.addMenu(_layout_menu(views, view))
+    stages = view.addMenu("&Stage of the extraction")
+    _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
+    view.addMenu(_depth_map_menu(views, view))
+    _fill(view, entries(actions, "show_range lock_range"))
+    view.addMenu(_theme_menu(view))
+    bar.addMenu(experiments)
+    _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
+
+
+def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
+    """Actions by their names, None where "|" separates them."""
+    return [None if name == "|" else actions[name] for name in names.split()]
+
+
+def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
+    """Put a menu into the one of the bar's in which an action stands, after that."""
+    for action in bar.actions():
+        holder = action.menu()
+        entries = holder.actions() if isinstance(holder, QMenu) else []
+        if isinstance(holder, QMenu) and after in entries[:-1]:
+            holder.insertMenu(entries[entries.index(after) + 1], menu)
+            return
+    raise ValueError(f"no menu has {after.text()!r}, or it is the last there")
+
+
+def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
+    if isinstance(menu, QMenu):
+        menu.setToolTipsVisible(True)
+    for action in actions:
+        if action is None:
+            menu.addSeparator()
+        else:
+            menu.addAction(action)
+
+
+def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QAction]:
+    """Checkable entries by name, one at a time."""
+    group = QActionGroup(menu)
+    actions = {}
+    for name, text in texts.items():
+        action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(name == chosen)
+        group.addAction(action)
+        actions[name] = action
+    return actions
+
+
+def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("Co&mpare two depths", parent)
+    _fill(menu, entries(actions, "compare_two swipe blink | swap_sides"))
+    for side in (0, 1):
+        menu.addMenu(SidesMenu(views, side, menu))
+    return menu
+
+
+def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("&Views", parent)
+    actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
+    menu.insertSeparator(actions[next(iter(CELLS))])
+    for name, action in actions.items():
+        action.triggered.connect(lambda _=False, name=name: views.set_layout(name))
+    views.layoutChanged.connect(lambda name: actions[name].setChecked(True))
+    return menu
+
+
+def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("Depth &colours", parent)
+    texts = {name: name.capitalize() for name in DEPTH_MAPS}
+    actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
+    for name, action in actions.items():
+        action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
+    views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
+    return menu
+
+
+def _theme_menu(parent: QMenu) -> QMenu:
+    """The themes; the choice is remembered."""
+    menu = QMenu("&Theme", parent)
+    texts = {name: name.capitalize() for name in theme.THEMES}
+    for name, action in _choices(menu, texts, str(QSettings().value("theme", "system"))).items():
+        action.triggered.connect(lambda _=False, name=name: _set_theme(name))
+    return menu
+
+
+def _set_theme(name: str) -> None:
+    QSettings().setValue("theme", name)
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        theme.apply_theme(app, name)

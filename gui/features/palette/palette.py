@@ -1,0 +1,319 @@
+"""The command palette: type some letters of what you want, and press Enter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QEvent,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QPoint,
+    QRect,
+    QSize,
+    Qt,
+    QTimer,
+)
+from PySide6.QtGui import QFocusEvent, QFont, QKeyEvent, QPainter, QPalette
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QLineEdit,
+    QListView,
+    QMainWindow,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ...base import theme
+from ...base.commands import Entry, entries_of
+from ...widgets.basics import PlainLabel
+from ..context import Desk, Part
+from .matching import Offer, RecentCommands, offers
+
+# How a row of the palette looks: icon, name with the letters that were typed, menu or reason, keys.
+
+OFFER_ROLE = int(Qt.ItemDataRole.UserRole)
+_ICON, _MARGIN, _SPACE = 16, 8, 12
+_MARK = 18
+
+
+class OfferDelegate(QStyledItemDelegate):
+    """Disabled commands are grey, with what keeps them from being given in the place of their menu."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        return QSize(200, option.fontMetrics.height() + 12)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        offer: Offer = index.data(OFFER_ROLE)
+        entry, colours = offer.entry, theme.colours(option.palette)
+        enabled = entry.action.isEnabled()
+        painter.save()
+        if option.state & QStyle.StateFlag.State_Selected:
+            tint = option.palette.color(QPalette.ColorRole.Highlight)
+            tint.setAlpha(60)
+            painter.fillRect(option.rect, tint)
+        row = option.rect.adjusted(_MARGIN, 0, -_MARGIN, 0)
+        mode = entry.action.icon().Mode.Normal if enabled else entry.action.icon().Mode.Disabled
+        icon = QRect(0, 0, _ICON, _ICON)
+        icon.moveCenter(row.center())
+        icon.moveLeft(row.left())
+        entry.action.icon().paint(painter, icon, Qt.AlignmentFlag.AlignCenter, mode)
+        row.setLeft(row.left() + _ICON + _MARGIN)
+        keys = entry.keys
+        painter.setFont(option.font)
+        painter.setPen(colours.muted)
+        painter.drawText(row, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, keys)
+        row.setRight(row.right() - painter.fontMetrics().horizontalAdvance(keys) - _SPACE)
+        if entry.action.isCheckable() and entry.action.isChecked():
+            painter.setPen(colours.accent)
+            painter.drawText(QRect(row.right() - _MARK, row.top(), _MARK, row.height()), _MIDDLE, "✓")
+            row.setRight(row.right() - _MARK)
+        painter.setPen(colours.text if enabled else colours.muted)
+        row.setLeft(_draw_text(painter, row, offer, option.font) + _SPACE)
+        painter.setFont(option.font)
+        painter.setPen(colours.muted)
+        painter.drawText(
+            row, _LEFT, painter.fontMetrics().elidedText(entry.why_not or entry.where, _ELIDE, row.width())
+        )
+        painter.restore()
+
+
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_MIDDLE = Qt.AlignmentFlag.AlignCenter
+_ELIDE = Qt.TextElideMode.ElideRight
+
+
+def _draw_text(painter: QPainter, row: QRect, offer: Offer, font: QFont) -> int:
+    """Draw the command's name, the letters that are meant bold; returns where it ends."""
+    left, text = row.left(), offer.entry.text
+    meant = set(offer.letters)
+    place = 0
+    while place < len(text):
+        end = place + 1
+        while end < len(text) and (end in meant) == (place in meant):
+            end += 1
+        own = QFont(font)
+        own.setBold(place in meant)
+        painter.setFont(own)
+        part = text[place:end]
+        painter.drawText(QRect(left, row.top(), row.right() - left, row.height()), _LEFT, part)
+        left += painter.fontMetrics().horizontalAdvance(part)
+        place = end
+    return left
+
+
+_WIDTH, _ROWS = 560, 11
+_TOP = 48
+_MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
+_KEYS = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
+
+
+class CommandPalette(QFrame):
+    """A field and a list over the window's upper middle; it goes when something has been chosen, or by Escape.
+
+    Parameters
+    ----------
+    window : QMainWindow
+        Whose actions are offered.
+    remembers : bool
+        Whether what was given last is known from session to session.
+    """
+
+    def __init__(self, window: QMainWindow, remembers: bool) -> None:
+        super().__init__(window)
+        self.setObjectName("palette")
+        self.setAccessibleName("Command palette")
+        self.hide()
+        self._window = window
+        self._recent = RecentCommands(remembers)
+        self._entries: list[Entry] = []
+        self._before: QWidget | None = None
+        self.field = _Field(self)
+        self.field.setPlaceholderText("What do you want to do?")
+        self.field.setAccessibleName("Command")
+        self.field.setToolTip("Letters of the command; Up and Down choose, Enter gives it")
+        self.field.textChanged.connect(self._offer)
+        self._model = _Offers(self)
+        self.list = QListView()
+        self.list.setModel(self._model)
+        self.list.setItemDelegate(OfferDelegate(self.list))
+        self.list.setUniformItemSizes(True)
+        self.list.setFrameShape(QListView.Shape.NoFrame)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setAccessibleName("Commands")
+        self.list.clicked.connect(self._give)
+        self.list.selectionModel().currentChanged.connect(self._explain)
+        self.hint = PlainLabel()
+        self.hint.setWordWrap(True)
+        self.hint.setMargin(4)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 8, 4)
+        layout.setSpacing(4)
+        for widget in (self.field, self.list, self.hint):
+            layout.addWidget(widget)
+        self._paint()
+
+    def toggle(self) -> None:
+        """Come, or go."""
+        if self.isVisible():
+            self.leave()
+            return
+        self._before = QApplication.focusWidget()
+        self._entries = entries_of(self._window)
+        self.field.clear()
+        self._offer()
+        self._place()
+        self.show()
+        self.raise_()
+        self.field.setFocus(Qt.FocusReason.PopupFocusReason)
+
+    def leave(self) -> None:
+        """Go, and give the focus back to where it was."""
+        if not self.isVisible():
+            return
+        before, self._before = self._before, None
+        had_focus = self.isAncestorOf(QApplication.focusWidget() or self._window)
+        self.hide()
+        if had_focus:
+            (before if before is not None and before.isVisible() else self._window).setFocus()
+
+    def offered(self) -> list[Offer]:
+        """What the list has."""
+        return self._model.offers
+
+    def key(self, event: QKeyEvent) -> None:
+        """Take a key that chooses, gives or leaves."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.leave()
+        elif event.key() in _MOVES:
+            self._move(Qt.Key(event.key()))
+        else:
+            self._give(self.list.currentIndex())
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Take the colours of another theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._paint()
+
+    def _offer(self) -> None:
+        self._model.set_offers(offers(self._entries, self.field.text(), self._recent))
+        first = self._model.index(0)
+        self.list.setCurrentIndex(first)
+        self.list.scrollToTop()
+        self._explain(first)
+
+    def _move(self, key: Qt.Key) -> None:
+        count = self._model.rowCount()
+        if not count:
+            return
+        row = self.list.currentIndex().row()
+        step = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1, Qt.Key.Key_PageUp: -_ROWS, Qt.Key.Key_PageDown: _ROWS}[key]
+        row = (row + step) % count if abs(step) == 1 else min(max(row + step, 0), count - 1)
+        self.list.setCurrentIndex(self._model.index(row))
+
+    def _explain(self, index: QModelIndex) -> None:
+        offer = index.data(OFFER_ROLE)
+        if offer is None:
+            self.hint.setText("No command has these letters.")
+            return
+        entry = offer.entry
+        why_not, hint = entry.why_not, entry.action.toolTip()
+        self.hint.setText(f"{why_not} {hint}" if why_not else hint)
+
+    def _give(self, index: QModelIndex) -> None:
+        offer = index.data(OFFER_ROLE)
+        if offer is None or not offer.entry.action.isEnabled():
+            return
+        self._recent.note(offer.entry.key)
+        self.leave()
+        QTimer.singleShot(0, offer.entry.action, offer.entry.action.trigger)  # when the key has been dealt with
+
+    def _place(self) -> None:
+        width = min(_WIDTH, self._window.width() - 40)
+        row = self.list.sizeHintForRow(0) if self._model.rowCount() else 28
+        self.list.setFixedHeight(min(_ROWS * row, self._window.height() - 2 * _TOP - 100))
+        self.hint.setFixedHeight(2 * self.fontMetrics().lineSpacing() + 2 * self.hint.margin())
+        self.setFixedWidth(width)
+        self.adjustSize()
+        self.move(QPoint((self._window.width() - width) // 2, _TOP))
+
+    def _paint(self) -> None:
+        colours = theme.colours(self.palette())
+        sheet = (
+            f"#palette {{ background: {colours.panel.name()}; border: 1px solid {colours.accent.name()}; "
+            "border-radius: 6px; }"
+        )
+        if sheet != self.styleSheet():
+            self.setStyleSheet(sheet)
+
+
+class _Field(QLineEdit):
+    """Keys that are the list's go there, whatever they mean in the window."""
+
+    def __init__(self, palette: CommandPalette) -> None:
+        super().__init__(palette)
+        self._owner = palette
+        self.setClearButtonEnabled(True)
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent) and event.key() in _KEYS:
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in _KEYS:
+            self._owner.key(event)
+        else:
+            super().keyPressEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        if event.reason() != Qt.FocusReason.ActiveWindowFocusReason:
+            self._owner.leave()
+
+
+class _Offers(QAbstractListModel):
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.offers: list[Offer] = []
+
+    def set_offers(self, found: list[Offer]) -> None:
+        self.beginResetModel()
+        self.offers = found
+        self.endResetModel()
+
+    def rowCount(self, parent: QModelIndex | QPersistentModelIndex | None = None) -> int:
+        return len(self.offers)
+
+    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if not index.isValid():
+            return None
+        offer = self.offers[index.row()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return offer.entry.text
+        if role == Qt.ItemDataRole.AccessibleDescriptionRole:
+            return offer.entry.why_not or offer.entry.keys
+        return offer if role == OFFER_ROLE else None
+
+
+# The command palette as a part of the window.
+
+
+class PalettePart(Part):
+    """Brings the palette when it is asked for."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.palette = CommandPalette(desk.window, desk.panels.remembers)
+        desk.actions["palette"].triggered.connect(self.palette.toggle)

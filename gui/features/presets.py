@@ -1,0 +1,234 @@
+"""Presets of the user's own: saved, renamed, deleted, taken from files and written to files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QInputDialog,
+    QLineEdit,
+    QMessageBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.errors import IlfError
+from ilf.run.preset_files import (
+    OwnPreset,
+    delete_preset,
+    import_preset,
+    list_presets,
+    read_preset,
+    rename_preset,
+    save_preset,
+    write_preset,
+)
+
+from ..base.commands import Command
+from ..widgets.basics import PlainLabel, as_it_is, last_folder
+from .context import Desk, Part
+
+# Commands on the user's own presets.
+
+COMMANDS = (
+    Command("save_preset", "&Save preset as…", "ph.floppy-disk", "", "Keep the filter's values as your own preset"),
+    Command("rename_preset", "&Rename preset…", "ph.pencil-simple", "", "Give your chosen preset another name"),
+    Command("delete_preset", "&Delete preset…", "ph.trash", "", "Delete your chosen preset"),
+    Command(
+        "import_preset",
+        "&Import preset…",
+        "ph.download-simple",
+        "",
+        "Take a preset from a file among your own",
+    ),
+    Command(
+        "export_preset",
+        "&Export preset…",
+        "ph.upload-simple",
+        "",
+        "Write the filter's values to a file, for another computer or for 'ilf complete --preset FILE'",
+    ),
+)
+
+
+# The dialog that keeps values as a preset of one's own.
+
+
+class SavePresetDialog(QDialog):
+    """Name, and whether the extraction's values belong to it."""
+
+    def __init__(self, proposed: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Save Preset")
+        self.name = QLineEdit(proposed)
+        self.name.setToolTip("What the preset is called in the box of presets, and by --preset")
+        self.name.selectAll()
+        self.with_extraction = QCheckBox("With the values of the tab &Extraction")
+        self.with_extraction.setToolTip("Choosing the preset then sets what blocks are extracted with, too")
+        label = PlainLabel("&Name")
+        label.setBuddy(self.name)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
+        self.save_button = buttons.button(QDialogButtonBox.StandardButton.Save)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        self.name.textChanged.connect(self._allow)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(8)
+        for widget in (label, self.name, self.with_extraction, buttons):
+            layout.addWidget(widget)
+        self.setMinimumWidth(340)
+        self._allow()
+
+    def _allow(self) -> None:
+        self.save_button.setEnabled(bool(self.name.text().strip()))
+
+
+_FOLDER_KEY = "presets/folder"
+_FILES = "Preset (*.json)"
+
+
+class PresetsPart(Part):
+    """The user's presets stand in the filter's box of presets, beside the built-in ones."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self._box = desk.filter_panel.presets
+        self._own: dict[str, OwnPreset] = {}
+        self._box.chosen.connect(self._choose)
+        desk.actions.add(COMMANDS)
+        self._box.set_commands([desk.actions[command.name] for command in COMMANDS])
+        for name, handler in {
+            "save_preset": self.ask_save,
+            "rename_preset": self.ask_rename,
+            "delete_preset": self.ask_delete,
+            "import_preset": self.ask_import,
+            "export_preset": self.ask_export,
+        }.items():
+            desk.actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+        self._box.names.currentIndexChanged.connect(lambda _: self._allow())
+        self.read()
+
+    def read(self) -> None:
+        """Read what presets there are."""
+        found = list_presets()
+        self._own = dict(found.presets)
+        self._box.set_own({name: preset.parameters for name, preset in self._own.items()})
+        self.desk.refresh.mark("filter")
+        self._allow()
+        for problem in found.problems:
+            self.desk.notes.tell(problem)
+
+    def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
+        """Keep the values that the filter's panel shows; False, with a message, if that cannot be."""
+        preset = self._shown(name, with_extraction)
+        return self._do("Save preset", lambda: save_preset(preset, replace=replace), f"Saved the preset {name}.", name)
+
+    def rename(self, old: str, new: str) -> bool:
+        """Give one of the user's presets another name; False, with a message, if that cannot be."""
+        return self._do("Rename preset", lambda: rename_preset(old, new), f"Renamed {old} to {new}.", new)
+
+    def delete(self, name: str) -> bool:
+        """Delete one of the user's presets; values that come from it stay as they are."""
+        return self._do("Delete preset", lambda: delete_preset(name), f"Deleted the preset {name}.")
+
+    def take_file(self, path: Path, replace: bool = False) -> bool:
+        """Take a preset from a file among the user's; False, with a message, if that cannot be."""
+        return self._do(
+            "Import preset", lambda: import_preset(path, replace=replace), f"Imported {path.name}: choose it as preset."
+        )
+
+    def write(self, path: Path) -> bool:
+        """Write the values that the filter's panel shows to a file; False, with a message, if that cannot be."""
+        preset = self._shown(path.stem)
+        return self._do("Export preset", lambda: write_preset(path, preset), f"Wrote the preset to {path}.")
+
+    def ask_save(self) -> None:
+        """Save, by the dialog."""
+        present = self._box.present
+        dialog = SavePresetDialog(present if present in self._own else "", self.desk.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+
+        def take() -> None:
+            name = dialog.name.text().strip()
+            there = name in self._own
+            if not there or self._may(f"There is a preset {name} already. Replace it?", "Save preset"):
+                self.save(name, dialog.with_extraction.isChecked(), replace=there)
+
+        dialog.accepted.connect(take)
+        dialog.open()
+
+    def ask_rename(self) -> None:
+        """Rename the chosen one."""
+        old = self._box.present
+        name, decided = QInputDialog.getText(self.desk.window, "Rename preset", f"Another name for {old}", text=old)
+        if decided and name.strip() not in ("", old):
+            self.rename(old, name.strip())
+
+    def ask_delete(self) -> None:
+        """Delete the chosen one, after asking."""
+        name = self._box.present
+        if self._may(f"Delete the preset {name}? Its file goes, too, and no undo brings it back.", "Delete preset"):
+            self.delete(name)
+
+    def ask_import(self) -> None:
+        """Take a preset from a file that the user chooses."""
+        path, _ = QFileDialog.getOpenFileName(self.desk.window, "Import preset", last_folder(_FOLDER_KEY), _FILES)
+        if not path:
+            return
+        QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
+        try:
+            name = read_preset(Path(path)).name
+        except IlfError as error:
+            self.desk.notes.report("Import preset", error)
+            return
+        there = name in self._own
+        if not there or self._may(f"There is a preset {name} already. Replace it?", "Import preset"):
+            self.take_file(Path(path), replace=there)
+
+    def ask_export(self) -> None:
+        """Write the present values to a file that the user chooses."""
+        proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
+        path, _ = QFileDialog.getSaveFileName(self.desk.window, "Export preset", proposed, _FILES)
+        if path:
+            QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
+            self.write(Path(path) if Path(path).suffix else Path(path + ".json"))
+
+    def _shown(self, name: str, with_extraction: bool = False) -> OwnPreset:
+        present = self._box.present
+        base = self._own[present].base if present in self._own else present
+        extraction = self.desk.workspace.extraction_parameters if with_extraction else None
+        return OwnPreset(name, self.desk.filter_presenter.shown, base=base, extraction=extraction)
+
+    def _choose(self, name: str) -> None:
+        """What the preset says of the extraction; what it says of the filter goes by the filter's panel."""
+        preset = self._own.get(name)
+        if preset is not None and preset.extraction is not None:
+            self.desk.workspace.set_extraction_parameters(preset.extraction)
+            self.desk.notes.tell(f"{name} sets the values of the extraction, too: extract blocks to use them.")
+
+    def _allow(self) -> None:
+        why_not = "" if self._box.present in self._own else "Choose a preset of your own first."
+        self.desk.actions.allow(why_not, "rename_preset", "delete_preset")
+
+    def _may(self, text: str, title: str) -> bool:
+        yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
+        return QMessageBox.question(self.desk.window, title, as_it_is(text), yes | no, no) == yes
+
+    def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> bool:
+        try:
+            action()
+        except IlfError as error:
+            self.desk.notes.report(what, error)
+            return False
+        self.read()
+        if chosen:
+            self.desk.filter_panel.note_base(chosen)
+        self.desk.notes.tell(text)
+        return True

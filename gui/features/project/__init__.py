@@ -1,0 +1,1 @@
+"""Projects: opened, saved, closed, recovered, and what was opened last."""

@@ -1,0 +1,432 @@
+"""The autosave: the work is kept in a side file as it goes, and offered again after a sudden end."""
+
+from __future__ import annotations
+
+import contextlib
+import html
+import socket
+from collections import Counter
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QPalette, QPixmap
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QMessageBox,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.project.journals import LeftWork, journal_folder, left_work
+from ilf.project.project import Stage
+
+from ...base import theme
+from ...widgets.basics import Message, PlainLabel
+from ...widgets.notices import error_details, error_text
+from ...work.jobs import Worker
+from ..context import Desk, Part
+from .opening import Opening
+from .restoring import Restoring, name_of
+
+# The dialog that offers work which a window has left behind at a sudden end.
+
+_PICTURE = 160
+_MOST_ROWS_SHOWN = 3
+_ABOUT = (
+    "ILF Studio came to a sudden end, or the machine did. This is the work that is in no project file yet. Nothing of "
+    "it is lost until you discard it."
+)
+_ADDED = "This window has a project: the frames that are restored now are added to it."
+
+
+@dataclass(frozen=True)
+class OfferedWork:
+    """What there is to say of left work.
+
+    Attributes
+    ----------
+    name : str
+        Of its project, or of its frames.
+    changed : datetime or None
+        When it was changed last.
+    details : tuple of str
+        What it is, a line each.
+    picture : bytes or None
+        A JPEG image.
+    problem : str
+        Why it cannot be restored; "" if it can.
+    """
+
+    name: str
+    changed: datetime | None
+    details: tuple[str, ...]
+    picture: bytes | None = None
+    problem: str = ""
+
+
+class RecoveryDialog(QDialog):
+    """Left work, a row each, to be restored, discarded, or left for another time.
+
+    Signals
+    -------
+    restore_wished(int), discard_wished(int)
+        The number of the work.
+    """
+
+    restore_wished = Signal(int)
+    discard_wished = Signal(int)
+
+    def __init__(self, works: Sequence[OfferedWork], parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Restore Unsaved Work")
+        about = Message(lines=2)
+        about.say(_ABOUT, "text")
+        self.added = Message()
+        self.rows = {number: _Row(work) for number, work in enumerate(works)}
+        inside = QWidget()
+        column = QVBoxLayout(inside)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        for number, row in self.rows.items():
+            row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
+            row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_wished.emit(number))
+            row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
+            row.later_button.setVisible(len(works) > 1)  # the dialog's own says the same of all
+            column.addWidget(row)
+        column.addStretch(1)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(inside)
+        shown = list(self.rows.values())[:_MOST_ROWS_SHOWN]
+        area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
+        buttons = QDialogButtonBox()
+        later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
+        later.setToolTip("Close this, and offer all that is left here again at the next start")
+        buttons.rejected.connect(self.reject)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(14, 14, 14, 14)
+        outer.setSpacing(10)
+        outer.addWidget(about)
+        outer.addWidget(self.added)
+        outer.addWidget(area, 1)
+        outer.addWidget(buttons)
+        self.setMinimumWidth(600)
+        self.say_added(False)
+
+    def say_added(self, on: bool) -> None:
+        """Say whether what is restored is added to what is there."""
+        self.added.setVisible(on)
+        self.added.say(_ADDED if on else "")
+
+    def remove(self, number: int) -> None:
+        """It has been restored or discarded, or is not wanted now."""
+        row = self.rows.pop(number, None)
+        if row is not None:
+            row.hide()
+            row.deleteLater()
+        if not self.rows:
+            self.accept()
+
+    def _restore(self, number: int) -> None:
+        for row in self.rows.values():
+            row.wait(row is self.rows[number])
+        self.restore_wished.emit(number)
+
+    def go_on(self) -> None:
+        """What was to be restored is: the others can be."""
+        for row in self.rows.values():
+            row.go_on()
+
+
+class _Row(QFrame):
+    """One piece of work."""
+
+    def __init__(self, work: OfferedWork) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self._problem = work.problem
+        picture = PlainLabel()
+        picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        picture.setFixedWidth(_PICTURE)
+        picture.setAccessibleName(f"Picture of {work.name}")
+        pixels = QPixmap()
+        if work.picture is not None and pixels.loadFromData(work.picture):
+            mode = Qt.TransformationMode.SmoothTransformation
+            picture.setPixmap(pixels.scaled(_PICTURE, _PICTURE, Qt.AspectRatioMode.KeepAspectRatio, mode))
+        else:
+            picture.setText("No picture")
+            picture.setEnabled(False)
+        name = PlainLabel(work.name)
+        name.setTextFormat(Qt.TextFormat.PlainText)
+        name.setWordWrap(True)
+        bold = name.font()
+        bold.setBold(True)
+        name.setFont(bold)
+        when, what = Message(), Message()
+        when.say("" if work.changed is None else f"Last change {when_in_words(work.changed)}", "muted")
+        what.say(work.problem or "\n".join(work.details), "error" if work.problem else "text")
+        self.restore_button = QPushButton("Restore", autoDefault=False)
+        self.restore_button.setToolTip("Open it as it was left; save it then as a project")
+        self.discard_button = QPushButton("Discard…", autoDefault=False)
+        self.discard_button.setToolTip("Delete this work for good")
+        self.later_button = QPushButton("Later", autoDefault=False)
+        self.later_button.setToolTip("Leave it where it is: it is offered again at the next start")
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        for button in (self.restore_button, self.discard_button, self.later_button):
+            button.setAccessibleName(f"{button.text().rstrip('…')} {work.name}")
+            buttons.addWidget(button)
+        grid = QGridLayout(self)
+        grid.setColumnStretch(1, 1)
+        grid.setHorizontalSpacing(12)
+        grid.addWidget(picture, 0, 0, 4, 1)
+        for line, widget in enumerate((name, when, what)):
+            grid.addWidget(widget, line, 1)
+        grid.setRowStretch(2, 1)
+        grid.addLayout(buttons, 3, 1)
+        self.go_on()
+
+    def wait(self, is_this: bool) -> None:
+        """Something is being restored."""
+        for button in (self.restore_button, self.discard_button, self.later_button):
+            button.setEnabled(False)
+        if is_this:
+            self.restore_button.setText("Restoring…")
+
+    def go_on(self) -> None:
+        """Nothing is being restored any more."""
+        self.restore_button.setText("Restore")
+        self.restore_button.setEnabled(not self._problem)
+        self.discard_button.setEnabled(True)
+        self.later_button.setEnabled(True)
+
+
+def when_in_words(moment: datetime, now: datetime | None = None) -> str:
+    """How long ago, and when.
+
+    Examples
+    --------
+    >>> noon = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
+    >>> when_in_words(noon, noon.replace(minute=5)).split(",")[0]
+    '5 minutes ago'
+    """
+    passed = ((now or datetime.now(UTC)) - moment).total_seconds()
+    for seconds, unit in ((86400, "day"), (3600, "hour"), (60, "minute")):
+        count = int(passed // seconds)
+        if count:
+            ago = f"{count} {unit}{'s' * (count != 1)} ago"
+            break
+    else:
+        ago = "just now"
+    return f"{ago}, {moment.astimezone():%d %B %Y at %H:%M:%S}"
+
+
+# Offers at the start what windows have left behind.
+
+_STAGES = {
+    Stage.UNTOUCHED: "without blocks",
+    Stage.EXTRACTED: "as extracted",
+    Stage.EDITED: "with edited blocks",
+    Stage.RUN: "with results",
+    Stage.FAILED: "that failed",
+}
+
+
+class Recovery(QObject):
+    """Looks for left work in the background, and asks what is to become of it."""
+
+    def __init__(self, desk: Desk, opening: Opening, folder: Path) -> None:
+        super().__init__(desk.window)
+        self._desk = desk
+        self._folder = folder
+        self._restoring = Restoring(desk, opening)
+        self._found: list[LeftWork] = []
+        self._let_go: set[int] = set()
+        self.dialog: RecoveryDialog | None = None
+        self._worker = Worker(self)
+        self._worker.finished.connect(self._offer)
+        self._worker.failed.connect(lambda error: desk.notes.report("Unsaved work", error))
+
+    def look(self) -> None:
+        """Look for left work; what there is, is offered."""
+        if self.dialog is None and not self._worker.busy:
+            self._worker.start(self._job)
+
+    def shutdown(self) -> bool:
+        """Stop, and leave what has not been decided for another time. True if the thread has ended."""
+        ended = self._worker.shutdown()
+        if self.dialog is not None:
+            self.dialog.reject()
+        return ended
+
+    def _job(self) -> Generator[None, None, list[tuple[LeftWork, OfferedWork]]]:
+        yield None
+        return [(left, _offered(left)) for left in left_work(self._folder)]
+
+    def _offer(self, found: list[tuple[LeftWork, OfferedWork]]) -> None:
+        if not found:
+            return
+        self._found, self._let_go = [left for left, _ in found], set()
+        self.dialog = RecoveryDialog([offered for _, offered in found], self._desk.window)
+        self.dialog.restore_wished.connect(self._restore)
+        self.dialog.discard_wished.connect(self._discard)
+        self.dialog.finished.connect(self._close)
+        self.dialog.say_added(not self._restoring.is_alone())
+        self.dialog.open()
+
+    def _restore(self, number: int) -> None:
+        self._let_go.add(number)  # by the one who restores it
+        self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
+
+    def _failed(self, number: int) -> None:
+        """It is left for another time."""
+        if self.dialog is None:
+            self._found[number].release()
+            return
+        self._let_go.discard(number)
+        self.dialog.go_on()
+
+    def _restored(self, number: int) -> None:
+        self._desk.notes.tell(f"Restored {name_of(self._found[number])}: save it to keep it")
+        if self.dialog is not None:
+            self.dialog.go_on()
+            self.dialog.say_added(True)
+            self.dialog.remove(number)
+
+    def _discard(self, number: int) -> None:
+        left = self._found[number]
+        box = QMessageBox(self.dialog)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Warning)
+        box.setWindowTitle("Discard unsaved work?")
+        box.setTextFormat(Qt.TextFormat.PlainText)
+        box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted for good.")
+        discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)
+        box.open()
+
+    def _delete(self, number: int) -> None:
+        left = self._found[number]
+        try:
+            left.discard()
+        except OSError as error:
+            self._desk.notes.report("Not discarded", error)
+            return
+        self._let_go.add(number)
+        if self.dialog is not None:
+            self.dialog.remove(number)
+
+    def _close(self) -> None:
+        for number, left in enumerate(self._found):
+            if number not in self._let_go:
+                left.release()
+        dialog, self.dialog = self.dialog, None
+        if dialog is not None:
+            dialog.deleteLater()
+
+
+def _offered(left: LeftWork) -> OfferedWork:
+    """What there is to say of it; called off the GUI's thread."""
+    if left.note is None or left.problem:
+        return OfferedWork(left.path.name, left.note.changed if left.note else None, (), problem=left.problem)
+    frames, all_frames = left.frames, left.read.project.frames
+    stages = Counter(frame.summary.stage for frame in frames)
+    parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
+    count = _counted(len(all_frames), "frame")
+    changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
+    lines = [changed if frames else f"{count}: no work on them, but their list or what is set for them has changed"]
+    if left.note.project:
+        lines.append(f"Project {left.note.project}")
+    if left.note.host != socket.gethostname():
+        lines.append(f"From the machine {left.note.host}")
+    lines += left.read.problems
+    return OfferedWork(name_of(left), left.note.changed, tuple(lines), left.picture())
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' * (count != 1)}"
+
+
+# A word in the status bar as long as the work cannot be saved by itself.
+
+MEANING = (
+    "What you do is kept in memory only, until this works again, which is tried every few seconds. Save the project to "
+    "be safe."
+)
+
+
+class UnkeptLabel(PlainLabel):
+    """To be seen while there is something to say."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Not autosaved", parent)
+        self.setAccessibleName("State of the autosave")
+        self._paint()
+        self.hide()
+
+    def say(self, why: str) -> None:
+        """The reason, in a sentence; "" when all is well again."""
+        self.setVisible(bool(why))
+        self.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
+        self.setAccessibleDescription(why)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Keep the colour, in any theme."""
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
+            self._paint()
+
+    def _paint(self) -> None:
+        palette = QPalette()
+        palette.setColor(QPalette.ColorRole.WindowText, theme.colours(palette).warning)
+        self.setPalette(palette)
+
+
+class AutosavePart(Part):
+    """Has the work recorded, and says so where that fails."""
+
+    def __init__(self, desk: Desk, opening: Opening) -> None:
+        super().__init__(desk)
+        self.recovery = Recovery(desk, opening, journal_folder())
+        self.label = UnkeptLabel()
+        desk.window.statusBar().addPermanentWidget(self.label)
+        desk.recorder.failed.connect(self._tell_failure)
+        desk.recorder.kept.connect(self._tell_kept)
+        self._failing = False
+
+    def begin(self) -> None:
+        """Follow the work, and offer what other windows have left, in a window that remembers."""
+        if self.desk.panels.remembers:
+            self.desk.recorder.start()
+            self.recovery.look()
+
+    def shutdown(self) -> bool:
+        """Stop for good; what is left has been saved, or is not to be kept. True if no thread of it is left."""
+        ended = all([self.recovery.shutdown(), self.desk.recorder.shutdown()])
+        with contextlib.suppress(OSError):  # what cannot be taken away is offered the next time
+            self.desk.store.discard()
+        return ended
+
+    def _tell_failure(self, error: Exception) -> None:
+        self.label.say(str(error))
+        if not self._failing:
+            self._failing = True
+            self.desk.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
+
+    def _tell_kept(self) -> None:
+        if self._failing:
+            self._failing = False
+            self.label.say("")
+            self.desk.notes.tell("The autosave works again: all is kept.")

@@ -1,0 +1,293 @@
+"""The project of the window: begun, opened, saved and left, by commands, by dropping a file, and at closing."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
+
+from ilf.project.archive import Archive
+from ilf.project.file import OpenedProject
+
+from ...base import theme
+from ...base.commands import Command
+from ...project.present import PresentProject, source_of
+from ...state.entries import Entry
+from ...state.session import Session
+from ...widgets.basics import last_folder
+from ..context import Desk, Part
+from ..menus import insert_menu
+from .closing import Closing
+from .missing import Missing
+from .opening import FolderProjects, Opening
+from .recent import RecentMenu, RecentOrigins
+from .saving import FOLDER_KEY, KINDS, SaveAsDialog, Saving, Wish, proposed_path
+from .view_state import ViewState
+
+# The commands that have to do with projects.
+
+COMMANDS = (
+    Command("new_project", "&New project", "ph.file-plus", "", "Close all frames, and begin with none"),
+    Command(
+        "open_project",
+        "Open pro&ject…",
+        "ph.folder-notch-open",
+        "Ctrl+Alt+O",
+        "Open a project file: all its frames with the work on them",
+    ),
+    Command("save_project", "&Save project", "ph.floppy-disk", "Ctrl+S", "Save all frames with the work on them"),
+    Command(
+        "save_project_as",
+        "Save project &as…",
+        "",
+        "Ctrl+Shift+S",
+        "Save all frames with the work on them to another file, with the frames' own files in it if you like",
+    ),
+)
+
+
+_PROGRAM = "ILF Studio"
+
+
+class ProjectPart(Part):
+    """One window holds one project."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        desk.actions.add(COMMANDS)
+        workspace = desk.workspace
+        self.present = PresentProject(workspace, self)
+        self.view = ViewState(workspace, desk.views, desk.refresh)
+        self.saving = Saving(desk, self.present, self.view)
+        self.opening = Opening(desk, self.present, self.view)
+        self.missing = Missing(desk, self.present)
+        self.folders = FolderProjects(desk, self.present, self.open)
+        self.closing = Closing(desk, self)
+        self._leaves = False
+        self.recent = RecentMenu(
+            "Open recent pro&ject", RecentOrigins("projects", desk.panels.remembers), self._open_recent, desk.window
+        )
+        for name, do in {
+            "new_project": self.new,
+            "open_project": self.ask_open,
+            "save_project": self.save,
+            "save_project_as": self.save_as,
+        }.items():
+            desk.actions[name].triggered.connect(lambda _=False, do=do: do())
+        desk.documents.project_wished.connect(self.open)
+        desk.documents.leave = self._leave_frames
+        desk.documents.remove = self.closing.remove
+        desk.documents.close = self._close_frame
+        desk.documents.saved_share = lambda: self.saving.share if self.saving.busy else None
+        self.saving.changed.connect(desk.documents.exporting_changed)
+        desk.recorder.is_unsaved = lambda: self.present.unsaved
+        desk.loader.replayed.connect(lambda _: self.present.take_extraction())
+        desk.loader.incomplete.connect(self._tell_incomplete)
+        self.opening.opened.connect(self._tell_opened)
+        self.opening.opened.connect(self.missing.check)
+        self.opening.opened.connect(self.folders.note_opened)
+        self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
+        self.saving.saved.connect(self._tell_saved)
+        self.saving.failed.connect(lambda error: desk.notes.report("The project is not saved", error))
+        changed = workspace.session_changed, workspace.sessions_changed, workspace.project_touched
+        desk.refresh.add(
+            "title",
+            self._show_title,
+            (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
+        )
+
+    def begin(self) -> None:
+        """Stand in the menu beside what opens projects otherwise."""
+        self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
+        insert_menu(self.desk.window.menuBar(), self.recent, self.desk.actions["open_project"])
+        self.recent.fill()
+        bar, actions = self.desk.window.findChild(QToolBar, "Tools"), self.desk.actions
+        if isinstance(bar, QToolBar):
+            bar.insertAction(actions["export"], actions["save_project"])
+
+    # commands
+
+    def new(self) -> None:
+        """Begin a project without frames."""
+        self._leave_project("a new project begins", self._begin)
+
+    def ask_open(self) -> None:
+        """Open a project, by the dialog."""
+        path, _ = QFileDialog.getOpenFileName(self.desk.window, "Open project", last_folder(FOLDER_KEY), KINDS)
+        if path:
+            self.open(Path(path))
+
+    def open(self, path: Path) -> None:
+        """Open a project in the place of the present one."""
+        self.opening.open(path.absolute(), lambda take: self._leave_project(f"{path.name} is opened", take))
+
+    def save(self) -> None:
+        """Save to the project's file, or ask for one; after what is being saved, which may give it one."""
+        self.saving.when_done(lambda: self._save(None, lambda done: None))
+
+    def save_as(self) -> None:
+        """Save to another file."""
+        self._save_as("", None, lambda done: None)
+
+    # what `Closing` wants to know
+
+    def project_words(self) -> str:
+        """What is unsaved beside the frames; "" for nothing."""
+        return self.present.words()
+
+    def when_saved(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved."""
+        self.saving.when_done(then)
+
+    def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
+        """Save the work on these frames alone; `then` is told whether that has been done."""
+        self._save(frames, then)
+
+    # closing
+
+    def may_close(self) -> bool:
+        """Whether the window may close. If the user is asked first, it closes by itself once it may."""
+        asked = False
+
+        def go() -> None:
+            self._leaves = True
+            if asked:
+                self.desk.window.close()
+
+        if not self._leaves:
+            self.closing.leave(list(self.desk.workspace.entries), True, "the window closes", go)
+            asked = True
+        return self._leaves
+
+    def shutdown(self) -> bool:
+        """Stop for good, when what is being saved is. True if no thread of it is left."""
+        ended = [self.saving.shutdown(), self.missing.shutdown()]
+        if isinstance(self.desk.store.project, Archive):
+            self.desk.store.project.close()
+        return all(ended)
+
+    def _close_frame(self, entry: Entry) -> None:
+        """Close a frame; it stays in the list as the project's file has it, if it does."""
+        workspace = self.desk.workspace
+
+        def close() -> None:
+            summary = self.present.saved_summary(entry)
+            if entry.session is None or summary is None:
+                workspace.remove_entries([entry])
+                return
+            workspace.put_away(entry.session)
+            entry.set_unsaved(False)
+            workspace.entries.set_summary(entry, summary)
+
+        if self.present.saved_summary(entry) is None:
+            close()
+        else:
+            self.desk.recorder.revert([entry.id], close)
+
+    def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
+        what = "the frame is closed" if len(entries) == 1 else f"{len(entries)} frames are closed"
+        self.closing.leave(entries, False, what, then)
+
+    def _leave_project(self, what: str, then: Callable[[], None]) -> None:
+        self.closing.leave(list(self.desk.workspace.entries), True, what, then)
+
+    def _begin(self) -> None:
+        self.missing.forget()
+        self.folders.forget()
+        self.opening.begin()
+
+    # saving
+
+    def _save(self, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        present = self.present
+        if present.path is None or present.read_only:
+            self._save_as(present.read_only, only, then)
+        elif present.changed_on_disk():
+            self._ask_replace(present.path, only, then)
+        else:
+            self.saving.save(Wish(present.path, None, only, then))
+
+    def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        desk = self.desk
+        first = next(iter(desk.workspace.entries), None)
+        proposed = self.folders.proposed() or proposed_path(
+            self.present.name or ("project" if first is None else first.name)
+        )
+        sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
+        embedded = any(name.startswith("sources/") for name in desk.store.all_names())
+        dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self.saving.save(Wish(dialog.chosen(), dialog.embed.isChecked(), only, then)))
+        dialog.rejected.connect(lambda: then(False))
+        dialog.open()
+
+    def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
+        """The file is not the one that was opened any more."""
+        box = QMessageBox(self.desk.window)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Warning)
+        there = path.exists()
+        box.setTextFormat(Qt.TextFormat.PlainText)
+        box.setWindowTitle("Replace the project?" if there else "Write the project anew?")
+        when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
+        box.setText(
+            f"{path.name} has been changed by another window or program since it was opened{when}."
+            if there
+            else f"{path.name} is not there any more: it has been moved or deleted since it was opened."
+        )
+        box.setInformativeText(
+            "Replacing it discards what was saved there meanwhile." if there else "It can be written anew."
+        )
+        replace = box.addButton("&Replace" if there else "&Write anew", QMessageBox.ButtonRole.DestructiveRole)
+        other = box.addButton("Save &as…", QMessageBox.ButtonRole.AcceptRole)
+        box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(other)
+
+        def answer() -> None:
+            clicked = box.clickedButton()
+            if clicked is replace:
+                self.saving.save(Wish(path, None, only, then))
+            elif clicked is other:
+                self._save_as("", only, then)
+            else:
+                then(False)
+
+        box.finished.connect(lambda _: answer())
+        box.open()
+
+    # what is said
+
+    def _open_recent(self, origin: object) -> None:
+        if isinstance(origin, Path):
+            self.open(origin)
+
+    def _tell_opened(self, opened: OpenedProject) -> None:
+        self.recent.note(opened.path)
+        count = len(opened.project.frames)
+        if count > 1:
+            self.desk.panels.offer("Frames")
+        self.desk.notes.tell(f"Opened {opened.path.name}: {count} frame{'s' * (count != 1)}.")
+        self.desk.notes.warn(
+            f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
+        )
+
+    def _tell_incomplete(self, session: Session, problems: Sequence[str]) -> None:
+        self.desk.notes.warn(f"{session.name}: not all of the work could be read", problems)
+
+    def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
+        self.recent.note(path)
+        count, size = len(self.desk.workspace.entries), path.stat().st_size / 1e6
+        self.desk.notes.tell(f"Saved {path.name}: {count} frame{'s' * (count != 1)}, {size:.1f} MB.")
+        self.desk.notes.warn("Saved, but not quite as asked for", problems)
+
+    def _show_title(self) -> None:
+        workspace, window = self.desk.workspace, self.desk.window
+        names = [self.present.name, workspace.session.name if workspace.has_session else ""]
+        name = " — ".join(filter(None, names))
+        window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
+        window.setWindowModified(bool(name) and self.present.unsaved)
+        self.desk.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project_as")
+        self.desk.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project")

@@ -1,0 +1,400 @@
+"""Writing the project's file, off the GUI's thread: what is to be saved is taken in no time, and may change then."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Generator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from weakref import WeakSet
+
+from PySide6.QtCore import QObject, QSettings, QTimer, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.files import made_folder
+from ilf._runtime.temporary_files import tighten
+from ilf.errors import InputError
+from ilf.project.archive import Archive, Parts
+from ilf.project.encoding import frame_part
+from ilf.project.file import OpenedProject, open_project, save_project
+from ilf.project.finding import projects_of_folders
+from ilf.project.project import Project
+from ilf.project.thumbnail import thumbnail_part
+from ilf.sources.frame_source import FrameSource
+
+from ...base.paths import PROJECT_SUFFIX
+from ...project.present import PresentProject, Set, is_begun
+from ...project.store import WorkStore
+from ...state.entries import Entry
+from ...state.session import Session
+from ...widgets.basics import Message, PlainLabel, last_folder
+from ...work.jobs import Worker
+from ..context import Desk
+from .view_state import ViewState
+
+_TELL_EVERY_MS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What is to be saved.
+
+    Attributes
+    ----------
+    path : Path
+    embed : bool or None
+        Whether the frames' own files go in; None: as it was.
+    only : frozenset of str or None
+        Ids of the frames whose work is saved, the others staying as they were; None for all.
+    then : callable
+        Told whether it has been saved.
+    """
+
+    path: Path
+    embed: bool | None = None
+    only: frozenset[str] | None = None
+    then: Callable[[bool], None] = lambda done: None
+
+
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """What is being saved, as it was at one moment."""
+
+    wish: Wish
+    project: Project
+    stamps: Mapping[Session, tuple[int, int, int]]
+    put_away: Mapping[Entry, int]
+    """Frames that are not open, and saved, too, with how often they had been changed by then."""
+    archive: Parts | None
+    """The project's file by then."""
+    set: Set
+
+
+class Saving(QObject):
+    """Saves one thing at a time; what is wished meanwhile is saved afterwards.
+
+    Signals
+    -------
+    changed()
+        `busy` or `share` has changed.
+    saved(object, object)
+        The Path, and what could not be saved as asked for, a sentence each.
+    failed(object)
+        The exception that kept it from being saved.
+    """
+
+    changed = Signal()
+    saved = Signal(object, object)
+    failed = Signal(object)
+
+    def __init__(self, desk: Desk, present: PresentProject, view: ViewState) -> None:
+        super().__init__(desk.window)
+        self._desk = desk
+        self._present = present
+        self._view = view
+        self._waiting: list[Wish] = []
+        self._afterwards: list[Callable[[], None]] = []
+        self._taken: _Taken | None = None
+        self._incomplete = WeakSet[Session]()
+        """Frames of which not all could be read: what is stored of them is left as it is until they are worked on."""
+        desk.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
+        self.share = 0.0
+        """How much of the file is written, 0-1."""
+        self._worker = Worker(self, finishes=True)
+        self._pace = QTimer(self, interval=_TELL_EVERY_MS)
+        self._pace.timeout.connect(self.changed)
+        self._worker.finished.connect(self._finish)
+        self._worker.failed.connect(self._fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being saved."""
+        return self._taken is not None
+
+    def save(self, wish: Wish) -> None:
+        """Save the project as it is when its turn comes."""
+        self._waiting.append(wish)
+        self._next()
+
+    def when_done(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved, nor waits for that: at once, if it is so already."""
+        if self.busy:
+            self._afterwards.append(then)
+        else:
+            then()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        self._waiting.clear()
+        self._afterwards.clear()
+        self._pace.stop()
+        return self._worker.shutdown()
+
+    def _next(self) -> None:
+        if self._taken is not None or not self._waiting:
+            return
+        self._taken = self._take(self._waiting.pop(0))
+        self.share = 0.0
+        self._pace.start()
+        self.changed.emit()
+        self._desk.recorder.settle(self._write)
+
+    def _take(self, wish: Wish) -> _Taken:
+        """Have all that is to be saved stored, as it is now."""
+        workspace, store = self._desk.workspace, self._desk.store
+        if workspace.stroke_under_way:
+            workspace.prepare_change(workspace.session)
+        self._view.remember()
+        wanted = [entry for entry in workspace.entries if wish.only is None or entry.id in wish.only]
+        stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
+        for session in stamps:
+            whole = session not in self._incomplete or not store.has(session.id)
+            if session.unsaved or (is_begun(session) and whole):
+                self._desk.recorder.keep(session)
+        project = self._present.snapshot(self._view.of_window(), wish.only)
+        put_away = {entry: entry.changes for entry in wanted if entry.session is None}
+        return _Taken(wish, project, stamps, put_away, store.project, self._present.set_now())
+
+    def _write(self, error: Exception | None) -> None:
+        """All of it is stored, or cannot be."""
+        taken, store = self._taken, self._desk.store
+        if taken is None:
+            return
+        if error is None and store.project is not taken.archive:
+            error = InputError("Another project has taken its place.")
+        if error is not None:
+            self._fail(error)
+            return
+
+        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
+            yield None
+            return self._written(taken, store)
+
+        self._worker.start(job)
+
+    def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
+        """Called in the thread."""
+        wish, project = taken.wish, taken.project
+        made_folder(wish.path.parent)
+        if wish.path.is_relative_to(projects_of_folders()):  # which is no place that the user has chosen
+            tighten(projects_of_folders())
+        archive = taken.archive
+        with store.held():
+            left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]
+            base: list[Parts] = [_Stored(store, left), *([] if archive is None else [archive])]
+            problems = save_project(
+                wish.path, project, base=base, places=store.places, embed=wish.embed, on_part=self._note_share
+            )
+        return open_project(wish.path), problems
+
+    def _note_share(self, done: int, total: int) -> None:
+        self.share = done / max(total, 1)
+
+    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
+        taken, self._taken = self._taken, None
+        if taken is None:
+            return
+        opened, problems = outcome
+        workspace, store = self._desk.workspace, self._desk.store
+        former = store.project
+        if isinstance(former, Archive) and former.path == opened.path:
+            opened.close()  # it has been read anew
+        else:
+            store.project = opened.parts
+            if isinstance(former, Archive):
+                former.close()
+        store.places = opened.places
+        there = {frame.id for frame in opened.project.frames if frame.has_state}
+        for entry in workspace.entries:
+            if entry.id in there:
+                entry.has_state = True
+            if entry.session is None and entry.changes == taken.put_away.get(entry):
+                entry.set_unsaved(False)
+        for session, stamp in taken.stamps.items():
+            if session in workspace.sessions:
+                workspace.note_saved(session, stamp)
+        self._present.take(opened.path, opened.project, saved=taken.set)
+        self._desk.recorder.project = str(opened.path)
+        self._desk.recorder.note_project()
+        self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
+
+    def _fail(self, error: Exception) -> None:
+        taken, self._taken = self._taken, None
+        if taken is not None:
+            self._tell(lambda: self.failed.emit(error), taken, False)
+
+    def _tell(self, tell: Callable[[], None], taken: _Taken, done: bool) -> None:
+        self._pace.stop()
+        self.changed.emit()
+        tell()
+        taken.wish.then(done)
+        self._next()
+        while self._afterwards and not self.busy:
+            self._afterwards.pop(0)()
+
+
+class _Stored:
+    """What the window's store holds over the project's file, frames' states as they are now; some are left out."""
+
+    def __init__(self, store: WorkStore, left_out: Collection[str]) -> None:
+        self._store = store
+        without = {name for frame in left_out for name in (frame_part(frame), thumbnail_part(frame))}
+        self._states = {name: content for name, content in store.own_states().items() if name not in without}
+        self._arrays = {name for name in store.all_names() if name.startswith("arrays/") and not store.lacks(name)}
+
+    def names(self) -> Collection[str]:
+        return self._states.keys() | self._arrays
+
+    def read(self, name: str) -> bytes:
+        if name in self._states:
+            return self._states[name]
+        if name in self._arrays:
+            return self._store.part(name)
+        raise InputError(f"There is no part {name}.")
+
+
+# The dialog that asks where a project is saved, and whether the frames' own files go in.
+
+FOLDER_KEY = "project/folder"
+_BY_PLACE = "The frames' files stay where they are: take them along when you move the project to another machine."
+_MOST_SIZED = 500
+"""Frames whose files are looked at, to say how large they are."""
+KINDS = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
+
+
+class SaveAsDialog(QDialog):
+    """Choose the file, and whether it holds the frames' files, too.
+
+    Parameters
+    ----------
+    proposed : Path
+        The file, unless the user says otherwise.
+    embedded : bool
+        Whether the frames' files are in the project now.
+    sources : collection of FrameSource
+        Of its frames.
+    why : str
+        Why it is not saved where it was, "" if there is nothing to say.
+    parent : QWidget
+    """
+
+    def __init__(
+        self, proposed: Path, embedded: bool, sources: Collection[FrameSource], why: str, parent: QWidget
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Save Project As")
+        size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MOST_SIZED else ""
+        self.path = QLineEdit(str(proposed))
+        self.path.setMinimumWidth(380)
+        self.path.setToolTip(f"The file that holds the project; {PROJECT_SUFFIX} is added if it has no suffix")
+        browse = QPushButton("&Browse…", autoDefault=False)
+        browse.setToolTip("Choose the file")
+        browse.clicked.connect(self._browse)
+        self.embed = QCheckBox(f"&Include the frames' own files{size}")
+        self.embed.setToolTip(
+            "Put the colour, depth and truth files of all frames into the project, so that it can be opened anywhere "
+            "by itself; without, it notes where they are and what they hold. Recordings stay where they are"
+        )
+        self.embed.setChecked(embedded)
+        self.message = Message(lines=3)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
+        self.save_button = buttons.button(QDialogButtonBox.StandardButton.Save)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        self._why = why
+        self.path.textChanged.connect(lambda _: self._check())
+        self.embed.toggled.connect(lambda _: self._check())
+
+        label = PlainLabel("&File")
+        label.setBuddy(self.path)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for widget in (label, self.path, browse):
+            row.addWidget(widget)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(14, 14, 14, 14)
+        column.setSpacing(10)
+        column.addLayout(row)
+        column.addWidget(self.embed)
+        column.addWidget(self.message)
+        column.addStretch(1)
+        column.addWidget(buttons)
+        self._check()
+
+    def chosen(self) -> Path:
+        """The file, with its suffix."""
+        path = Path(os.path.expanduser(self.path.text().strip())).absolute()
+        return path if path.suffix or not path.name else path.with_name(path.name + PROJECT_SUFFIX)
+
+    def accept(self) -> None:
+        """Remember the folder."""
+        QSettings().setValue(FOLDER_KEY, str(self.chosen().parent))
+        super().accept()
+
+    def _browse(self) -> None:
+        path, _ = QFileDialog.getSaveFileName(
+            self, "Save Project As", str(self.chosen()), KINDS, options=QFileDialog.Option.DontConfirmOverwrite
+        )
+        if path:
+            self.path.setText(path)
+
+    def _check(self) -> None:
+        """Say what is wrong with the file, or what becomes of one that is there."""
+        problem, replaces = "", False
+        if not self.path.text().strip():
+            problem = "Name a file."
+        else:
+            path = self.chosen()
+            if not path.parent.is_dir():
+                problem = f"{path.parent} does not exist: make this folder, or choose another."
+            elif not os.access(path.parent, os.W_OK):
+                problem = f"{path.parent} cannot be written: choose another folder."
+            elif path.is_dir():
+                problem = f"{path.name or path} is a folder: choose another name."
+            elif path.exists() and not os.access(path, os.W_OK):
+                problem = f"{path.name} is write-protected: choose another name."
+            replaces = not problem and path.exists()
+        self.save_button.setEnabled(not problem)
+        self.save_button.setText("&Replace" if replaces else "&Save")
+        if problem:
+            self.message.say(problem, "error")
+        elif replaces:
+            self.message.say(f"{self.chosen().name} is there already, and will be replaced.", "warning")
+        else:
+            self.message.say(self._why or ("" if self.embed.isChecked() else _BY_PLACE))
+
+
+def proposed_path(name: str) -> Path:
+    """Where a project goes unless the user says otherwise: where the last one went."""
+    safe = "".join(letter if letter.isalnum() or letter in "-_. " else "-" for letter in name).strip(" .")
+    return Path(last_folder(FOLDER_KEY)) / f"{safe or 'project'}{PROJECT_SUFFIX}"
+
+
+def _size_of(source: FrameSource) -> int:
+    """Bytes of a frame's files, as far as they are there; recordings stay where they are."""
+    size = 0
+    if source.frame is not None:
+        return size
+    for path in (source.rgb, source.depth, source.truth):
+        if path is None:
+            continue
+        try:
+            files = [entry for entry in os.scandir(path) if entry.is_file()] if os.path.isdir(path) else [Path(path)]
+            size += sum(file.stat().st_size for file in files)
+        except OSError:
+            continue
+    return size
+
+
+def _words(size: int) -> str:
+    return f"{size / 1e6:.0f} MB" if size >= 1e7 else f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"

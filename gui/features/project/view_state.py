@@ -1,0 +1,68 @@
+"""How frames and the window were looked at: no part of the work, but kept with it."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from PySide6.QtCore import QObject
+
+from ...state.session import Session
+from ...state.workspace import Workspace
+from ...views.layouts import LAYOUTS
+from ...views.linked_views import LinkedViews
+from ...work.refresh import Refresh
+
+_PLACE = "place"
+_LAYOUT, _CONTENTS, _SIDES = "layout", "contents", "sides"
+
+
+class ViewState(QObject):
+    """Brings a frame that is turned to the place that it was looked at last, and tells how the window stands."""
+
+    def __init__(self, workspace: Workspace, views: LinkedViews, refresh: Refresh) -> None:
+        super().__init__(views)
+        self._workspace = workspace
+        self._views = views
+        self._shown: Session | None = None
+        workspace.about_to_change.connect(self.remember)
+        refresh.add("place", self._show, (workspace.session_changed,))
+
+    def remember(self) -> None:
+        """Note in the present frame's session where it is looked at."""
+        if self._workspace.has_session and self._workspace.session is self._shown:
+            place = self._views.place
+            view = {key: value for key, value in self._shown.view.items() if key != _PLACE}
+            self._shown.view = view if place is None else {**view, _PLACE: [round(number, 4) for number in place]}
+
+    def of_window(self) -> dict[str, Any]:
+        """What the views show, in values that JSON has."""
+        views = self._views
+        return {_LAYOUT: views.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.sides.chosen)}
+
+    def take(self, view: Mapping[str, Any]) -> None:
+        """Let the views show what `of_window` has told; what is not known is left as it is."""
+        views, contents, sides = self._views, view.get(_CONTENTS), view.get(_SIDES)
+        if view.get(_LAYOUT) in LAYOUTS:
+            views.set_layout(str(view[_LAYOUT]))
+        for cell, content in contents.items() if isinstance(contents, Mapping) else ():
+            with contextlib.suppress(ValueError):  # of another version of the program
+                views.set_content(str(cell), str(content))
+        if isinstance(sides, list) and len(sides) == 2:
+            with contextlib.suppress(ValueError):
+                views.sides.choose(*map(str, sides))
+
+    def _show(self) -> None:
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is self._shown:
+            return
+        self._shown = session
+        place = None if session is None else session.view.get(_PLACE)
+        if isinstance(place, list) and len(place) == 3 and all(_is_number(number) for number in place):
+            self._views.set_place(*place)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

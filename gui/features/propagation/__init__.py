@@ -1,0 +1,1 @@
+"""Blocks go from frame to frame."""

@@ -1,0 +1,308 @@
+"""Goes through the suspicious places of the present frame, and keeps up with edits."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QPointF, Signal
+from PySide6.QtGui import QAction, QPainterPath
+
+from ilf.data.blocks import Box
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.ranking import carried_places, suspicious_places
+from ilf.segmentation.edges.frame_edges import find_edges
+
+from ...state.session import Session
+from ...state.workspace import Workspace
+from ...views.linked_views import LinkedViews
+from ...work.latest_question import LatestQuestion
+from .marks import Marks, ReviewStrip
+
+# Going through suspicious places: which one is looked at, which were left as they are. No widgets.
+
+_SAME = 30.0
+"""A place that was left is the same as another one of its kind and block so near [px]."""
+
+_ROOM = 10
+"""A place is the one that was looked at if it is in its box, give or take so many pixels: an edit may move it."""
+
+
+class Review:
+    """The places of one frame, the worst first, and the one that is looked at."""
+
+    def __init__(self) -> None:
+        self.places: Sequence[Place] = ()
+        self.present: Place | None = None
+        """What is looked at; None before the first, and when it has been mended."""
+        self._left: list[Place] = []
+        self._next = 0
+
+    @property
+    def left(self) -> int:
+        """How many places were left as they are."""
+        return len(self._left)
+
+    @property
+    def number(self) -> int:
+        """Which one of the places is looked at, from 1 on; 0 for none."""
+        return 0 if self.present is None else self.places.index(self.present) + 1
+
+    def take(self, found: Sequence[Place]) -> bool:
+        """Take what is found now that something has changed; True if what was looked at is there no more."""
+        former = self.present
+        self.places = [place for place in found if not any(_is_same(place, one) for one in self._left)]
+        if former is None:
+            return False
+        self._next = self._worse_than(former)
+        self.present = next((place for place in self.places if _is_part(place, former)), None)
+        return self.present is None
+
+    def _worse_than(self, former: Place) -> int:
+        """How many places are worse than one that may be gone."""
+        return sum(place.score > former.score for place in self.places)
+
+    def step(self, by: int) -> Place | None:
+        """Look at the next place, or at the one before with -1, round and round; None if there is none."""
+        if not self.places:
+            self.present = None
+            return None
+        if self.present is None:
+            position = self._next if by > 0 else self._next - 1
+        else:
+            position = self.places.index(self.present) + by
+        self.present = self.places[position % len(self.places)]
+        return self.present
+
+    def leave(self) -> Place | None:
+        """Pass over what is looked at, for good, and look at the next; None if that is all."""
+        if self.present is None:
+            return self.step(1)
+        self._left.append(self.present)
+        self._next = self.number - 1
+        self.places = [place for place in self.places if place is not self.present]
+        self.present = None
+        return self.step(1)
+
+
+def _is_same(place: Place, other: Place) -> bool:
+    alike = place.kind == other.kind and set(place.labels) & set(other.labels)
+    return bool(alike) and math.dist(place.point, other.point) < _SAME
+
+
+def _is_part(place: Place, whole: Place) -> bool:
+    rows, columns = whole.box
+    inside = (
+        columns.start - _ROOM <= place.point[0] < columns.stop + _ROOM
+        and rows.start - _ROOM <= place.point[1] < rows.stop + _ROOM
+    )
+    return inside and place.kind == whole.kind and bool(set(place.labels) & set(whole.labels))
+
+
+_NEAREST, _WIDEST = 96, 320
+"""Side [px] of the part of the frame that is shown, at least and at most."""
+
+_RING = 10.0
+"""Radius [px] of the ring around the middle of a place."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    session: Session
+    frame: RGBDFrame
+    labels: NDArray[np.int32]
+    extraction: BlockParameters
+    error: NDArray[np.float32] | None
+    to_check: dict[int, str]
+    """Blocks that came from another frame and need a look -> why."""
+
+
+class ReviewPresenter(QObject):
+    """Shows one place after the other: zooms there, chooses the block, says why, and counts.
+
+    Places are looked for off the GUI's thread, and anew after every edit while the strip is there. Those that were
+    left as they are stay left as long as the frame is open.
+
+    Parameters
+    ----------
+    leave : QAction
+        What leaves a place as it is; enabled while one is looked at.
+
+    Signals
+    -------
+    shown()
+        A place is looked at, in the views.
+    failed(object)
+        The exception that kept places from being found.
+    """
+
+    shown = Signal()
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, views: LinkedViews, strip: ReviewStrip, leave: QAction) -> None:
+        super().__init__(strip)
+        self._workspace = workspace
+        self._views = views
+        self._strip = strip
+        self._leave = leave
+        leave.setEnabled(False)
+        self._marks = Marks(views)
+        self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
+        self._asked: _Question | None = None
+        """What has been asked last; None while nobody wants to know."""
+        self._fresh = False
+        self._wish = 0
+        self._questions = LatestQuestion[_Question, Sequence[Place]](_find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(self._fail)
+        workspace.session_changed.connect(self.close)
+        for changed in (workspace.labels_changed, workspace.distrusted_changed, workspace.error_changed):
+            changed.connect(lambda *_: self._ask_again())
+        workspace.infos_changed.connect(self._note_checked)
+
+    @property
+    def busy(self) -> bool:
+        """Whether places are being looked for."""
+        return self._questions.busy
+
+    @property
+    def review(self) -> Review:
+        """The places of the present frame."""
+        return self._reviews.setdefault(self._workspace.session, Review())
+
+    def go(self, by: int) -> None:
+        """Show the next place, or the one before with -1."""
+        if not self._workspace.has_session:
+            return
+        if not self._fresh:
+            self._wish = by
+            self._strip.say("Looking for suspicious places…")
+            if self._asked is None:
+                self._ask()
+            return
+        self._show(self.review.step(by))
+
+    def leave(self) -> None:
+        """Leave what is looked at as it is, and show the next; a block from another frame needs no look any more."""
+        if not (self._workspace.has_session and self._fresh):
+            return
+        place = self.review.present
+        if place is not None and place.kind == "carried":
+            self._wish = 1
+            self._workspace.look_at(place.labels)
+        else:
+            self._show(self.review.leave())
+
+    def close(self) -> None:
+        """Look at no more places."""
+        self._questions.forget()
+        self._asked, self._fresh, self._wish = None, False, 0
+        self._marks.clear()
+        self._leave.setEnabled(False)
+        self._strip.hide()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _ask_again(self) -> None:
+        if self._asked is not None:
+            self._ask()
+
+    def _note_checked(self) -> None:
+        """Others of the blocks may need a look."""
+        if self._asked is not None and self._workspace.session.to_check != self._asked.to_check.keys():
+            self._ask()
+
+    def _ask(self) -> None:
+        session = self._workspace.session
+        to_check = {label: session.notes.reasons.get(label, "") for label in session.to_check}
+        extraction = session.notes.extraction or BlockParameters()
+        self._fresh = False
+        self._asked = _Question(
+            session, session.frame, session.labels.copy(), extraction, session.expected_error(), to_check
+        )
+        self._questions.ask(self._asked)
+
+    def _take(self, question: _Question, found: Sequence[Place]) -> None:
+        if question is not self._asked:
+            return
+        former = self.review.present
+        gone = self.review.take(found)
+        # what was expected of depth that is yet to be completed again is not known
+        mended = gone and former is not None and (former.kind != "error" or question.error is not None)
+        self._fresh = True
+        wish, self._wish = self._wish, 0
+        if wish:
+            self._show(self.review.step(wish))
+        else:
+            self._say(mended)
+
+    def _fail(self, question: _Question, error: Exception) -> None:
+        self.close()
+        self.failed.emit(error)
+
+    def _show(self, place: Place | None) -> None:
+        if place is not None:
+            session = self._workspace.session
+            there = [label for label in place.labels if label in session.counts()]
+            self._workspace.select(there[:1])
+            self._views.zoom_to(*_around(place, session.frame.shape))
+        self._say(False)
+        self.shown.emit()
+
+    def _say(self, mended: bool) -> None:
+        review = self.review
+        count, place = len(review.places), review.present
+        self._leave.setEnabled(place is not None)
+        if place is not None:
+            path = QPainterPath()
+            path.addEllipse(QPointF(*place.point), _RING, _RING)
+            self._marks.show(path)
+            self._strip.say(f"{review.number} of {count}: {self._named(place.reason)}")
+            return
+        self._marks.clear()
+        left = f" {review.left} left as they are." if review.left else ""
+        if count:
+            done = "Mended. " if mended else ""
+            places = "1 suspicious place is" if count == 1 else f"{count} suspicious places are"
+            self._strip.say(f"{done}{places} left to look at.")
+        elif mended:
+            self._strip.say(f"Mended. That was the last suspicious place.{left}")
+        else:
+            self._strip.say(f"Nothing looks suspicious any more.{left}" if left else "Nothing looks suspicious.")
+
+    def _named(self, reason: str) -> str:
+        """The reason, with the blocks' names instead of their numbers."""
+        infos = self._workspace.session.infos
+
+        def name(found: re.Match[str]) -> str:
+            info = infos.get(int(found[1]))
+            return found[0] if info is None else info.name
+
+        return re.sub(r"Block (\d+)", name, reason)
+
+
+def _find(question: _Question) -> Sequence[Place]:
+    """Off the GUI's thread."""
+    strength = find_edges(question.frame, question.extraction).strength
+    carried = carried_places(question.labels, question.to_check)
+    return [*carried, *suspicious_places(question.frame, question.labels, strength, question.error)]
+
+
+def _around(place: Place, shape: tuple[int, int]) -> Box:
+    """What to show of the frame: the place with its surroundings, or only its middle where it is too large."""
+    spans = []
+    for span, middle, size in zip(place.box, place.point[::-1], shape, strict=True):
+        side = min(max(2 * (span.stop - span.start), _NEAREST), _WIDEST)
+        centre = middle if span.stop - span.start > _WIDEST else (span.start + span.stop) / 2
+        start = min(max(round(centre - side / 2), 0), max(size - side, 0))
+        spans.append(slice(start, min(start + side, size)))
+    return spans[0], spans[1]

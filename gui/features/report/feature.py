@@ -1,0 +1,362 @@
+"""Reports of frames, written in the background, one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSettings, QUrl, Signal
+from PySide6.QtGui import QDesktopServices, QStandardItemModel
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHBoxLayout,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf.data.parameters import Parameters
+from ilf.data.results import compose
+from ilf.errors import IlfError
+from ilf.evaluation.evaluation import Step, part_of
+from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ilf.report.content import Subject, Unreadable
+from ilf.report.report import ReportOptions, made_text, report_steps, write_report
+from ilf.run.options import as_file_name
+
+from ...base.commands import Command
+from ...project.store import WorkStore
+from ...state.entries import Entry
+from ...state.session import Session
+from ...widgets.basics import Message
+from ...widgets.notices import error_text
+from ...widgets.work_row import WorkRow
+from ...work.jobs import Worker, spare_cores
+from ..context import Desk, Part
+from ..documents.file_dialogs import ask_path
+from .pdf import write_pdf
+
+# Commands of reports.
+
+COMMANDS = (
+    Command(
+        "report",
+        "&Report…",
+        "ph.file-text",
+        "",
+        "Write a page on this frame or all frames, as HTML or PDF: pictures, blocks, parameters, curves, errors",
+    ),
+)
+
+
+# The dialog that asks what a report is about, and shows how far it is.
+
+THIS_FRAME, ALL_FRAMES = "frame", "all"
+_FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, to print or to send"}
+_PATTERNS = {"areas": "areas, like the holes that cameras leave", "random": "random pixels"}
+_KEY = "report/"
+_SEEDS, _MOST_SEEDS = 3, 20
+
+
+class ReportDialog(QDialog):
+    """What, in which format, and whether on hidden depth, too. It stays open until the report is written.
+
+    Signals
+    -------
+    wished()
+        The user wants it written.
+    cancelled()
+        The user wants no more of it.
+    """
+
+    wished = Signal()
+    cancelled = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Report")
+        about = Message(lines=3)
+        about.say(
+            "Pictures with their scales, blocks with their figures, parameters that differ from the preset, curves, "
+            "errors, kept runs, versions and the hashes of all files, in one file that needs no other."
+        )
+        self.scope = QComboBox()
+        self.scope.setToolTip("Which frames the report is about; several have an index with a row for each")
+        self._scopes = QStandardItemModel(self)
+        self.scope.setModel(self._scopes)
+        self.scope.addItem("", THIS_FRAME)
+        self.scope.addItem("", ALL_FRAMES)
+        self.format = QComboBox()
+        self.format.setToolTip("What kind of file is written")
+        for name, text in _FORMATS.items():
+            self.format.addItem(text, name)
+        self.hidden = QCheckBox("Hide known depth and say how well it comes back")
+        self.hidden.setToolTip(
+            "Test every frame that has results on hidden depth; takes about as long as running it, once for each seed"
+        )
+        self.pattern = QComboBox()
+        self.pattern.setToolTip("Which known depth is hidden")
+        for name in sorted(HIDDEN_PATTERNS):
+            self.pattern.addItem(_PATTERNS.get(name, name), name)
+        self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=_SEEDS)
+        self.seeds.setToolTip("How often other depth is hidden; the errors are pooled, and shown for each")
+        self.opens = QCheckBox("Open it when it is done")
+        self.opens.setToolTip("Show the report in the browser, or in the program that shows PDF files")
+        self.state = Message()
+        self.work = WorkRow("report", "nothing is written")
+
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Close)
+        self.write_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self.write_button.setText("&Write…")
+        self.write_button.setToolTip("Choose the file and write the report, in the background")
+        buttons.accepted.connect(self.wished)
+        buttons.rejected.connect(self.reject)
+        self.work.cancelled.connect(self.cancelled)
+        self.hidden.toggled.connect(lambda _: self._allow())
+
+        test = QHBoxLayout()
+        test.addWidget(self.pattern, 1)
+        test.addWidget(self.seeds)
+        form = QFormLayout()
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow("&About", self.scope)
+        form.addRow("&Format", self.format)
+        form.addRow("Hidden depth", self.hidden)
+        form.addRow("Pattern and seeds", test)
+        form.addRow("", self.opens)
+        self.pattern.setAccessibleName("Pattern in which depth is hidden")
+        self.seeds.setAccessibleName("Number of seeds")
+        self._form = QWidget()
+        self._form.setLayout(form)
+        form.setContentsMargins(0, 0, 0, 0)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        for widget in (about, self._form, self.state, self.work):
+            layout.addWidget(widget)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+        self.setMinimumWidth(520)
+        self._restore()
+        self._allow()
+
+    def set_frames(self, name: str, worked_on: int) -> None:
+        """What there is to report on: the present frame, and how many have been worked on."""
+        self.scope.setItemText(0, f"This frame: {name}")
+        self.scope.setItemText(1, f"All frames that have been worked on: {worked_on}")
+        item = self._scopes.item(1)
+        item.setEnabled(worked_on > 0)
+        if not worked_on:
+            self.scope.setCurrentIndex(0)
+        self.state.say("")
+
+    @property
+    def test(self) -> HiddenTest | None:
+        """How depth is hidden; None for no test."""
+        if not self.hidden.isChecked():
+            return None
+        return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
+
+    def begin(self) -> None:
+        """The report is being written."""
+        self._keep()
+        self._form.setEnabled(False)
+        self.write_button.setEnabled(False)
+        self.state.say("")
+        self.work.begin()
+
+    def show_step(self, share: float, text: str) -> None:
+        """So much is done, 0-1, and this is under way."""
+        self.work.show_share(share)
+        self.state.say(text)
+
+    def end(self, text: str = "", tone: str = "muted") -> None:
+        """It is written, or will not be."""
+        self.work.end()
+        self._form.setEnabled(True)
+        self.write_button.setEnabled(True)
+        self.state.say(text, tone)
+
+    def reject(self) -> None:
+        self.cancelled.emit()  # however it is closed
+        super().reject()
+
+    def _allow(self) -> None:
+        for widget in (self.pattern, self.seeds):
+            widget.setEnabled(self.hidden.isChecked())
+
+    def _restore(self) -> None:
+        settings = QSettings()
+        for box, name in ((self.format, "format"), (self.pattern, "pattern")):
+            box.setCurrentIndex(max(box.findData(settings.value(_KEY + name, box.itemData(0))), 0))
+        self.hidden.setChecked(bool(settings.value(_KEY + "hidden", False, bool)))
+        self.seeds.setValue(int(str(settings.value(_KEY + "seeds", _SEEDS, int))))
+        self.opens.setChecked(bool(settings.value(_KEY + "open", True, bool)))
+
+    def _keep(self) -> None:
+        settings = QSettings()
+        settings.setValue(_KEY + "format", self.format.currentData())
+        settings.setValue(_KEY + "pattern", self.pattern.currentData())
+        settings.setValue(_KEY + "hidden", self.hidden.isChecked())
+        settings.setValue(_KEY + "seeds", self.seeds.value())
+        settings.setValue(_KEY + "open", self.opens.isChecked())
+
+
+# Frames of the window as subjects of a report.
+
+
+def subject_of(session: Session) -> Subject:
+    """A frame that is open, as it is now; what becomes of it afterwards does not show."""
+    completion = session.completion() or compose(session.frame, {})
+    infos = {label: session.info(label) for label in session.counts()}
+    return Subject(
+        session.run(session.common, dense=session.guessed),
+        completion,
+        {label: info.name for label, info in infos.items()},
+        {label: info.colour for label, info in infos.items()},
+        session.note,
+        tuple(session.kept_runs),
+    )
+
+
+def subjects_of(
+    entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
+) -> Iterator[Subject | Unreadable]:
+    """Frames that have been worked on, open or not; those that are not are read when it is their turn.
+
+    To be called in the GUI's thread, and gone through in any. `for_all`: the parameters of all frames, if there are.
+    """
+    open_ones = {entry.id: subject_of(entry.session) for entry in entries if entry.session is not None}
+    noted = [(entry, entry.note) for entry in entries]
+    return (open_ones.get(entry.id) or _stored(entry, note, store, for_all) for entry, note in noted)
+
+
+def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | None) -> Subject | Unreadable:
+    try:
+        decoded = store.read(entry.id, entry.source)
+    except IlfError as error:
+        return Unreadable(entry.name, str(error))
+    return Subject.of_state(decoded.state.as_set(note, for_all), problems=decoded.problems)
+
+
+# Writing a report, step by step, in any thread.
+
+_OF_CONTENT = 0.8
+"""Share of the work that is done when the pages begin to be written."""
+
+
+def write_steps(
+    path: Path, subjects: Iterable[Subject | Unreadable], count: int, options: ReportOptions
+) -> Generator[Step, None, Path]:
+    """Write a report of so many subjects, as PDF if the file is called so, otherwise as HTML.
+
+    Raises
+    ------
+    InputError
+        As `ilf.report.report_steps` does.
+    ExportError
+        If the file cannot be written; what was there is as it was.
+    """
+    content = yield from part_of(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
+    if path.suffix.lower() == ".pdf":
+        yield from part_of(write_pdf(path, content, made_text(options)), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")
+    else:
+        yield Step(_OF_CONTENT, "writing")
+        write_report(path, content, options)
+    return path
+
+
+_KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
+
+
+class ReportPart(Part):
+    """*File > Report…*: the dialog, and what it starts."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        desk.actions.add(COMMANDS)
+        desk.actions["report"].triggered.connect(lambda _=False: self.ask())
+        self.dialog = ReportDialog(desk.window)
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._show_steps)
+        self.worker.finished.connect(self._finish)
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled: nothing was written."))
+        self.dialog.wished.connect(self._choose_file)
+        self.dialog.cancelled.connect(self.worker.cancel)
+        desk.workspace.session_changed.connect(self._allow)
+        self._allow()
+
+    def ask(self) -> None:
+        """Ask what is wished for, by the dialog."""
+        if not self.worker.busy:
+            self._describe()
+        self.dialog.show()
+        self.dialog.raise_()
+        self.dialog.activateWindow()
+
+    def write(self, path: Path, every: bool = False) -> None:
+        """Write a report of the present frame, or of every frame that has been worked on, as the dialog says."""
+        workspace = self.desk.workspace
+        if self.worker.busy or not workspace.has_session:
+            return
+        present = workspace.entries.of(workspace.session.id)
+        entries = self._worked_on() if every else [present] if present is not None else []
+        subjects = subjects_of(entries, self.desk.store, workspace.shared.values if workspace.shared.on else None)
+        options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
+        self.dialog.begin()
+        self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        ended = self.worker.shutdown()
+        self.dialog.close()
+        return ended
+
+    def _choose_file(self) -> None:
+        workspace = self.desk.workspace
+        if not workspace.has_session:
+            self.dialog.end("Open a frame first.", "warning")
+            return
+        every, format = self.dialog.scope.currentData() == ALL_FRAMES, self.dialog.format.currentData()
+        name = "report" if every else f"{as_file_name(workspace.session.name)}-report"
+        path = ask_path(self.dialog, "Write report", f"{name}.{format}", _KINDS[format])
+        if path:
+            self.write(Path(path), every)
+
+    def _describe(self) -> None:
+        workspace = self.desk.workspace
+        name = workspace.session.name if workspace.has_session else ""
+        self.dialog.set_frames(name, len(self._worked_on()))
+
+    def _worked_on(self) -> list[Entry]:
+        """Frames that somebody has done anything with, and that are open or stored."""
+        store = self.desk.store
+        return [
+            entry
+            for entry in self.desk.workspace.entries
+            if entry.summary.is_worked_on and (entry.session is not None or store.has(entry.id))
+        ]
+
+    def _show_steps(self, steps: list[Step]) -> None:
+        self.dialog.show_step(steps[-1].share, steps[-1].text)
+
+    def _finish(self, path: Path) -> None:
+        self.dialog.end()
+        self.dialog.accept()
+        self.desk.notes.tell(f"Saved {path}")
+        if self.dialog.opens.isChecked():
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.absolute())))
+
+    def _fail(self, error: Exception) -> None:
+        self.dialog.end(error_text(error), "warning")
+        self.desk.notes.report("Report", error)
+
+    def _allow(self) -> None:
+        self.desk.actions.allow("" if self.desk.workspace.has_session else "Open a frame first.", "report")
+        if self.dialog.isVisible() and not self.worker.busy:
+            self._describe()

@@ -1,0 +1,356 @@
+"""The list of kept runs as text, colours, marks and sort keys."""
+
+from __future__ import annotations
+
+import datetime
+import html
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtWidgets import QWidget
+
+from ilf._runtime.formatting import millimetres
+from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
+from ilf.data.parameters import PRESETS, Parameters, likeness
+from ilf.project.run_history import Colour, KeptRun
+
+from ...base import theme
+from ...state.run_history import MOST_COMPARED
+from ...state.run_names import title_of, values_text
+from ...state.session import Session
+from ...widgets.basics import as_it_is
+from ...widgets.tables import Index, RowModel
+
+# What the list of kept runs shows: one row per run.
+
+COMPARABLE = 0.9
+"""Share of the pixels that any run has filled which a run must have filled to be called the best."""
+
+ERRORS = ("truth_error", "hidden_error", "expected_error")
+"""Attributes of `KeptRun` that say how good it is."""
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """What the list shows of one run, which identifies the row.
+
+    Attributes
+    ----------
+    kept : KeptRun
+    name, note : str
+    title : str
+        The name without the values, which have a place of their own.
+    values : str
+        What differs from the nearest preset, and what keeps it from being a whole run of all blocks.
+    colour : tuple of int
+    compared, present : bool
+        Whether it is compared, and whether its results are the present ones.
+    when : datetime
+    seconds : float
+    iterations : int
+    errors : tuple of (float or None)
+        Those of `ERRORS` [m].
+    best : tuple of bool
+        Which of them are the smallest of all runs.
+    """
+
+    kept: KeptRun
+    name: str
+    title: str
+    note: str
+    values: str
+    colour: Colour
+    compared: bool
+    present: bool
+    when: datetime.datetime
+    seconds: float
+    iterations: int
+    errors: tuple[float | None, ...]
+    best: tuple[bool, ...]
+
+
+def run_rows(session: Session) -> list[RunRow]:
+    """One row per kept run, the latest first."""
+    present = session.valid_results()
+    best = [best_of(session.kept_runs, error) for error in ERRORS]
+    return [
+        RunRow(
+            kept=kept,
+            name=kept.name,
+            title=title_of(kept.name, session, kept.run),
+            note=kept.note,
+            values=" · ".join(text for text in (values_text(session, kept.run), lacks_of(kept)) if text),
+            colour=kept.colour,
+            compared=kept in session.compared,
+            present=kept.is_of(present),
+            when=kept.when,
+            seconds=kept.seconds,
+            iterations=kept.iterations,
+            errors=tuple(getattr(kept, error) for error in ERRORS),
+            best=tuple(kept in those for those in best),
+        )
+        for kept in reversed(session.kept_runs)
+    ]
+
+
+def lacks_of(kept: KeptRun) -> str:
+    """What keeps a run from being a whole one, whose results are all of its own values; "" if nothing does."""
+    texts = [] if kept.how == "finished" else [kept.how]
+    if missing := kept.block_count - len(kept.results):
+        texts.append(f"{missing} of {kept.block_count} blocks without result")
+    if outdated := len(kept.outdated):
+        texts.append(f"{outdated} of {kept.block_count} blocks of other values")
+    return ", ".join(texts)
+
+
+def best_of(runs: Sequence[KeptRun], error: str) -> list[KeptRun]:
+    """Runs with the smallest error of such a kind, of those that have filled about as much as any, and were tested in
+    the same way as most; none if there are no two to choose from."""
+    most = max((kept.recovered for kept in runs), default=0)
+    values = [(kept, getattr(kept, error)) for kept in runs if kept.recovered >= COMPARABLE * most]
+    judged = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
+    if error == "hidden_error" and judged:
+        tests = [kept.hidden_test for kept, _ in judged]
+        usual = max(reversed(tests), key=tests.count)
+        judged = [(kept, value) for kept, value in judged if kept.hidden_test == usual]
+    smallest = min((value for _, value in judged), default=math.nan)
+    return [kept for kept, value in judged if value == smallest] if len(judged) > 1 else []
+
+
+SORT_ROLE = Qt.ItemDataRole.UserRole
+
+
+class Column(IntEnum):
+    """Columns of the list, from the left."""
+
+    COMPARED = 0
+    COLOUR = 1
+    NAME = 2
+    VALUES = 3
+    SECONDS = 4
+    ITERATIONS = 5
+    TRUTH = 6
+    HIDDEN = 7
+    EXPECTED = 8
+    NOTE = 9
+
+
+EDITABLE = (Column.NAME, Column.NOTE)
+ERROR_COLUMNS = (Column.TRUTH, Column.HIDDEN, Column.EXPECTED)
+"""In the order of `ERRORS`."""
+
+_BEST = "Bold with a star: the best of the runs that have filled about as many pixels."
+HEADERS = {
+    Column.COMPARED: ("", f"Compare: show the run beside the present result, {MOST_COMPARED} at most. Click the tick."),
+    Column.COLOUR: ("", "Colour of the run in curves and profiles."),
+    Column.NAME: ("Run", "Name of the run; “present” is whose results are shown now. Press F2 to rename."),
+    Column.VALUES: ("Values", "The nearest preset, and what differs from it."),
+    Column.SECONDS: ("Time [s]", "How long the run took, in seconds."),
+    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter, in all blocks that were run."),
+    Column.TRUTH: (
+        "Truth [mm]",
+        f"Root mean square error against the frame's truth, over the pixels that blocks have filled. {_BEST}",
+    ),
+    Column.HIDDEN: (
+        "Hidden [mm]",
+        "Root mean square error on known depth that was hidden to test the run's values: Test on hidden depth in the "
+        f"panel Accuracy. {_BEST}",
+    ),
+    Column.EXPECTED: (
+        f"{RMS_NAME} [mm]",
+        f"{RMS_MEANING}. {_BEST}",
+    ),
+    Column.NOTE: (
+        "Note",
+        "What you want to remember of the run. Double-click to write; runs with a note are not dropped.",
+    ),
+}
+_NUMBERS = (Column.SECONDS, Column.ITERATIONS, *ERROR_COLUMNS)
+
+
+class RunModel(RowModel[RunRow]):
+    """Rows of kept runs, the latest first.
+
+    Signals
+    -------
+    edited(object, str, str)
+        A kept run, "name" or "note", and what the user typed.
+    ticked(object, bool)
+        A kept run, and whether it is to be compared.
+    """
+
+    edited = Signal(object, str, str)
+    ticked = Signal(object, bool)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(len(Column), parent)
+        self._bold = QFont(parent.font())
+        self._bold.setBold(True)
+        self.set_palette(parent.palette())
+
+    def set_palette(self, palette: QPalette) -> None:
+        """Take the colours of a palette."""
+        self._colours = theme.colours(palette)
+        self.announce_all()
+
+    def key(self, row: RunRow) -> object:
+        return row.kept
+
+    def look(self, row: RunRow, column: int) -> object:
+        if column in ERROR_COLUMNS:
+            place = ERROR_COLUMNS.index(Column(column))
+            return row.errors[place], row.best[place]
+        looks: dict[int, object] = {
+            Column.COMPARED: row.compared,
+            Column.COLOUR: row.colour,
+            Column.NAME: (row.name, row.title, row.present, row.seconds),
+            Column.VALUES: row.values,
+            Column.SECONDS: row.seconds,
+            Column.ITERATIONS: row.iterations,
+            Column.NOTE: row.note,
+        }
+        return looks[column]
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        if index.column() in EDITABLE:
+            return flags | Qt.ItemFlag.ItemIsEditable
+        return flags | Qt.ItemFlag.ItemIsUserCheckable if index.column() == Column.COMPARED else flags
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = Column(section)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return HEADERS[column][0]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return HEADERS[column][1]
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return HEADERS[column][0] or column.name.capitalize()
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        return None
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        row, column = self.rows[index.row()], Column(index.column())
+        best = column in ERROR_COLUMNS and row.best[ERROR_COLUMNS.index(column)]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return _text(row, column)
+        if role == Qt.ItemDataRole.EditRole:
+            return row.note if column == Column.NOTE else row.name
+        if role == SORT_ROLE:
+            return _sort_key(row, column)
+        if role == Qt.ItemDataRole.CheckStateRole and column == Column.COMPARED:
+            return Qt.CheckState.Checked if row.compared else Qt.CheckState.Unchecked
+        if role == Qt.ItemDataRole.DecorationRole:
+            return QColor(*row.colour) if column == Column.COLOUR else None
+        if role == Qt.ItemDataRole.FontRole:
+            return self._bold if best or (column == Column.NAME and row.present) else None
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return self._colours.good if best else None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return as_it_is(_tooltip(row, column))
+        if role == Qt.ItemDataRole.AccessibleTextRole and column == Column.COMPARED:
+            return f"Compare {row.name}"
+        return None
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        row, column = self.rows[index.row()], Column(index.column())
+        if role == Qt.ItemDataRole.CheckStateRole:
+            self.ticked.emit(row.kept, Qt.CheckState(value) == Qt.CheckState.Checked)
+            return True
+        text = str(value).strip()
+        if column == Column.NOTE and text != row.note:
+            self.edited.emit(row.kept, "note", text)
+        elif column == Column.NAME and text and text != row.name:
+            self.edited.emit(row.kept, "name", text)
+        else:
+            return False
+        return True
+
+
+def _text(row: RunRow, column: Column) -> str:
+    if column in ERROR_COLUMNS:
+        place = ERROR_COLUMNS.index(column)
+        return f"★ {_millimetres(row.errors[place])}" if row.best[place] else _millimetres(row.errors[place])
+    texts = {
+        Column.NAME: f"{row.title} · present" if row.present else row.title,
+        Column.VALUES: row.values,
+        Column.SECONDS: f"{row.seconds:.2f}",
+        Column.ITERATIONS: str(row.iterations),
+        Column.NOTE: row.note,
+    }
+    return texts.get(column, "")
+
+
+def _millimetres(error: float | None) -> str:
+    return "" if error is None else millimetres(error)
+
+
+def _sort_key(row: RunRow, column: Column) -> str | float:
+    if column in ERROR_COLUMNS:
+        error = row.errors[ERROR_COLUMNS.index(column)]
+        return math.inf if error is None or math.isnan(error) else error
+    keys: dict[Column, str | float] = {
+        Column.COMPARED: not row.compared,
+        Column.COLOUR: QColor(*row.colour).hsvHueF(),
+        # "Run 10" after "Run 9"
+        Column.NAME: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
+        Column.VALUES: row.values.casefold(),
+        Column.SECONDS: row.seconds,
+        Column.ITERATIONS: row.iterations,
+        Column.NOTE: row.note.casefold(),
+    }
+    return keys[column]
+
+
+def _tooltip(row: RunRow, column: Column) -> str:
+    if column == Column.NAME:
+        return _story(row)
+    if column == Column.VALUES:
+        return _all_values(row.kept.run.parameters, row.values)
+    if column in ERROR_COLUMNS:
+        error = row.errors[ERROR_COLUMNS.index(column)]
+        if error is None:
+            return f"{HEADERS[column][1]} It has not been worked out."
+        if math.isnan(error):
+            return f"{HEADERS[column][1]} There is none for this run."
+        if column == Column.HIDDEN and row.kept.hidden_test is not None:
+            test = row.kept.hidden_test
+            return f"{HEADERS[column][1]} Hidden: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
+    return row.note if column == Column.NOTE and row.note else HEADERS[column][1]
+
+
+def _story(row: RunRow) -> str:
+    kept = row.kept
+    lines = [
+        row.name,
+        f"{row.when:%H:%M:%S}: {len(kept.done)} of {kept.block_count} blocks in {row.seconds:.2f} s, "
+        f"{row.iterations} iterations, {kept.how}.",
+        f"{kept.recovered} pixels filled by blocks" + (", and the rest guessed." if kept.guess is not None else "."),
+    ]
+    return "\n".join([*lines, "Its results are the present ones."] if row.present else lines)
+
+
+def _all_values(parameters: Parameters, values: str) -> str:
+    """All values that have an effect as rich text; those that differ from the preset are bold."""
+    differs = likeness(parameters, PRESETS).differs
+    lines = []
+    for name, declaration in Parameters.declarations().items():
+        if parameters.matters(name):
+            text = html.escape(f"{declaration.label}: {declaration.in_words(getattr(parameters, name))}")
+            lines.append(f"<b>{text}</b>" if name in differs else text)
+    return f"<p>{html.escape(values)}</p><p>{'<br>'.join(lines)}</p>"
+
+
+def _alignment(column: Column) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter

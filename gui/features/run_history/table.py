@@ -1,0 +1,203 @@
+"""The list of kept runs: which there are, how good they are, and which of them are meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
+
+from ilf.project.run_history import KeptRun
+
+from ...widgets.basics import paint_hint
+from ...widgets.tables import ICON_SIZE, SoftRows, lay_out
+from .model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunModel, RunRow
+
+_WIDTHS = {
+    Column.COMPARED: 26,
+    Column.COLOUR: 26,
+    Column.SECONDS: 66,
+    Column.ITERATIONS: 52,
+    Column.TRUTH: 86,
+    Column.HIDDEN: 94,
+    Column.EXPECTED: 190,
+    Column.NOTE: 110,
+}
+_NAME = 0.4, 120, 240
+"""Width of names: share of what the other columns leave, and bounds [px]."""
+_VALUES_WIDTH = 120
+"""Width of values, at least [px]; below, the table scrolls sideways."""
+
+
+class RunTable(QWidget):
+    """Table of kept runs with its buttons. It shows rows and reports wishes; the rows change only by `set_rows`.
+
+    Parameters
+    ----------
+    buttons : sequence of (QAction, bool) or None
+        What stands above the table, and whether with its text; None separates.
+
+    Signals
+    -------
+    selectionChanged()
+        Other rows are chosen.
+    edited(object, str, str), ticked(object, bool)
+        As of `RunModel`.
+    deleteWished()
+        Of the chosen rows.
+    contextMenuRequested(QPoint)
+        Global position.
+    shown()
+        The table has come into view.
+    """
+
+    selectionChanged = Signal()
+    edited = Signal(object, str, str)
+    ticked = Signal(object, bool)
+    deleteWished = Signal()
+    contextMenuRequested = Signal(QPoint)
+    shown = Signal()
+
+    def __init__(self, buttons: Sequence[tuple[QAction, bool] | None], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._model = RunModel(self)
+        self._proxy = QSortFilterProxyModel(self)
+        self._proxy.setSourceModel(self._model)
+        self._proxy.setSortRole(SORT_ROLE)
+        self.view = _RunView(self)
+        self.view.setModel(self._proxy)
+        self.view.arrange()
+        row = QHBoxLayout()
+        row.setContentsMargins(4, 2, 4, 2)
+        row.setSpacing(2)
+        for button in buttons:
+            if button is None:
+                row.addSpacing(10)
+                continue
+            action, with_text = button
+            tool = QToolButton(autoRaise=True)
+            tool.setDefaultAction(action)
+            tool.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+            if with_text:
+                tool.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            row.addWidget(tool)
+        row.addStretch()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(row)
+        layout.addWidget(self.view, 1)
+        self.setFocusProxy(self.view)
+        self._model.edited.connect(self.edited)
+        self._model.ticked.connect(self.ticked)
+        self.view.delete_wished.connect(self.deleteWished)
+        self.view.selectionModel().selectionChanged.connect(lambda *_: self.selectionChanged.emit())
+        self._model.rowsRemoved.connect(lambda *_: self.selectionChanged.emit())
+        self.view.customContextMenuRequested.connect(
+            lambda at: self.contextMenuRequested.emit(self.view.viewport().mapToGlobal(at))
+        )
+
+    def set_rows(self, rows: Sequence[RunRow]) -> None:
+        """Show these rows, and the kinds of errors that any has; selection, scroll position and sorting stay."""
+        self._model.set_rows(rows)
+        known = {
+            column
+            for place, column in enumerate(ERROR_COLUMNS)
+            if any(math.isfinite(row.errors[place] or math.nan) for row in rows)
+        }
+        self.view.show_errors({Column.EXPECTED, *known})
+
+    def runs(self) -> list[KeptRun]:
+        """All runs in table order."""
+        return [self._run(row) for row in range(self._proxy.rowCount())]
+
+    def selected(self) -> list[KeptRun]:
+        """The chosen runs in table order."""
+        return [self._run(row) for row in sorted(index.row() for index in self.view.selectionModel().selectedRows())]
+
+    def select(self, kept: KeptRun) -> None:
+        """Choose a run and no other, and bring it into view."""
+        row = self.runs().index(kept)
+        self.view.selectRow(row)
+        self.view.scrollTo(self._proxy.index(row, Column.NAME))
+
+    def edit(self, column: Column) -> None:
+        """Let the user type the name or the note of the chosen run."""
+        rows = self.view.selectionModel().selectedRows(column)
+        if rows:
+            index = self._proxy.index(rows[0].row(), column)
+            self.view.setCurrentIndex(index)
+            self.view.edit(index)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._model.set_palette(self.palette())
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
+
+    def sizeHint(self) -> QSize:
+        return QSize(700, 170)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(240, 90)
+
+    def _run(self, row: int) -> KeptRun:
+        return self._model.rows[self._proxy.mapToSource(self._proxy.index(row, 0)).row()].kept
+
+
+class _RunView(QTableView):
+    """Mouse and keyboard of the table."""
+
+    delete_wished = Signal()
+
+    def arrange(self) -> None:
+        """Columns, selection and look; once, after the model is set."""
+        lay_out(self)
+        self.setItemDelegate(SoftRows((Column.COLOUR,), self, elided_within=(Column.NAME,)))
+        self.setAccessibleName("Kept runs")
+        self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
+        header = self.horizontalHeader()
+        for column, width in _WIDTHS.items():
+            header.resizeSection(column, width)
+        for column in (Column.COMPARED, Column.COLOUR):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+
+    def show_errors(self, known: Collection[Column]) -> None:
+        """Show just these columns of errors."""
+        for column in ERROR_COLUMNS:
+            self.setColumnHidden(column, column not in known)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        others = sum(width for column, width in _WIDTHS.items() if not self.isColumnHidden(column))
+        free = self.viewport().width() - others
+        share, least, most = _NAME
+        name = min(max(round(share * free), least), most)
+        self.horizontalHeader().resizeSection(Column.NAME, name)
+        self.horizontalHeader().resizeSection(Column.VALUES, max(free - name, _VALUES_WIDTH))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        current = self.currentIndex()
+        if event.key() == Qt.Key.Key_F2 and current.isValid():
+            column = current.column() if current.column() in EDITABLE else Column.NAME
+            self.edit(current.siblingAtColumn(column))
+        elif event.key() == Qt.Key.Key_Space:
+            event.ignore()  # it pans the views, wherever the focus is
+        elif event.key() == Qt.Key.Key_Delete:
+            self.delete_wished.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            paint_hint(self, "No runs yet. Every run is kept here, with what it was made of and how good it is.")

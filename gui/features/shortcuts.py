@@ -1,0 +1,391 @@
+"""The keys of the window's commands, as the user wants them, as a part of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from PySide6.QtCore import QModelIndex, QObject, QSettings, Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLineEdit,
+    QMainWindow,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..base.commands import PASSING, Entry, entries_of, keys_text, plain
+from ..widgets.basics import Message, PlainLabel
+from .context import Desk, Part
+from .palette.matching import match
+
+# Which keys give which command: those that it comes with, and those that the user has chosen instead.
+
+_KEY = "shortcuts"
+_FIXED = {
+    "Space": "pans the views",
+    "Shift+Space": "pans the views",
+    "Tab": "goes on to the next tool",
+    "Shift+Tab": "goes back to the tool before",
+    "Ctrl+Tab": "leads from the pictures to the panels",
+    "Ctrl+Shift+Tab": "leads from the pictures to the panels",
+    "Return": "finishes what is being drawn",
+    "Enter": "finishes what is being drawn",
+    "Backspace": "takes back the last point of what is being drawn",
+}
+"""Keys that mean something of their own all over the window."""
+
+Keys = list[QKeySequence]
+
+
+class Keymap(QObject):
+    """The keys of all actions that can be found, now and later.
+
+    Parameters
+    ----------
+    window : QMainWindow
+        Whose actions they are.
+    remembers : bool
+        Whether what the user has chosen is known from session to session.
+
+    Signals
+    -------
+    changed()
+        Some action has other keys.
+    """
+
+    changed = Signal()
+
+    def __init__(self, window: QMainWindow, remembers: bool) -> None:
+        super().__init__(window)
+        self._window = window
+        self._remembers = remembers
+        self._defaults: dict[str, Keys] = {}
+        self._entries: dict[str, Entry] = {}
+        self.update()
+
+    @property
+    def entries(self) -> list[Entry]:
+        """All actions that are known."""
+        return list(self._entries.values())
+
+    def update(self) -> None:
+        """Look for actions again: those that are new get the keys that the user has chosen for them before."""
+        found = {entry.key: entry for entry in entries_of(self._window) if not entry.action.property(PASSING)}
+        for key, entry in found.items():
+            known = self._entries.get(key)
+            if known is not None and known.action is entry.action:
+                continue
+            self._defaults[key] = entry.action.shortcuts()
+            chosen = self._chosen(key)
+            if chosen is not None:
+                _give(entry.action, chosen)
+        self._entries = found
+
+    def default(self, key: str) -> Keys:
+        """The keys that an action comes with."""
+        return self._defaults[key]
+
+    def is_changed(self, key: str) -> bool:
+        """Whether an action has other keys than it comes with."""
+        return self._entries[key].action.shortcuts() != self._defaults[key]
+
+    def fixed(self, sequence: QKeySequence) -> str:
+        """What a key does all over the window, so that no command can have it; "" for nothing."""
+        text = sequence.toString(QKeySequence.SequenceFormat.PortableText)
+        first = text.split(", ")[0]
+        menus = {
+            QKeySequence.mnemonic(action.text()).toString(): f"opens the menu {plain(action.text())}"
+            for action in self._window.menuBar().actions()
+        }
+        held = {entry.held: f"is held for “{entry.text}”" for entry in self.entries}
+        does = _FIXED.get(first) or menus.get(first) or held.get(first)
+        return f"{first} {does}, and can be given to no command." if does else ""
+
+    def clashes(self, key: str, sequence: QKeySequence) -> list[Entry]:
+        """The other actions that have this sequence, or one that begins as it does or that it begins with."""
+        return [
+            entry
+            for entry in self.entries
+            if entry.key != key and any(_overlap(sequence, other) for other in entry.action.shortcuts())
+        ]
+
+    def set_keys(self, key: str, keys: Iterable[QKeySequence]) -> None:
+        """Give an action other keys, at once."""
+        self._set({key: list(keys)})
+
+    def swap(self, key: str, sequence: QKeySequence, other: str) -> None:
+        """Give an action the keys of another, and the other what the action has had."""
+        self._set({key: [sequence], other: self._entries[key].action.shortcuts()})
+
+    def take(self, key: str, sequence: QKeySequence) -> None:
+        """Give an action a sequence, and take it from all others that have it."""
+        changes: dict[str, Keys] = {}
+        for entry in self.clashes(key, sequence):
+            changes[entry.key] = [other for other in entry.action.shortcuts() if not _overlap(sequence, other)]
+        self._set({**changes, key: [sequence]})
+
+    def reset(self, key: str) -> None:
+        """Give an action the keys that it comes with; those who have them now lose them."""
+        changes: dict[str, Keys] = {key: self._defaults[key]}
+        for sequence in self._defaults[key]:
+            for entry in self.clashes(key, sequence):
+                kept = changes.get(entry.key, entry.action.shortcuts())
+                changes[entry.key] = [other for other in kept if not _overlap(sequence, other)]
+        self._set(changes)
+
+    def reset_all(self) -> None:
+        """Give every action the keys that it comes with."""
+        self._set(dict(self._defaults))
+
+    def _set(self, changes: dict[str, Keys]) -> None:
+        settings = QSettings()
+        for key, keys in changes.items():
+            if key in self._entries:
+                _give(self._entries[key].action, keys)
+            if not self._remembers:
+                continue
+            if keys == self._defaults[key]:
+                settings.remove(f"{_KEY}/{_name(key)}")
+            else:
+                settings.setValue(f"{_KEY}/{_name(key)}", QKeySequence.listToString(keys))
+        self.changed.emit()
+
+    def _chosen(self, key: str) -> Keys | None:
+        kept = QSettings().value(f"{_KEY}/{_name(key)}") if self._remembers else None
+        if kept is None:
+            return None
+        # a list is how settings give text with commas in it
+        text = "; ".join(kept) if isinstance(kept, list) else str(kept)
+        return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
+
+
+def _give(action: QAction, keys: Keys) -> None:
+    """Set an action's keys, and say them in its tooltip, if it has one of its own."""
+    before, hint = keys_text(action.shortcuts()), action.toolTip()
+    action.setShortcuts(keys)
+    if hint.rstrip("…") == action.text().replace("&", "").rstrip("…"):
+        return
+    bare = hint.removesuffix(f" ({before})") if before else hint
+    action.setToolTip(f"{bare} ({keys_text(keys)})" if keys else bare)
+
+
+def _overlap(one: QKeySequence, other: QKeySequence) -> bool:
+    no_match = QKeySequence.SequenceMatch.NoMatch
+    return one.matches(other) is not no_match or other.matches(one) is not no_match
+
+
+def _name(key: str) -> str:
+    """A key as settings can hold it."""
+    return key.replace("/", "|").replace("\\", "|")
+
+
+# The list of all commands with their keys, in which the keys can be changed.
+
+_COMMAND, _MENU, _KEYS = range(3)
+_HINT = "Choose a command, click the field and press its new keys. They hold at once."
+
+
+class ShortcutsDialog(QDialog):
+    """Filter, choose, press keys. Keys that another command has can be swapped with it or taken from it.
+
+    Parameters
+    ----------
+    keymap : Keymap
+        What is shown and changed.
+    """
+
+    def __init__(self, keymap: Keymap, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Keyboard shortcuts")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.resize(620, 560)
+        self._keymap = keymap
+        self._items: dict[str, QTreeWidgetItem] = {}
+        self._wanted = QKeySequence()
+        self.filter = QLineEdit(placeholderText="Filter by name, menu or keys", clearButtonEnabled=True)
+        self.filter.setAccessibleName("Filter")
+        self.filter.setToolTip("Show only commands with these letters, in these menus or with these keys")
+        self.list = QTreeWidget()
+        self.list.setAccessibleName("Commands and their keys")
+        self.list.setRootIsDecorated(False)
+        self.list.setUniformRowHeights(True)
+        self.list.setStyleSheet("QTreeView::item { padding: 3px 0; }")
+        self.list.setAlternatingRowColors(True)
+        self.list.setHeaderLabels(["Command", "Menu", "Keys"])
+        self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        header = self.list.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(_COMMAND, QHeaderView.ResizeMode.Stretch)
+        for column in (_MENU, _KEYS):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        self.edit = QKeySequenceEdit()
+        self.edit.setMaximumSequenceLength(1)
+        self.edit.setToolTip("Press the keys that the chosen command shall have")
+        label = PlainLabel("&Keys")
+        label.setBuddy(self.edit)
+        self.clear_button = QPushButton("&None", autoDefault=False)
+        self.clear_button.setToolTip("Let the chosen command have no keys")
+        self.reset_button = QPushButton("&Reset", autoDefault=False)
+        self.reset_button.setToolTip("Give the chosen command the keys that it came with")
+        self.message = Message(lines=2)
+        self.swap_button = QPushButton("&Swap", autoDefault=False)
+        self.swap_button.setToolTip("Give that command the keys that this one has had")
+        self.take_button = QPushButton("&Take them", autoDefault=False)
+        self.take_button.setToolTip("Leave that command without keys")
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.reset_all_button = QPushButton("Reset &all", autoDefault=False)
+        self.reset_all_button.setToolTip("Give every command the keys that it came with")
+        buttons.addButton(self.reset_all_button, QDialogButtonBox.ButtonRole.ResetRole)
+        buttons.button(QDialogButtonBox.StandardButton.Close).setAutoDefault(False)
+        buttons.rejected.connect(self.reject)
+
+        row, clash = QHBoxLayout(), QHBoxLayout()
+        for widget in (label, self.edit, self.clear_button, self.reset_button):
+            row.addWidget(widget, widget is self.edit)
+        clash.addWidget(self.message, 1)
+        for button in (self.swap_button, self.take_button):
+            clash.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(8)
+        layout.addWidget(self.filter)
+        layout.addWidget(self.list, 1)
+        layout.addLayout(row)
+        layout.addLayout(clash)
+        layout.addWidget(buttons)
+
+        self.filter.textChanged.connect(self._filter)
+        self.list.currentItemChanged.connect(lambda *_: self._choose())
+        self.list.itemActivated.connect(lambda *_: self.edit.setFocus())
+        self.edit.editingFinished.connect(self._set)
+        self.clear_button.clicked.connect(lambda: self._keymap.set_keys(self._key(), []))
+        self.reset_button.clicked.connect(lambda: self._keymap.reset(self._key()))
+        self.reset_all_button.clicked.connect(self._keymap.reset_all)
+        self.swap_button.clicked.connect(self._swap)
+        self.take_button.clicked.connect(lambda: self._keymap.take(self._key(), self._wanted))
+        self._keymap.changed.connect(self._show)
+        self._keymap.update()
+        self._fill()
+
+    def choose(self, key: str) -> None:
+        """Choose the command of this key."""
+        self.list.setCurrentItem(self._items[key])
+
+    def shown(self) -> list[str]:
+        """Keys of the commands that pass the filter."""
+        return [key for key, item in self._items.items() if not item.isHidden()]
+
+    def _fill(self) -> None:
+        for entry in self._keymap.entries:
+            item = QTreeWidgetItem([entry.text, entry.where, entry.keys])
+            item.setData(_COMMAND, Qt.ItemDataRole.UserRole, entry.key)
+            item.setToolTip(_COMMAND, entry.action.toolTip())
+            self.list.addTopLevelItem(item)
+            self._items[entry.key] = item
+        self._show()
+        self._choose_first()
+
+    def _show(self) -> None:
+        for entry in self._keymap.entries:
+            item = self._items.get(entry.key)
+            if item is None:
+                continue
+            item.setText(_KEYS, entry.keys)
+            font = item.font(_KEYS)
+            font.setBold(self._keymap.is_changed(entry.key))
+            item.setFont(_KEYS, font)
+        self._choose()
+
+    def _filter(self, query: str) -> None:
+        scores = {}
+        for entry in self._keymap.entries:
+            found = match(query, f"{entry.text} {entry.where}")
+            fits = found is not None or query.lower() in entry.keys.lower()
+            self._items[entry.key].setHidden(bool(query.strip()) and not fits)
+            scores[entry.key] = 0.0 if found is None else found.score
+        current = self.list.currentItem()
+        if current is None or current.isHidden():
+            self._choose_first(scores)
+
+    def _choose_first(self, scores: Mapping[str, float] | None = None) -> None:
+        """Choose the first command that is shown, or the one that fits best."""
+        shown = self.shown()
+        if shown:
+            self.choose(max(shown, key=(scores or dict.fromkeys(shown, 0.0)).__getitem__))
+        else:
+            self.list.setCurrentIndex(QModelIndex())
+
+    def _key(self) -> str:
+        current = self.list.currentItem()
+        return "" if current is None else str(current.data(_COMMAND, Qt.ItemDataRole.UserRole))
+
+    def _entry(self) -> Entry | None:
+        key = self._key()
+        return next((entry for entry in self._keymap.entries if entry.key == key), None)
+
+    def _choose(self) -> None:
+        """Show the keys of the chosen command."""
+        entry = self._entry()
+        keys = entry.action.shortcuts() if entry is not None else []
+        self._wanted = QKeySequence()
+        self.edit.blockSignals(True)
+        self.edit.setKeySequence(keys[0] if keys else QKeySequence())
+        self.edit.blockSignals(False)
+        self.edit.setEnabled(entry is not None)
+        self.clear_button.setEnabled(bool(keys))
+        changed = entry is not None and self._keymap.is_changed(entry.key)
+        self.reset_button.setEnabled(changed)
+        self.reset_all_button.setEnabled(any(self._keymap.is_changed(entry.key) for entry in self._keymap.entries))
+        came = keys_text(self._keymap.default(entry.key)) or "none" if entry is not None and changed else ""
+        self._say(f"It came with {came}." if came else _HINT)
+
+    def _set(self) -> None:
+        entry, wanted = self._entry(), self.edit.keySequence()
+        if entry is None or wanted.isEmpty() or wanted == self._wanted or wanted in entry.action.shortcuts():
+            return
+        self._wanted = wanted
+        fixed = self._keymap.fixed(wanted)
+        others = self._keymap.clashes(entry.key, wanted)
+        if fixed:
+            self._say(fixed, "error")
+        elif others:
+            names = " and ".join(f"“{other.text}”" for other in others)
+            verb = "has" if len(others) == 1 else "have"
+            self._say(f"{names} {verb} {keys_text([wanted])}.", "warning", clash=True, swap=len(others) == 1)
+        else:
+            self._keymap.set_keys(entry.key, [wanted])
+
+    def _swap(self) -> None:
+        other = self._keymap.clashes(self._key(), self._wanted)[0]
+        self._keymap.swap(self._key(), self._wanted, other.key)
+
+    def _say(self, text: str, tone: str = "muted", clash: bool = False, swap: bool = False) -> None:
+        self.message.say(text, tone)
+        self.swap_button.setVisible(swap)
+        self.take_button.setVisible(clash)
+
+
+class ShortcutsPart(Part):
+    """Gives the commands the keys that were chosen before, and lets others be chosen."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.keymap: Keymap | None = None
+        desk.actions["shortcuts"].triggered.connect(self._ask)
+
+    def begin(self) -> None:
+        """Now all commands are there."""
+        self.keymap = Keymap(self.desk.window, self.desk.panels.remembers)
+
+    def _ask(self) -> None:
+        if self.keymap is not None:
+            ShortcutsDialog(self.keymap, self.desk.window).open()

@@ -1,0 +1,301 @@
+"""Says in the status bar what a click would do, and how far the work under way is."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
+
+from ilf.drawing.blocks import STAGES
+
+from ..base.actions import Actions
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..tools.editor import Editor
+from ..tools.kinds import TOOL_NAMES
+from ..widgets.basics import PlainLabel, as_it_is
+from ..work.frame_runs import RunState
+from ..work.jobs import Pace
+from ..work.loading import FrameLoader
+from ..work.runs import RunController
+from .documents.documents import Documents
+
+# The status bar: what a click would do now, what is under the cursor, how far the work is.
+
+_PROGRESS = 200
+
+
+class StatusBar(QStatusBar):
+    """Hint at the left, readout and progress at the right. What is said in passing has a place of its own."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.hint = PlainLabel()
+        self.readout = QLabel()
+        self.progress = QProgressBar()
+        # neither may keep the window from being made narrower than what they say
+        for label in (self.hint, self.readout):
+            label.setMinimumWidth(1)
+        self.progress.setFixedWidth(_PROGRESS)
+        self.progress.setAccessibleName("Progress")
+        self.progress.setTextVisible(True)
+        self.progress.hide()
+        self.addWidget(self.hint, 1)
+        self.addPermanentWidget(self.readout)
+        self.addPermanentWidget(self.progress)
+
+    def show_progress(self, text: str, share: float | None, left: str) -> None:
+        """Say what is under way, how much of it is done, 0-1 or None if that is not known, and what time is left.
+
+        "" for nothing under way.
+        """
+        progress = self.progress
+        progress.setVisible(bool(text))
+        said = ""
+        if share is None:
+            progress.setRange(0, 0)
+        else:
+            progress.setRange(0, 100)
+            progress.setValue(round(100 * share))
+            said = f" {round(100 * share)} %" + (f", {left}" if left else "")
+        metrics = progress.fontMetrics()
+        room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(said)
+        progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + said)
+        progress.setToolTip(as_it_is(text + said))
+
+
+_NO_FRAME = "Open a frame by the menu File, or drop its files here"
+
+
+class StatusPresenter(QObject):
+    """Hint and progress.
+
+    Parameters
+    ----------
+    elsewhere : callable
+        Gives what the mouse does where it is at no view of the tools; "" where it is at one.
+    """
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        runs: RunController,
+        loader: FrameLoader,
+        documents: Documents,
+        editor: Editor,
+        bar: StatusBar,
+        elsewhere: Callable[[], str],
+    ) -> None:
+        super().__init__(bar)
+        self._workspace = workspace
+        self._runs = runs
+        self._loader = loader
+        self._documents = documents
+        self._editor = editor
+        self._pace = Pace()
+        self._paced: list[Session] = []
+        """Frames whose runs the pace is of."""
+        self._bar = bar
+        self._elsewhere = elsewhere
+
+    def show_hint(self) -> None:
+        """What is being opened or extracted, or else what a click would do now."""
+        hint = self._elsewhere() or self._editor.tool.hint
+        idle = hint if self._workspace.has_session else _NO_FRAME
+        self._bar.hint.setText(self._loader.present or idle)
+        self._bar.hint.setToolTip(as_it_is(idle))  # where the window is too narrow for it
+
+    def show_progress(self) -> None:
+        """How far runs, openings and extractions are, and how long they will still take; or that files are written."""
+        bar, share = self._bar, None
+        if self._runs.running:
+            text, share = self._runs_text()
+        elif self._loader.busy:
+            text, share = self._loader.present, self._loader.share_done or None
+            self._pace.note(share or 0.0)
+        elif (saved := self._documents.saved_share()) is not None:
+            text, share = "Saving", saved
+        else:
+            text = "Exporting" if self._documents.exporting else ""
+        if not text:
+            self._pace.forget()
+            self._paced = []
+        bar.show_progress(text, share, self._pace.text() if share is not None else "")
+
+    def _runs_text(self) -> tuple[str, float | None]:
+        """What goes on for the present frame, or else for others, and the share of it that is done."""
+        runs, present = self._runs, not self._runs.free
+        if runs.state is RunState.GUESSING:
+            return runs.state.value, None
+        going = [self._workspace.session] if present else runs.running
+        shares = [runs.of(session).share_done for session in going]
+        share = sum(shares) / len(shares)
+        if going != self._paced:
+            self._paced = going
+            self._pace.forget()
+        self._pace.note(share, going=runs.state is not RunState.PAUSED)
+        if present:
+            return runs.state.value, share
+        return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
+
+
+# Says which commands can be given now.
+
+_FRAME_ACTIONS = (
+    "export",
+    "close_frame",
+    "new_block",
+    "select_all",
+    *(f"tool_{name}" for name in TOOL_NAMES),
+    "brush_smaller",
+    "brush_larger",
+    "similar_only",
+    "to_no_block",
+    "next_suspect",
+    "previous_suspect",
+    "suggest_distrust",
+    "fit",
+    "one_to_one",
+    *(f"stage_{name}" for name in STAGES),
+)
+_ANY_CHOSEN = "lock_blocks", "hide_blocks"
+
+
+class CommandsPresenter(QObject):
+    """Enables the actions that make sense as things are."""
+
+    def __init__(self, workspace: Workspace, runs: RunController, loader: FrameLoader, actions: Actions) -> None:
+        super().__init__(workspace)
+        self._workspace = workspace
+        self._runs = runs
+        self._loader = loader
+        self._actions = actions
+
+    def show(self) -> None:
+        """Enable and disable."""
+        runs, actions = self._runs, self._actions
+        session = self._workspace.session if self._workspace.has_session else None
+        counts = session.counts() if session else {}
+        chosen = set(session.selected) & set(counts) if session else set()
+        unlocked = chosen - session.locked if session else set()
+        own = session.notes.own if session else {}
+        paused = runs.state is RunState.PAUSED
+        free = runs.free and not self._loader.busy
+        no_frame = "" if session else "Open a frame first."
+        busy = no_frame or ("" if free else "Wait until what is under way has ended, or cancel it.")
+        no_blocks = no_frame or ("" if counts else "There are no blocks: extract or draw some first.")
+        none_chosen = no_blocks or ("" if chosen else "Choose a block first.")
+        locked = none_chosen or ("" if unlocked else "The chosen blocks are locked: unlock them first.")
+        idle = "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING) else "Nothing is running."
+        no_results = no_frame or ("" if session and session.results.kept else "There are no results yet.")
+        allow = actions.allow
+        allow(no_frame, *_FRAME_ACTIONS)
+        allow(busy, "extract", "load_blocks")
+        allow(no_blocks, "save_blocks", "clean_up")
+        allow(none_chosen, "zoom_block")
+        allow(locked, "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
+        allow("" if len(unlocked) > 1 else no_blocks or "Choose two or more unlocked blocks first.", "merge_blocks")
+        allow("" if session and session.selected else none_chosen or "Choose a block first.", *_ANY_CHOSEN)
+        allow(no_blocks or busy, "run", "run_all")
+        allow(none_chosen or busy, "run_selected")
+        allow("" if paused else no_blocks or busy, "step")
+        allow(idle, "pause", "cancel")
+        allow(no_results or busy or self._why_no_guess(session), "guess")
+        allow(no_results, "clear_results")
+        unseen = session is not None and not session.to_check.isdisjoint(chosen)
+        allow("" if unseen else none_chosen or "The chosen blocks need no look.", "looked_at")
+        none_own = "The chosen blocks have no values of their own." if chosen.isdisjoint(own) else ""
+        allow(none_chosen or none_own, "reset_own")
+        can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own
+        allow("" if can_copy else "Choose a block with values of its own, and others after it.", "copy_own")
+        actions["pause"].setChecked(paused)
+        actions["pause"].setText("Resume" if paused else "&Pause")
+
+    @staticmethod
+    def _why_no_guess(session: Session | None) -> str:
+        if session is None or not session.valid_results():
+            return "Run the blocks first."
+        return "The rest is guessed already." if session.guessed else ""
+
+
+# Says what is under the cursor: position, block, depth in and out, expected error, compared runs, truth and error.
+
+
+class ReadoutPresenter(QObject):
+    """The readout of the pixel under the cursor."""
+
+    def __init__(self, workspace: Workspace, label: QLabel) -> None:
+        super().__init__(label)
+        self._workspace = workspace
+        self._label = label
+        self._pixel: tuple[int, int] | None = None
+
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """The cursor has moved to pixel (x, y), or off the frame."""
+        self._pixel = pixel
+        self.show()
+
+    def show(self) -> None:
+        """What there is at the pixel under the cursor."""
+        self._label.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
+
+    def _parts(self, x: int, y: int) -> list[str]:
+        if not self._workspace.has_session:
+            return []
+        session = self._workspace.session
+        height, width = session.frame.shape
+        if x >= width or y >= height:  # the cursor has not moved yet since another frame was shown
+            return []
+        label = int(session.labels[y, x])
+        block = session.info(label).name if label else "no block"
+        depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
+        distrusted = np.isfinite(measured) and not np.isfinite(depth_in)
+        given = f"distrusted {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
+        outside = session.frame.outside_view
+        if outside is not None and outside[y, x]:
+            given = "outside the depth camera's view"
+        locked = " (locked)" if label in session.locked else ""
+        parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
+        past, error = self._workspace.past, session.expected_error()
+        depth = session.present_depth() if past is None else past.depth
+        if depth is not None:
+            depth_out = float(depth[y, x])
+            completion = session.completion()
+            guessed = completion is not None and completion.guessed[y, x]
+            if past is not None:
+                parts.append(f"after iteration {past.iteration} {_metres(depth_out)}")
+            else:
+                parts.append(f"out {_metres(depth_out)}{' (guessed)' if guessed else ''}")
+            if np.isfinite(depth_in) and np.isfinite(depth_out):
+                parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+        if past is None and error is not None and np.isfinite(error[y, x]):
+            parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
+            unvouched = session.unvouched()
+            if unvouched is not None and unvouched[y, x]:
+                parts.append("nothing vouches for it")
+        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
+        return [*parts, *_judged(session, depth, x, y), *runs]
+
+
+def _judged(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
+    """The truth, and how far off completed depth is."""
+    truth = session.frame.truth
+    if truth is None or not np.isfinite(truth[y, x]):
+        return []
+    parts = [f"truth {_metres(float(truth[y, x]))}"]
+    if depth is not None and np.isfinite(depth[y, x]):
+        parts.append(f"error {1000 * float(depth[y, x] - truth[y, x]):+.1f} mm")
+    return parts
+
+
+def _error_text(error: float) -> str:
+    millimetres = 1000 * error
+    return f"{millimetres:.{1 if millimetres < 10 else 0}f} mm" if error < 1 else f"{error:.2f} m"
+
+
+def _metres(depth: float) -> str:
+    return f"{depth:.3f} m" if np.isfinite(depth) else "missing"

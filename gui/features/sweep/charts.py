@@ -1,0 +1,308 @@
+"""The error against the value of a parameter: a curve with its best point and the present value marked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QToolTip, QWidget
+
+from ...base import theme
+from ...views.colours import error_table
+
+_LABEL_WIDTH = 52
+"""Least distance between the labels of values [px]."""
+_LEAST_RANGE = 0.05
+"""Range of the errors that is shown at least, as a share of the largest."""
+_REACH = 40
+"""How far from a point a click still means it, across [px]."""
+
+
+class ErrorCurve(pg.PlotWidget):
+    """A point per value that has been tried.
+
+    Signals
+    -------
+    taken(int)
+        The point that was clicked, counted from the first value.
+    """
+
+    taken = Signal(int)
+
+    def __init__(self) -> None:
+        self._values = _ValueAxis()
+        super().__init__(axisItems={"bottom": self._values}, enableMenu=False)
+        self._places: list[float] = []
+        self._logarithmic = False
+        self._name = ""
+        self.curve = pg.PlotDataItem(antialias=True, connect="finite", symbol="o", symbolSize=7)
+        self.best = pg.ScatterPlotItem(size=15, symbol="o")
+        self.present = pg.InfiniteLine(
+            angle=90, label="now", labelOpts={"position": 0.95, "anchors": [(0, 0), (1, 0)], "movable": False}
+        )
+        self.addItem(self.present, ignoreBounds=True)
+        self.addItem(self.curve)
+        self.addItem(self.best)
+        self.hideButtons()
+        self.getViewBox().setMouseEnabled(x=False, y=False)
+        self.getViewBox().setDefaultPadding(0.08)
+        self.getAxis("left").enableAutoSIPrefix(False)
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        self.setAccessibleName("Error against the value")
+        self.setToolTip("The error at every value that was tried. Click a point to take its value.")
+        self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
+        self.set_points([], [], None)
+        self._style()
+
+    def set_scale(self, name: str, values: Sequence[float], logarithmic: bool) -> None:
+        """Which parameter, its values in rising order, and whether their ratios count."""
+        self._name = name
+        self._logarithmic = logarithmic and min(values) > 0
+        self._places = [self._place(value) for value in values]
+        self._values.set_ticks(self._places, [f"{value:g}" for value in values])
+        self.getViewBox().setXRange(self._places[0], self._places[-1], padding=0.05)
+        self._style()
+
+    def set_present(self, value: float) -> None:
+        """Mark the value that the parameter has now, where it is in the range."""
+        shown = not (self._logarithmic and value <= 0)
+        place = self._place(value) if shown else math.nan
+        shown = shown and bool(self._places) and self._places[0] <= place <= self._places[-1]
+        self.present.setVisible(shown)
+        if shown:
+            self.present.setValue(place)
+
+    def set_points(self, places: Sequence[int], errors: Sequence[float], best: int | None) -> None:
+        """Errors [m] of some of the values, NaN where there is none, and which of them is the best."""
+        known = dict(sorted(zip(places, errors, strict=True)))
+        across = np.array([self._places[place] for place in known], float)
+        above = 1000 * np.array(list(known.values()), float)
+        self.curve.setData(across, above)
+        if np.isfinite(above).any():
+            # what makes next to no difference is not to look like one
+            self.getViewBox().setLimits(minYRange=_LEAST_RANGE * float(np.nanmax(above)))
+        self.best.setData(pos=[(self._places[best], 1000 * known[best])] if best in known else [])
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(event)
+        if event.button() == Qt.MouseButton.LeftButton and self._places:
+            at = event.position()
+            distances = [abs(self._screen(place) - at.x()) for place in self._places]
+            nearest = int(np.argmin(distances))
+            if distances[nearest] <= _REACH:
+                self.taken.emit(nearest)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_name"):
+            self._style()
+
+    def point(self, number: int) -> QPointF:
+        """Where on the widget a value is, at half height."""
+        return QPointF(self._screen(self._places[number]), self.height() / 2)
+
+    def _screen(self, place: float) -> float:
+        return float(self.getViewBox().mapViewToScene(QPointF(place, 0)).x())
+
+    def _place(self, value: float) -> float:
+        return math.log10(value) if self._logarithmic else value
+
+    def _style(self) -> None:
+        colours = theme.colours(self.palette())
+        self.setBackground(colours.background)
+        accent, good = colours.accent, colours.good
+        self.curve.setPen(pg.mkPen(accent, width=1.8))
+        self.curve.setSymbolBrush(accent)
+        self.curve.setSymbolPen(pg.mkPen(colours.background))
+        self.best.setPen(pg.mkPen(good, width=2.5))
+        self.best.setBrush(pg.mkBrush(None))
+        self.present.setPen(pg.mkPen(colours.muted, style=Qt.PenStyle.DashLine))
+        self.present.label.setColor(colours.muted)
+        style_axis(self.getAxis("left"), "RMSE [mm]", colours)
+        style_axis(self.getAxis("bottom"), self._name, colours)
+
+
+class _ValueAxis(pg.AxisItem):
+    """Labels at the values that are tried, as many as have room."""
+
+    def __init__(self) -> None:
+        super().__init__("bottom")
+        self.enableAutoSIPrefix(False)
+        self._texts: dict[float, str] = {}
+
+    def set_ticks(self, places: Sequence[float], texts: Sequence[str]) -> None:
+        self._texts = dict(zip(places, texts, strict=True))
+        self.picture = None
+        self.update()
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        chosen: list[float] = []
+        per_pixel = (maxVal - minVal) / max(size, 1)
+        for place in sorted(self._texts):
+            if not chosen or place - chosen[-1] >= _LABEL_WIDTH * per_pixel:
+                chosen.append(place)
+        return [(1.0, chosen)]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        return [self._texts.get(value, "") for value in values]
+
+
+def style_axis(axis: pg.AxisItem, label: str, colours: theme.Colours) -> None:
+    """An axis in the theme's colours."""
+    axis.setPen(colours.grid)
+    axis.setTextPen(colours.muted)
+    axis.setLabel(label, color=colours.muted.name())
+
+
+# The errors of a sweep over two parameters: a cell for every pair of values.
+
+_PAD = 8
+_GAP = 1
+_LEAST_CELL = QSize(34, 18)
+"""Of which the error fits in as text [px]."""
+_RING = 2.5
+
+
+class ErrorGrid(QWidget):
+    """Rows are the values of the second parameter, from below; columns those of the first, from the left.
+
+    Signals
+    -------
+    taken(int)
+        The pair that was clicked, counted up the columns, then from column to column.
+    """
+
+    taken = Signal(int)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._names = ("", "")
+        self._values: tuple[Sequence[float], Sequence[float]] = ((), ())
+        self._errors: Mapping[int, float] = {}
+        self._best: int | None = None
+        self._present: int | None = None
+        self._table = error_table()
+        self.setMouseTracking(True)
+        self.setMinimumSize(220, 140)
+        self.setAccessibleName("Error against both values")
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+
+    def set_scale(self, names: tuple[str, str], values: tuple[Sequence[float], Sequence[float]]) -> None:
+        """Which parameters, and their values in rising order."""
+        self._names, self._values = names, values
+        self._errors, self._best, self._present = {}, None, None
+        self.update()
+
+    def set_present(self, number: int | None) -> None:
+        """Mark the pair of values as they are now, if it is among them."""
+        if number != self._present:
+            self._present = number
+            self.update()
+
+    def set_errors(self, errors: Mapping[int, float], best: int | None) -> None:
+        """Errors [m] of the pairs that have been tried, and which of them is the best."""
+        self._errors, self._best = errors, best
+        self.update()
+
+    def cell(self, number: int) -> QRectF:
+        """Where a pair's cell is."""
+        columns, rows = (len(values) for values in self._values)
+        area = self._area()
+        width, height = area.width() / columns, area.height() / rows
+        column, row = divmod(number, rows)
+        corner = QPointF(area.left() + column * width, area.bottom() - (row + 1) * height)
+        return QRectF(corner.x(), corner.y(), width - _GAP, height - _GAP)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if not all(self._values):
+            return
+        colours = theme.colours(self.palette())
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), colours.background)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint_labels(painter, colours)
+        for number in range(len(self._values[0]) * len(self._values[1])):
+            self._paint_cell(painter, number, colours)
+        for marked, colour, style in (
+            (self._present, colours.text, Qt.PenStyle.DashLine),
+            (self._best, colours.good, Qt.PenStyle.SolidLine),
+        ):
+            if marked is not None:
+                painter.setPen(QPen(colour, _RING, style))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(self.cell(marked).adjusted(1, 1, -1, -1))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        number = self._at(event.position())
+        if number is not None and event.button() == Qt.MouseButton.LeftButton:
+            self.taken.emit(number)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        number = self._at(event.position())
+        if number is None:
+            QToolTip.hideText()
+            return
+        column, row = divmod(number, len(self._values[1]))
+        pair = f"{self._names[0]} {self._values[0][column]:g}, {self._names[1]} {self._values[1][row]:g}"
+        error = self._errors.get(number, math.nan)
+        known = f"{1000 * error:.4g} mm. Click to take them." if math.isfinite(error) else "no error yet."
+        QToolTip.showText(event.globalPosition().toPoint(), f"{pair}: {known}", self)
+
+    def _at(self, place: QPointF) -> int | None:
+        count = len(self._values[0]) * len(self._values[1])
+        return next((number for number in range(count) if self.cell(number).contains(place)), None)
+
+    def _area(self) -> QRectF:
+        metrics = self.fontMetrics()
+        left = max((metrics.horizontalAdvance(f"{value:g}") for value in self._values[1]), default=0)
+        line = metrics.height()
+        return QRectF(self.rect()).adjusted(_PAD + line + left + 6, _PAD, -_PAD, -(2 * line + _PAD + 4))
+
+    def _paint_labels(self, painter: QPainter, colours: theme.Colours) -> None:
+        metrics, area = self.fontMetrics(), self._area()
+        line, columns = metrics.height(), len(self._values[0])
+        painter.setPen(colours.muted)
+        widest = max(metrics.horizontalAdvance(f"{value:g}") for value in self._values[0]) + 6
+        every = max(math.ceil(widest / (area.width() / columns)), 1)
+        for column in range(0, columns, every):
+            cell = self.cell(column * len(self._values[1]))
+            where = QRectF(cell.center().x() - widest, area.bottom() + 2, 2 * widest, line)
+            painter.drawText(where, Qt.AlignmentFlag.AlignCenter, f"{self._values[0][column]:g}")
+        for row, value in enumerate(self._values[1]):
+            cell = self.cell(row)
+            where = QRectF(0, cell.center().y() - line / 2, area.left() - 4, line)
+            painter.drawText(where, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{value:g}")
+        below = QRectF(area.left(), area.bottom() + 2 + line, area.width(), line)
+        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, f"{self._names[0]} · RMSE in mm")
+        painter.save()
+        painter.translate(_PAD, area.center().y())
+        painter.rotate(-90)
+        half = area.height() / 2
+        painter.drawText(QRectF(-half, 0, 2 * half, line), Qt.AlignmentFlag.AlignCenter, self._names[1])
+        painter.restore()
+
+    def _paint_cell(self, painter: QPainter, number: int, colours: theme.Colours) -> None:
+        cell, error = self.cell(number), self._errors.get(number, math.nan)
+        painter.setPen(Qt.PenStyle.NoPen)
+        if not math.isfinite(error):
+            painter.setBrush(colours.panel)
+            painter.drawRect(cell)
+            return
+        colour = self._colour(error)
+        painter.setBrush(colour)
+        painter.drawRect(cell)
+        if cell.width() >= _LEAST_CELL.width() and cell.height() >= _LEAST_CELL.height():
+            painter.setPen(QColor("black") if colour.lightness() > 120 else QColor("white"))
+            painter.drawText(cell, Qt.AlignmentFlag.AlignCenter, f"{1000 * error:.3g}")
+
+    def _colour(self, error: float) -> QColor:
+        """Of the logarithm, between the least and the largest error."""
+        logs = np.log([max(one, 1e-6) for one in self._errors.values() if math.isfinite(one)])
+        low, high = float(logs.min()), float(logs.max())
+        share = (math.log(max(error, 1e-6)) - low) / (high - low) if high > low else 0.0
+        red, green, blue, _ = (int(part) for part in self._table[1 + round(254 * share)])
+        return QColor(red, green, blue)

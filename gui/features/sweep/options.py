@@ -1,0 +1,239 @@
+"""What is swept: one parameter or two over their ranges, what tells the better value, and for which blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QLocale, QSignalBlocker, QSize, Signal
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QFormLayout, QGridLayout, QGroupBox, QSpinBox, QWidget
+
+from ilf.data.declarations import Declaration, Value
+from ilf.data.parameters import Parameters
+from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ilf.evaluation.sweep import LEAST_STEPS, MOST_STEPS, can_be_swept, spread, usual_range
+
+from ...widgets.basics import PlainLabel
+
+STEPS_OF_ONE, STEPS_OF_TWO = 7, 4
+TRUTH = "truth"
+_DECIMALS = 6
+_MOST_SEEDS = 20
+_LARGEST = 1e9
+_FIELD = 84
+
+
+class RangeBox(QGroupBox):
+    """One parameter and the values of it that are tried.
+
+    Signals
+    -------
+    changed()
+        Another parameter, or other values.
+    """
+
+    changed = Signal()
+
+    def __init__(self, title: str, optional: bool = False) -> None:
+        super().__init__(title)
+        self.setCheckable(optional)
+        self.setChecked(not optional)
+        self._parameters = Parameters()
+        self.names = QComboBox()
+        self.names.setToolTip("The parameter whose values are tried")
+        self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.low, self.high = _number("From: the first value"), _number("To: the last value")
+        self.steps = QSpinBox(minimum=LEAST_STEPS, maximum=MOST_STEPS, value=STEPS_OF_TWO if optional else STEPS_OF_ONE)
+        self.steps.setToolTip("How many values; the present one is tried besides if it lies between")
+        self.scale = QComboBox()
+        self.scale.addItems(["linear", "log"])
+        self.scale.setToolTip("linear: neighbours differ by as much. log: by the same ratio.")
+        grid = QGridLayout(self)
+        grid.setContentsMargins(8, 6, 8, 8)
+        grid.setSpacing(4)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(3, 1)
+        for text, field, row, column, span in (
+            ("&Parameter", self.names, 0, 0, 3),
+            ("&From", self.low, 1, 0, 1),
+            ("&to", self.high, 1, 2, 1),
+            ("&Values", self.steps, 2, 0, 1),
+            ("&scale", self.scale, 2, 2, 1),
+        ):
+            label = PlainLabel(text)
+            label.setBuddy(field)
+            field.setAccessibleName(f"{title}: {text.replace('&', '').lower()}")
+            grid.addWidget(label, row, column)
+            grid.addWidget(field, row, column + 1, 1, span)
+        self.names.activated.connect(lambda _: self._propose())
+        for spin in (self.low, self.high, self.steps):
+            spin.valueChanged.connect(lambda _: self.changed.emit())
+        self.scale.currentIndexChanged.connect(lambda _: self.changed.emit())
+        self.toggled.connect(lambda _: self.changed.emit())
+        self.set_parameters(self._parameters)
+
+    @property
+    def declaration(self) -> Declaration:
+        """Of the parameter that is chosen."""
+        return Parameters.declarations()[str(self.names.currentData())]
+
+    @property
+    def present(self) -> Value:
+        """The value that the parameter has now."""
+        value: Value = getattr(self._parameters, self.declaration.name)
+        return value
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether values go by their ratio."""
+        return self.scale.currentText() == "log"
+
+    def values(self) -> tuple[Value, ...]:
+        """The values that are to be tried; raises ParameterError with a sentence where the range makes no sense."""
+        low, high = self.low.value(), self.high.value()
+        return spread(self.declaration, low, high, self.steps.value(), self.logarithmic, self.present)
+
+    def set_parameters(self, parameters: Parameters) -> None:
+        """Offer what matters with these values; the range stays as long as its parameter is among them."""
+        self._parameters = parameters
+        declarations = Parameters.declarations()
+        offered = [name for name, one in declarations.items() if can_be_swept(one) and parameters.matters(name)]
+        if offered == [self.names.itemData(position) for position in range(self.names.count())]:
+            return
+        chosen = self.names.currentData()
+        with QSignalBlocker(self.names):
+            self.names.clear()
+            for name in offered:
+                self.names.addItem(f"{declarations[name].label}", name)
+                self.names.setItemData(self.names.count() - 1, declarations[name].help, 3)
+        self.choose(chosen if chosen in offered else offered[0], again=chosen not in offered)
+
+    def choose(self, name: str, again: bool = True) -> None:
+        """Choose a parameter, with a range that makes sense for it; without `again`, the range stays."""
+        position = self.names.findData(name)
+        if position >= 0:
+            self.names.setCurrentIndex(position)
+            if again:
+                self._propose()
+
+    def _propose(self) -> None:
+        declaration = self.declaration
+        low, high = usual_range(declaration, self.present)
+        for spin, value in ((self.low, low), (self.high, high)):
+            with QSignalBlocker(spin):
+                least = declaration.minimum if declaration.minimum is not None else -_LARGEST
+                most = declaration.maximum if declaration.maximum is not None else _LARGEST
+                spin.setRange(least, most)
+                spin.setDecimals(0 if declaration.kind is int else _DECIMALS)
+                spin.setSingleStep(declaration.step)
+                spin.setValue(value)
+        with QSignalBlocker(self.scale):
+            self.scale.setCurrentText("log" if declaration.scale == "log" and low > 0 else "linear")
+        self.changed.emit()
+
+
+class CriterionBox(QWidget):
+    """What tells the better value, and for which blocks.
+
+    Signals
+    -------
+    changed()
+        The user has chosen otherwise.
+    """
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.kind = QComboBox()
+        self.kind.setToolTip(
+            "What tells the better value: the frame's truth, or known depth that is hidden and has to come out again"
+        )
+        self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=1)
+        self.seeds.setToolTip("How often other depth is hidden; more take as many times as long and are surer")
+        self.blocks = QComboBox()
+        self.blocks.addItems(["All blocks", "Chosen block"])
+        self.blocks.setToolTip("Whose values are swept and judged; a value taken goes to the same blocks")
+        form = QFormLayout(self)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow("&Judge by", self.kind)
+        form.addRow("S&eeds", self.seeds)
+        form.addRow("&Blocks", self.blocks)
+        self._form = form
+        self._touched = False
+        self._fill(False)
+        self.kind.activated.connect(lambda _: self._take())
+        self.seeds.valueChanged.connect(lambda _: self.changed.emit())
+        self.blocks.activated.connect(lambda _: self.changed.emit())
+
+    @property
+    def by_truth(self) -> bool:
+        """Whether the truth tells."""
+        return bool(self.kind.currentData() == TRUTH)
+
+    @property
+    def for_chosen(self) -> bool:
+        """Whether only the chosen block is swept."""
+        return self.blocks.currentIndex() == 1
+
+    def test(self) -> HiddenTest | None:
+        """The test on hidden depth; None for the truth."""
+        if self.by_truth:
+            return None
+        return HiddenTest(pattern=str(self.kind.currentData()), seeds=tuple(range(self.seeds.value())))
+
+    def set_frame(self, has_truth: bool, chosen: str) -> None:
+        """Whether the frame has a truth, and what its chosen block is called; "" for none."""
+        if has_truth != (self.kind.findData(TRUTH) >= 0):
+            self._fill(has_truth)
+        with QSignalBlocker(self.blocks):
+            self.blocks.setItemText(1, f"{chosen} only" if chosen else "Chosen block (none is chosen)")
+            model = self.blocks.model()
+            model.item(1).setEnabled(bool(chosen))  # type: ignore[attr-defined]
+            if not chosen:
+                self.blocks.setCurrentIndex(0)
+
+    def _fill(self, has_truth: bool) -> None:
+        former = self.kind.currentData()
+        with QSignalBlocker(self.kind):
+            self.kind.clear()
+            if has_truth:
+                self.kind.addItem("Truth", TRUTH)
+            for name, about in sorted(HIDDEN_PATTERNS.items()):
+                self.kind.addItem(f"Hidden depth, {name}", name)
+                self.kind.setItemData(self.kind.count() - 1, about, 3)
+            kept = self.kind.findData(former)
+            self.kind.setCurrentIndex(kept if self._touched and kept >= 0 else 0)
+        self._form.setRowVisible(self.seeds, not self.by_truth)
+
+    def _take(self) -> None:
+        self._touched = True
+        self._form.setRowVisible(self.seeds, not self.by_truth)
+        self.changed.emit()
+
+
+def captions(names: Sequence[str], points: Sequence[dict[str, Value]]) -> list[str]:
+    """What the values of points are called, in short."""
+    return [" · ".join(f"{point[name]:g}" for name in names) for point in points]
+
+
+def _number(hint: str) -> QDoubleSpinBox:
+    spin = _FreeBox()
+    spin.setLocale(QLocale.c())
+    spin.setKeyboardTracking(False)
+    spin.setMinimumWidth(_FIELD)
+    spin.setToolTip(hint)
+    return spin
+
+
+class _FreeBox(QDoubleSpinBox):
+    """Shows just the decimals that a value has, and is no wider than most values need."""
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(_FIELD, super().minimumSizeHint().height())
+
+    def sizeHint(self) -> QSize:
+        return self.minimumSizeHint()
+
+    def textFromValue(self, value: float) -> str:
+        return f"{value:.{self.decimals()}f}".rstrip("0").rstrip(".") if self.decimals() else f"{value:.0f}"

@@ -1,0 +1,320 @@
+"""The window of the sweep: what is tried at the left, the errors and the pictures at the right."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ilf._runtime.formatting import millimetres
+from ilf.data.declarations import Value
+from ilf.data.parameters import Parameters
+from ilf.errors import IlfError
+
+from ...base import theme
+from ...widgets.basics import Message, PlainLabel
+from ...widgets.work_row import WorkRow
+from .charts import ErrorCurve, ErrorGrid
+from .found import Found
+from .multiples import Multiples, ScaleBar
+from .options import CriterionBox, RangeBox, captions
+
+_SIZE = QSize(1040, 660)
+_LEFT = 300
+_DEPTH, _DIFFERENCE = 0, 1
+_ALL = 0.95
+"""Share of the pixels to be filled from which on nothing is said of those that were not."""
+
+
+class SweepWindow(QDialog):
+    """Shows and reports wishes; what is swept is the part's.
+
+    Signals
+    -------
+    begun()
+        The user wants what is chosen to be swept.
+    cancelled()
+    taken(int)
+        The user wants the values of this point.
+    looked_at()
+        It has been opened: what changed meanwhile is to be shown.
+    """
+
+    begun = Signal()
+    cancelled = Signal()
+    taken = Signal(int)
+    looked_at = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Sweep")
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.resize(_SIZE)
+        self._found: Found | None = None
+        self._colour_map = "turbo"
+        self.first, self.second = RangeBox("Parameter"), RangeBox("And a second one", optional=True)
+        self.criterion = CriterionBox()
+        self.start_button = QPushButton("&Sweep", default=True)
+        self.start_button.setToolTip("Complete the frame with every value, and see how far off each comes out")
+        self.start_button.clicked.connect(lambda _: self.begun.emit())
+        self.work = WorkRow("sweep")
+        self.work.cancelled.connect(self.cancelled)
+        self.state = Message(lines=2)
+        self.take_button = QPushButton("&Take the best", autoDefault=False)
+        self.take_button.setToolTip("Set the value with the smallest error; Ctrl+Z in the main window takes it back")
+        self.take_button.clicked.connect(lambda _: self._take_best())
+        self.take_button.setEnabled(False)
+        self.curve, self.grid, self.multiples = ErrorCurve(), ErrorGrid(), Multiples()
+        for shown in (self.curve, self.grid, self.multiples):
+            shown.taken.connect(self.taken)
+        self.pictures = QComboBox()
+        self.pictures.setAccessibleName("What the pictures show")
+        self.pictures.setToolTip("What the pictures show, all in one colour scale")
+        self.pictures.addItems(["Depth", "Difference"])
+        self.pictures.activated.connect(lambda _: self.show_found())
+        self.bar = ScaleBar()
+        splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._outcomes = QStackedWidget()
+        self._outcomes.addWidget(_hint())
+        self._outcomes.addWidget(self._right_side())
+        splitter.addWidget(self._left_side())
+        splitter.addWidget(self._outcomes)
+        splitter.setStretchFactor(1, 1)
+        splitter.setSizes([_LEFT, _SIZE.width() - _LEFT])
+        splitter.setChildrenCollapsible(False)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(splitter)
+        for box in (self.first, self.second, self.criterion):
+            box.changed.connect(lambda: self.describe(edited=True))
+
+    def _left_side(self) -> QWidget:
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(10, 10, 8, 10)
+        column.setSpacing(8)
+        for widget in (self.first, self.second, self.criterion, self.start_button, self.work, self.state):
+            column.addWidget(widget)
+        column.addWidget(self.take_button)
+        column.addStretch(1)
+        area = QScrollArea()
+        area.setWidget(content)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QScrollArea.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setMinimumWidth(content.minimumSizeHint().width() + area.verticalScrollBar().sizeHint().width())
+        return area
+
+    def _right_side(self) -> QWidget:
+        self._plots = QStackedWidget()
+        self._plots.addWidget(self.curve)
+        self._plots.addWidget(self.grid)
+        below = QWidget()
+        head = QHBoxLayout()
+        head.setContentsMargins(8, 4, 8, 0)
+        label = PlainLabel("&Pictures of")
+        label.setBuddy(self.pictures)
+        head.addWidget(label)
+        head.addWidget(self.pictures)
+        head.addStretch(1)
+        head.addWidget(self.bar, 1)
+        column = QVBoxLayout(below)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(head)
+        column.addWidget(self.multiples, 1)
+        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter.addWidget(self._plots)
+        splitter.addWidget(below)
+        splitter.setStretchFactor(0, 2)
+        splitter.setStretchFactor(1, 3)
+        splitter.setSizes([260, 400])
+        splitter.setChildrenCollapsible(False)
+        return splitter
+
+    # what is to be swept
+
+    def variation(self) -> dict[str, tuple[Value, ...]]:
+        """Name -> values to try; raises ParameterError with a sentence where that makes no sense."""
+        boxes = [self.first, *([self.second] if self.second.isChecked() else [])]
+        return {box.declaration.name: box.values() for box in boxes}
+
+    def set_frame(self, parameters: Parameters, has_truth: bool, chosen: str) -> None:
+        """The values that the frame, or its chosen block, has now; whether it has a truth; the chosen block's name."""
+        self.first.set_parameters(parameters)
+        self.second.set_parameters(parameters)
+        self.criterion.set_frame(has_truth, chosen)
+        self.describe()
+        self._show_marks()
+
+    def choose(self, name: str) -> None:
+        """Sweep this parameter next."""
+        self.second.setChecked(False)
+        self.first.choose(name)
+
+    def describe(self, edited: bool = False) -> None:
+        """Say why what is chosen cannot be swept; or what came of the last sweep, or, `edited`, what would be swept."""
+        if self.work.isVisible():
+            return
+        try:
+            values = self.variation()
+        except IlfError as error:
+            self.state.say(str(error), "error")
+            self.start_button.setEnabled(False)
+            return
+        if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
+            self.state.say("Choose two different parameters, or switch the second one off.", "error")
+            self.start_button.setEnabled(False)
+            return
+        self.start_button.setEnabled(True)
+        count = math.prod(len(one) for one in values.values())
+        test = self.criterion.test()
+        runs = count * (1 if test is None else len(test.seeds) + 1)
+        outcome = "" if edited else self._outcome()
+        self.state.say(outcome or f"{count} values, {runs} runs.")
+
+    # what came out
+
+    def begin(self, found: Found) -> None:
+        """A sweep has begun."""
+        self._found = found
+        self._outcomes.setCurrentIndex(1)
+        names, points = list(found.sweep.points[0]), found.sweep.points
+        boxes = [self.first, self.second][: len(names)]
+        two = len(names) > 1
+        self._plots.setCurrentWidget(self.grid if two else self.curve)
+        values = [sorted({float(point[name]) for point in points}) for name in names]
+        labels = [_with_unit(box) for box in boxes]
+        if two:
+            self.grid.set_scale((labels[0], labels[1]), (values[0], values[1]))
+        else:
+            self.curve.set_scale(labels[0], values[0], boxes[0].logarithmic)
+        self.multiples.set_captions(captions(names, points), found.shape, len(values[1]) if two else 0)
+        name = "Error" if found.session.frame.truth is not None else "Difference to the result"
+        self.pictures.setItemText(_DIFFERENCE, name)
+        self.pictures.setEnabled(found.has_differences)
+        if not found.has_differences:
+            self.pictures.setCurrentIndex(_DEPTH)
+        self.work.begin()
+        self.state.say("The first values are under way…")
+        self._set_busy(True)
+        self.show_found()
+
+    def end(self, text: str = "", tone: str = "muted") -> None:
+        """The sweep is over; with `text`, not as it should be."""
+        self.work.end()
+        self._set_busy(False)
+        self.show_found()
+        if text:
+            self.state.say(text, tone)
+
+    def forget(self) -> None:
+        """What was found is of a frame that is no longer open."""
+        self._found = None
+        self._outcomes.setCurrentIndex(0)
+        self.multiples.set_captions([])
+        self.curve.set_points([], [], None)
+        self.grid.set_errors({}, None)
+        self.describe()
+        self.take_button.setEnabled(False)
+
+    def set_colour_map(self, name: str) -> None:
+        """Of depth."""
+        if name != self._colour_map:
+            self._colour_map = name
+            self.show_found()
+
+    def show_found(self) -> None:
+        """Draw what has come so far."""
+        found = self._found
+        if found is None:
+            return
+        differences = self.pictures.currentIndex() == _DIFFERENCE
+        pictures, scale = found.pictures(differences, self._colour_map, theme.is_dark(self.palette()))
+        self.multiples.set_pictures(pictures, scale)
+        self.bar.set_scale(scale if pictures else None, "mm" if differences else "m")
+        if self._plots.currentWidget() is self.grid:
+            self.grid.set_errors(dict(found.errors), found.best)
+        else:
+            self.curve.set_points(list(found.errors), list(found.errors.values()), found.best)
+        self._show_marks()
+        if found.errors:
+            self.state.say(self._outcome())
+
+    def _show_marks(self) -> None:
+        found = self._found
+        if found is None:
+            return
+        present = found.present
+        self.grid.set_present(present)
+        self.curve.set_present(float(next(iter(found.present_values.values()))))
+        for number, tile in enumerate(self.multiples.tiles):
+            error = _millimetres(found.errors.get(number))
+            coverage = found.coverage.get(number, 1.0)
+            text = error if coverage > _ALL else f"{error}, fills {coverage:.0%}"
+            tile.set_marks(text, number == found.best, number == present)
+        self.take_button.setEnabled(found.best is not None and found.best != present)
+
+    def _outcome(self) -> str:
+        found = self._found
+        best = None if found is None else found.best
+        if found is None or best is None:
+            return "Nothing could be judged." if found is not None and found.errors else ""
+        where = found.session.info(found.label).name if found.label else "all blocks"
+        over = "over what all of them filled" if found.is_over_all else "so far"
+        text = f"{found.session.name}, {where}: best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
+        if found.present in found.errors and found.present != best:
+            now = _millimetres(found.errors[found.present])
+            text += f" (now {now}{', hardly a gain' * (now == _millimetres(found.errors[best]))})"
+        return f"{text}, {over}."
+
+    def _take_best(self) -> None:
+        if self._found is not None and self._found.best is not None:
+            self.taken.emit(self._found.best)
+
+    def _set_busy(self, busy: bool) -> None:
+        for widget in (self.first, self.second, self.criterion, self.start_button):
+            widget.setEnabled(not busy)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.looked_at.emit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "bar"):
+            self.show_found()
+
+
+def _hint() -> QLabel:
+    """What there will be where nothing has been swept yet."""
+    label = PlainLabel(
+        "How far off each value comes out is plotted here,\nwith a picture of each. A click on one takes it."
+    )
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    label.setEnabled(False)
+    return label
+
+
+def _with_unit(box: RangeBox) -> str:
+    declaration = box.declaration
+    return f"{declaration.label} [{declaration.unit}]" if declaration.unit else declaration.label
+
+
+def _millimetres(error: float | None) -> str:
+    if error is None:
+        return "…"
+    return f"{millimetres(error)} mm" if math.isfinite(error) else "not judged"

@@ -1,1 +1,0 @@
-"""A guide of the frame: loading, following and removing it."""

@@ -1,0 +1,66 @@
+"""Runs of a frame that are kept beside each other, to be compared and come back to. No widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+from zlib import crc32
+
+import numpy as np
+
+from ilf.project.run_history import Colour, KeptRun
+from ilf.run.run import Run
+
+MOST_COMPARED = 4
+"""Kept runs that can be compared at a time."""
+
+MOST_KEPT = 200
+"""Runs of a frame that are kept at most; beyond, the oldest without a note goes."""
+
+MOST_MEMORY = 400 * 1024**2
+"""Memory [bytes] that they may take: label maps of a frame that is edited again and again add up."""
+
+_RECORD = 82
+"""Memory [bytes] of an iteration's record, about."""
+
+COLOURS: tuple[Colour, ...] = (
+    (230, 119, 34),
+    (200, 66, 160),
+    (38, 160, 92),
+    (132, 98, 222),
+    (186, 142, 14),
+    (222, 66, 72),
+    (20, 158, 170),
+    (150, 104, 74),
+)
+"""Of kept runs, to be told from each other on light and on dark; the present result's blue is none of them."""
+
+
+def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
+    """The same run, with the label map and the drawn borders of a kept one where they are equal."""
+    checksum = crc32(run.blocks.data)
+    for other in kept:
+        if other.checksum == checksum and np.array_equal(other.run.blocks, run.blocks):
+            drawn, theirs = run.drawn, other.run.drawn
+            same = drawn is not None and theirs is not None and np.array_equal(drawn, theirs)
+            return replace(run, blocks=other.run.blocks, drawn=theirs if same else drawn)
+    return run
+
+
+def memory_of(kept: Iterable[KeptRun]) -> int:
+    """Memory [bytes] that runs take together, beside their frames."""
+    sizes: dict[int, int] = {}
+    for one in kept:
+        arrays = [one.run.blocks, one.run.drawn, *(one.guess[:2] if one.guess is not None else ())]
+        sizes |= {id(array): array.nbytes for array in arrays if array is not None}
+        sizes |= {
+            id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
+            for result in one.results.values()
+        }
+    return sum(sizes.values())
+
+
+def next_colour(kept: Collection[KeptRun]) -> Colour:
+    """The colour that the latest runs have had least."""
+    latest = [one.colour for one in kept][-len(COLOURS) + 1 :]
+    return next(colour for colour in COLOURS if colour not in latest)

@@ -1,0 +1,363 @@
+"""A cell of the linked views: a place for one content, which the user chooses in the menu of its title."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+
+from PySide6.QtCore import QPoint, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QBrush, QPalette, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
+
+from ..base import theme
+from ..base.theme import Colours
+from ..widgets.basics import PlainLabel
+from .analysis_painters import SpectrumPainter, StageBoard, StagePainter
+from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
+from .contents import (
+    COMPARABLE,
+    DIFFERENCE,
+    RUNS,
+    SIDES,
+    TITLES,
+    capital,
+    checked,
+    compared_by,
+    difference_of,
+    short_title,
+)
+from .depth_painters import DepthPainter, DifferencePainter, ExpectedErrorPainter
+from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LASTING, LAYOUTS, correct_places, grid_places
+from .painter import Material, Painter
+from .pixel_items import BlockOverlay
+from .view_cell import EventHandler, ViewCell
+
+# Which painter draws which content.
+
+
+class Studio:
+    """Makes painters over one material, one overlay of blocks and one board of stages."""
+
+    def __init__(self, material: Material, overlay: BlockOverlay, board: StageBoard) -> None:
+        self.material = material
+        self._overlay = overlay
+        self._board = board
+
+    def painter(self, content: str, cell: ViewCell) -> Painter:
+        """A painter of a concrete content for a cell."""
+        material = self.material
+        if content == "colour":
+            return ColourPainter(content, cell, material, self._overlay)
+        if content == "extraction":
+            return StagePainter(content, cell, material, self._board)
+        if content in COMPARABLE:
+            return DepthPainter(content, cell, material)
+        if compared_by(content):
+            return DifferencePainter(content, cell, material)
+        return _OTHERS[content](content, cell, material)
+
+
+_OTHERS: dict[str, type[Painter]] = {
+    "expected-error": ExpectedErrorPainter,
+    "strength": StrengthPainter,
+    "creases": StrengthPainter,
+    "guessed": MaskPainter,
+    "distrusted": MaskPainter,
+    "spectrum": SpectrumPainter,
+}
+
+
+# The menu of a cell's title: all that the cell can show, and what it shows.
+
+_UNMADE = {
+    "truth": "This frame has no truth",
+    "guide": "This frame has no guide: File > Load guide…",
+    "error": "This frame has no truth to compare the result with",
+}
+_SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
+
+
+class ContentMenu(QMenu):
+    """Filled anew whenever it is offered, since runs come and go. Actions have the names of contents as data."""
+
+    def offer(self, material: Material, content: str) -> None:
+        """Fill it for what there is to show; `content` is marked."""
+        self.clear()
+        self._content = content
+        for name in ("colour", "depth-in", "result"):
+            self._add(self, name, TITLES[name])
+        for depth in RUNS:
+            if depth in material.names:
+                self._add(self, depth, f"Run: {material.names[depth]}")
+        self._add(self, "truth", TITLES["truth"], material.truth is not None)
+        self._add(self, "guide", TITLES["guide"], material.guide is not None)
+        self.addSeparator()
+        first, second = compared_by(material.concrete(DIFFERENCE)) or ("", "")
+        pair = f"{short_title(first, material.names)} \N{MINUS SIGN} {short_title(second, material.names)}"
+        self._add(self, DIFFERENCE, f"Difference ({pair})")
+        self._add_differences(material)
+        self._add(self, "error", TITLES["error"], material.truth is not None)
+        self._add(self, "expected-error", TITLES["expected-error"])
+        self.addSeparator()
+        for name in ("strength", "creases", "extraction", "guessed", "distrusted", "spectrum"):
+            self._add(self, name, TITLES[name])
+        self.addSeparator()
+        for side, depth in zip(SIDES, material.sides, strict=True):
+            self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, material.names)})")
+
+    def _add_differences(self, material: Material) -> None:
+        depths = material.comparable()
+        menu = self.addMenu("Difference of")
+        for first in depths:
+            others = menu.addMenu(capital(short_title(first, material.names)).replace("&", "&&"))
+            for second in depths:
+                if second != first:
+                    self._add(others, difference_of(first, second), f"less {short_title(second, material.names)}")
+
+    def _add(self, menu: QMenu, content: str, text: str, there: bool = True) -> QAction:
+        action = menu.addAction(text.replace("&", "&&"))
+        action.setData(content)
+        action.setCheckable(True)
+        action.setChecked(content == self._content)
+        action.setEnabled(there)
+        if not there:
+            action.setToolTip(_UNMADE[content])
+        return action
+
+
+def content_menu(parent: QWidget) -> ContentMenu:
+    """An empty menu."""
+    menu = ContentMenu("Content of the view", parent)
+    menu.setToolTipsVisible(True)
+    return menu
+
+
+class Cell(ViewCell):
+    """Draws its content only for those who look at it.
+
+    Signals
+    -------
+    chosen(str)
+        The user wants another content.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, content: str, on_event: EventHandler, studio: Studio) -> None:
+        super().__init__(on_event)
+        self.content = content
+        """What is to be shown; `concrete` is what that stands for as things are."""
+        self.concrete = ""
+        self._studio = studio
+        self._painter: Painter | None = None
+        self._theme: tuple[Colours, QBrush] | None = None
+        self._is_late = False
+        self._pixel: tuple[int, int] | None = None
+        self._menu = content_menu(self)
+        self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
+        self.strip.menuWished.connect(self.open_menu)
+        self.strip.doubleClicked.connect(self._menu.close)
+        self.follow()
+
+    @property
+    def painter(self) -> Painter:
+        """What draws the content."""
+        assert self._painter is not None
+        return self._painter
+
+    def set_content(self, content: str) -> None:
+        """Show another content.
+
+        Raises
+        ------
+        ValueError
+            If there is no such content.
+        """
+        self.content = checked(content)
+        self.follow()
+
+    def follow(self) -> None:
+        """Take another painter if the content stands for something else now."""
+        concrete = self._studio.material.concrete(self.content)
+        if concrete == self.concrete:
+            return
+        if self._painter is not None:
+            self._painter.leave()
+            self.bar.set_levels(None)
+            self.set_legend([])
+            self.view.set_message("")
+            self.view.set_picture(None)
+            self.strip.set_text("")
+        self.concrete = concrete
+        self._painter = self._studio.painter(concrete, self)
+        if self._theme is not None:
+            self._painter.set_colours(*self._theme)
+            self._draw_if_seen()
+
+    def redraw(self, parts: Set[str]) -> None:
+        """Some parts of the material have changed."""
+        if not self.painter.uses.isdisjoint(parts):
+            self._draw_if_seen()
+
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on a pixel (x, y), and mark on the colour bar what there is; None for nothing."""
+        self.show_cursor(pixel)
+        self._pixel = pixel
+        self._show_value()
+
+    def _show_value(self) -> None:
+        pixel = None if self._is_late or self.bar.isHidden() else self._pixel
+        self.bar.set_value(None if pixel is None else self.painter.value_at(*pixel))
+
+    def open_menu(self, place: QPoint | None = None) -> None:
+        """Let the user choose the content."""
+        self._menu.offer(self._studio.material, self.content)
+        self._menu.popup(self.strip.menu_place() if place is None else place)
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        """Take the colours of the theme."""
+        super().set_colours(colours, hatch)
+        self._theme = colours, hatch
+        self.painter.set_colours(colours, hatch)
+        self._draw_if_seen()
+
+    def _draw_if_seen(self) -> None:
+        self._is_late = not self.isVisible()
+        if not self._is_late:
+            self.painter.draw()
+            self._show_value()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._is_late:
+            self._draw_if_seen()
+
+
+# What the cells of the linked views stand on: which of them are shown, how large, and where.
+
+_LEAST_ROOM = QSize(256, 192)
+
+
+class Sheet(QWidget):
+    """Arranges cells by a layout. A double-click on a cell's title enlarges it, or goes back.
+
+    Parameters
+    ----------
+    cells : mapping of str to Cell
+        By the names that layouts use; the sheet becomes their parent.
+
+    Signals
+    -------
+    layoutChanged(str)
+        Another of `LAYOUTS` is shown.
+    placed()
+        Cells have been given other places, or others are shown.
+    """
+
+    layoutChanged = Signal(str)
+    placed = Signal()
+
+    def __init__(self, cells: Mapping[str, Cell]) -> None:
+        super().__init__()
+        self.setObjectName("sheet")
+        self.setMinimumSize(_LEAST_ROOM)
+        self._cells = cells
+        self._aspect = 1.0
+        self.layout_name = self.lasting = LAYOUTS[0]
+        """What is shown, and which of `LASTING` it is or goes back to."""
+        self._large = CORRECT_VIEWS[0]
+        for name, cell in cells.items():
+            # before it is made visible: without a parent it would be a window
+            cell.setParent(self)
+            cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
+        self._arrange()
+
+    @property
+    def shown(self) -> tuple[Cell, ...]:
+        """Cells of the present layout; the first is the one that the others go by."""
+        return tuple(self._cells[name] for name in self._names())
+
+    def set_aspect(self, aspect: float) -> None:
+        """Arrange for pictures of this width over height."""
+        self._aspect = aspect
+        self._place()
+
+    def set_layout(self, name: str, lasting: str = "") -> None:
+        """Arrange the cells: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
+        before."""
+        if name not in LAYOUTS:
+            raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
+        self.lasting = next(one for one in (name, lasting or self.lasting, LAYOUTS[0]) if one in LASTING)
+        if name == self.layout_name:
+            return
+        self.layout_name = name
+        self._arrange()
+        self.layoutChanged.emit(name)
+
+    def toggle_layout(self, name: str) -> None:
+        """Show a layout, or, if it is shown, the lasting one before it."""
+        self.set_layout(self.lasting if self.layout_name == name else name)
+
+    def _enlarge(self, name: str) -> None:
+        """The large place for a small view, else all of the room, or back."""
+        if self.layout_name == CORRECT and name != self._large:
+            self._large = name
+            self._arrange()
+        else:
+            self.toggle_layout(name)
+
+    def _names(self) -> tuple[str, ...]:
+        if self.layout_name == CORRECT:
+            return (self._large, *(name for name in CORRECT_VIEWS if name != self._large))
+        return GRIDS[self.layout_name][0] if self.layout_name in GRIDS else (self.layout_name,)
+
+    def _arrange(self) -> None:
+        shown = self._names()
+        for name, cell in self._cells.items():
+            cell.setVisible(name in shown)
+        self._place()
+
+    def _place(self) -> None:
+        shown, size = self.shown, (self.width(), self.height())
+        if self.layout_name == CORRECT:
+            places = correct_places(len(shown) - 1, *size, self._aspect, shown[0].strip.height())
+        else:
+            places = grid_places(len(shown), GRIDS[self.layout_name][1] if len(shown) > 1 else 1, *size)
+        for cell, place in zip(shown, places, strict=True):
+            cell.setGeometry(QRect(*place))
+        self.placed.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place()
+
+
+# What the views show while no frame is open.
+
+_HINT = (
+    "Drop a colour and a depth file, a folder of frames, a recording or a project here, or open one by the menu File, "
+    "which has a sample, too"
+)
+
+
+class EmptyHint(QWidget):
+    """What to do while no frame is open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._picture = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        self._text = PlainLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(24, 24, 24, 24)
+        layout.setSpacing(12)
+        layout.addStretch()
+        layout.addWidget(self._picture)
+        layout.addWidget(self._text)
+        layout.addStretch()
+
+    def set_colours(self, colours: theme.Colours) -> None:
+        """Take the colours of the theme."""
+        # a style sheet, because the application's replaces palettes of single widgets
+        self._text.setStyleSheet(f"color: {colours.muted.name()};")
+        palette = QPalette(self.palette())
+        palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
+        self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))

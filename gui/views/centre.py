@@ -1,0 +1,99 @@
+"""The window's middle: the images, and the cloud in a tab of its own or beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
+
+from .cloud.cloud_view import CloudView
+
+_SHARES = 3, 2
+"""Of the images and the cloud, side by side, at first."""
+
+
+class Centre(QTabWidget):
+    """Tabs of the images, with strips below them, and of the cloud; or one tab with both side by side.
+
+    Parameters
+    ----------
+    views : QWidget
+        The images.
+    strips : iterable of QWidget
+        What is told below them.
+    cloud : CloudView
+    corner : QWidget
+        What belongs to the images and stands at the side of the tabs while they are shown.
+
+    Signals
+    -------
+    turned()
+        Something else is to be seen.
+    """
+
+    turned = Signal()
+
+    def __init__(self, views: QWidget, strips: Iterable[QWidget], cloud: CloudView, corner: QWidget) -> None:
+        super().__init__()
+        self.setDocumentMode(True)
+        self._cloud = cloud
+        self._split = QSplitter(Qt.Orientation.Horizontal)
+        self._split.setChildrenCollapsible(False)
+        self._split.addWidget(views)
+        self.images = QWidget()
+        column = QVBoxLayout(self.images)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self._split, 1)
+        self._column = column
+        for strip in strips:
+            self.add_strip(strip)
+        self.addTab(self.images, "Images")
+        self._add_cloud_tab()
+        self.setCornerWidget(corner)
+        self.currentChanged.connect(lambda _: corner.setVisible(not self.shows_cloud_alone))
+        self.currentChanged.connect(lambda _: self._take_focus())
+        self.currentChanged.connect(lambda _: self.turned.emit())
+
+    def add_strip(self, strip: QWidget) -> None:
+        """Tell one thing more below the images."""
+        self._column.addWidget(strip)
+
+    @property
+    def shows_cloud_alone(self) -> bool:
+        """Whether the cloud is to be seen and the images are not."""
+        return self.currentWidget() is self._cloud
+
+    def show_images(self) -> None:
+        """Turn to the images, if they are not to be seen."""
+        self.setCurrentWidget(self.images)
+
+    def show_cloud(self) -> None:
+        """Turn to the cloud, if it is not to be seen."""
+        if self.indexOf(self._cloud) >= 0:
+            self.setCurrentWidget(self._cloud)
+
+    def set_beside(self, on: bool) -> None:
+        """Put the cloud beside the images, or back into its tab; it stays to be seen."""
+        if on:
+            self.removeTab(self.indexOf(self._cloud))
+            self._split.addWidget(self._cloud)
+            for index, share in enumerate(_SHARES):
+                self._split.setStretchFactor(index, share)
+            whole = max(self.width(), 1)
+            self._split.setSizes([whole * share // sum(_SHARES) for share in _SHARES])
+            self._cloud.show()
+            self.show_images()
+        else:
+            self._add_cloud_tab()
+        self.turned.emit()
+
+    def _take_focus(self) -> None:
+        """The cloud's keys work as soon as it is to be seen."""
+        if self.shows_cloud_alone:
+            self._cloud.setFocus()
+
+    def _add_cloud_tab(self) -> None:
+        index = self.addTab(self._cloud, "Point cloud")
+        self.setTabToolTip(index, "The depth in 3D; the View menu puts it beside the images")

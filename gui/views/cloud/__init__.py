@@ -1,0 +1,1 @@
+"""The point cloud: its scene, its drawing, and its view."""

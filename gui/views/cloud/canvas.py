@@ -1,0 +1,439 @@
+"""The picture of a point cloud, with mouse and keys: coarse while it moves, whole when it is at rest."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QEnterEvent,
+    QHideEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+    QShowEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from ilf.drawing.clouds import NEAR, Look, OrbitCamera
+
+from ...base import theme
+from ...base.theme import Colours
+from .drawing import CloudDrawing
+from .scene import Scene, empty_scene
+
+# What is drawn over a cloud: axes, scale bar, mark.
+
+_MARGIN = 6
+_ARM = 26
+_BOX = 2 * (_ARM + 14)
+_LONGEST = 150
+"""Of the scale bar [px]."""
+_TICK = 4
+_RING = 6
+_DOT = 2.5
+_VEIL = 190
+
+
+def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom: float) -> None:
+    """The cloud's axes as the camera sees them, at the lower left, the one that points at the eye last."""
+    box = QRectF(_MARGIN, bottom - _BOX - _MARGIN, _BOX, _BOX)
+    _paint_backing(painter, colours, box)
+    origin = box.center()
+    axes = zip("xyz", (colours.error, colours.good, colours.accent), camera.rotation().T, strict=True)
+    for name, colour, (right, down, forward) in sorted(axes, key=lambda axis: -axis[2][2]):
+        painter.setPen(QPen(colour, 2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        painter.drawLine(origin, origin + QPointF(right, down) * _ARM)
+        if abs(forward) < 0.97:  # an axis seen end on has no room for its letter
+            middle = origin + QPointF(right, down) * (_ARM + 9)
+            painter.drawText(QRectF(middle.x() - 8, middle.y() - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
+
+
+def paint_scale(painter: QPainter, metres_per_pixel: float, colours: Colours, bottom: float) -> None:
+    """A bar of a round length, at the right of the axes; it holds at the depth of the middle of the view."""
+    length = round_length(metres_per_pixel * _LONGEST)
+    pixels = length / metres_per_pixel
+    text = length_text(length)
+    metrics = painter.fontMetrics()
+    width = max(pixels, metrics.horizontalAdvance(text)) + 2 * _MARGIN
+    height = metrics.height() + _TICK + 2 * _MARGIN
+    box = QRectF(2 * _MARGIN + _BOX, bottom - height - _MARGIN, width, height)
+    _paint_backing(painter, colours, box)
+    painter.setPen(QPen(colours.text, 1))
+    y, left = box.bottom() - _MARGIN, box.center().x() - pixels / 2
+    ends = QPointF(left, y), QPointF(left + pixels, y)
+    painter.drawLine(*ends)
+    for end in ends:
+        painter.drawLine(end, end - QPointF(0, _TICK))
+    painter.drawText(
+        box.adjusted(0, _MARGIN / 2, 0, 0), Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop, text
+    )
+
+
+def paint_mark(painter: QPainter, place: QPointF) -> None:
+    """A ring around the point that the pointer is at, here or in the images; it is seen on light and on dark."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for colour, width in ((QColor(0, 0, 0, 200), 3.5), (QColor(255, 255, 255), 1.5)):
+        painter.setPen(QPen(colour, width))
+        painter.drawEllipse(place, _RING, _RING)
+        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            painter.drawLine(place + QPointF(dx, dy) * _RING, place + QPointF(dx, dy) * (_RING + 5))
+
+
+def paint_line(painter: QPainter, places: Sequence[QPointF | None]) -> None:
+    """A line through places, with a dot at each; what leads to one that is not there is left out."""
+    painter.setBrush(QColor(255, 255, 255))
+    for colour, width in ((QColor(0, 0, 0, 200), 4.0), (QColor(255, 255, 255), 2.0)):
+        painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        for one, other in itertools.pairwise(places):
+            if one is not None and other is not None:
+                painter.drawLine(one, other)
+        for place in places:
+            if place is not None:
+                painter.drawEllipse(place, _DOT, _DOT)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) -> None:
+    """A text about a place."""
+    metrics = painter.fontMetrics()
+    box = QRectF(0, 0, metrics.horizontalAdvance(text) + _MARGIN, metrics.height())
+    box.moveCenter(middle)
+    _paint_backing(painter, colours, box)
+    painter.setPen(colours.text)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def round_length(most: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten up to a length [m]."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(step * power for step in (5, 2, 1) if step * power <= most * (1 + 1e-9))
+
+
+def length_text(length: float) -> str:
+    """A round length [m] in the unit in which it is a small number."""
+    for unit, metres in (("km", 1000.0), ("m", 1.0), ("cm", 0.01)):
+        if length >= metres * (1 - 1e-9):
+            return f"{length / metres:.4g} {unit}"
+    return f"{1000 * length:.4g} mm"
+
+
+def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
+    """Keep what is written over the cloud readable."""
+    veil = QColor(colours.background)
+    veil.setAlpha(_VEIL)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(veil)
+    painter.drawRoundedRect(box, 6, 6)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+MOVES = "Drag: turn | Shift+drag: move | wheel: zoom"
+HINT = f"{MOVES} | click: choose block | double-click: centre | R: reset | hold X: raw depth"
+EMPTY_TEXT = "No cloud yet: open a frame whose camera is known"
+_DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
+_ORBIT_STEP = math.radians(5)
+_ORBIT_PER_PIXEL = math.radians(0.4)
+_PAN_STEP = 30
+_ZOOM_STEP = 0.85
+_CLICK = 4
+"""Farther than this [px] and a press is a drag."""
+_REACH = 4
+"""How far from a point [px] the pointer is still at it."""
+
+
+class CloudCanvas(QWidget):
+    """The picture of the cloud, the mouse and the keys.
+
+    Signals
+    -------
+    hovered(object)
+        The pixel (x, y) of the frame whose point is under the pointer, or None; sent when it changes.
+    picked(int, int, bool)
+        x and y of the pixel whose point was clicked, and whether Ctrl was held.
+    pointed_at(bool)
+        The pointer has come or gone.
+    failed(object)
+        The exception that kept the cloud from being drawn.
+    """
+
+    hovered = Signal(object)
+    picked = Signal(int, int, bool)
+    pointed_at = Signal(bool)
+    failed = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumSize(160, 120)
+        self.setMouseTracking(True)
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        self.setAccessibleName("Point cloud")
+        self.setAccessibleDescription(HINT)
+        self.camera = OrbitCamera()
+        self.point_size: int | None = None
+        self.shaded = True
+        self.depths = (-math.inf, math.inf)
+        self.message = EMPTY_TEXT
+        self._direction: str | None = "home"
+        self._last: QPointF | None = None
+        self._pressed: QPointF | None = None
+        self._pixel: tuple[int, int] | None = None
+        self._marked: tuple[int, int] | None = None
+        self._lines: Sequence[Sequence[tuple[float, float]]] = ()
+        self._texts: Sequence[str] = ()
+        self.drawing = CloudDrawing(self)
+        self.drawing.ready.connect(self.update)
+        self.drawing.failed.connect(self.failed)
+
+    # what is shown
+
+    @property
+    def scene(self) -> Scene:
+        """What is shown."""
+        return self.drawing.scene
+
+    def set_scene(self, scene: Scene, reset: bool) -> None:
+        """Show another cloud; with `reset`, from where all of it is seen."""
+        self.drawing.set_scene(scene)
+        if reset:
+            self.look("home")
+        else:
+            self._redraw()
+
+    def set_message(self, text: str) -> None:
+        """Show a text in place of a cloud."""
+        self.message = text
+        self.drawing.set_scene(empty_scene())
+        self._set_pixel(None)
+        self.update()
+
+    def set_drawing(self, point_size: int | None, shaded: bool) -> None:
+        """Size of a point in logical pixels (None: by density), and eye-dome lighting."""
+        self.point_size, self.shaded = point_size, shaded
+        self._redraw()
+
+    def set_depths(self, low: float, high: float) -> None:
+        """Draw only points whose depth [m] lies between these two."""
+        if (low, high) != self.depths:
+            self.depths = low, high
+            self._redraw(moving=True)
+
+    def look(self, direction: str) -> None:
+        """Show the whole cloud from "home", "front", "top" or "side"; it stays whole when the view is resized."""
+        yaw, pitch = (math.radians(angle) for angle in _DIRECTIONS[direction])
+        self._direction = direction
+        self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.scene.points, self.width() / max(self.height(), 1))
+        self._redraw(moving=True)
+
+    def mark(self, pixel: tuple[int, int] | None) -> None:
+        """Mark the point that comes from a pixel (x, y) of the frame; None for none."""
+        if pixel != self._marked:
+            self._marked = pixel
+            self.update()
+
+    def set_lines(self, lines: Sequence[Sequence[tuple[float, float]]], texts: Sequence[str]) -> None:
+        """Draw lines between the points that come from places of the frame, in image coordinates, with a text at the
+        middle of each of their stretches."""
+        if (lines, texts) != (self._lines, self._texts):
+            self._lines, self._texts = lines, texts
+            self.update()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.drawing.shutdown()
+
+    def sizeHint(self) -> QSize:
+        return QSize(640, 480)
+
+    # painting
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours = theme.colours(self.palette())
+        if len(self.scene):
+            image = self.drawing.image()
+            if image is not None:
+                painter.drawImage(QRectF(self.rect()), image)
+            paint_axes(painter, self.camera, colours, self.height())
+            paint_scale(painter, self.camera.metres_per_pixel(max(self.height(), 1)), colours, self.height())
+            lines = [[self._place_of((int(x), int(y))) for x, y in line] for line in self._lines]
+            for line in lines:
+                paint_line(painter, line)
+            stretches = (ends for line in lines for ends in itertools.pairwise(line))
+            for (one, other), text in zip(stretches, self._texts, strict=False):
+                if one is not None and other is not None:
+                    paint_text(painter, (one + other) / 2, text, colours)
+            marked = None if self._marked is None else self._place_of(self._marked)
+            if marked is not None:
+                paint_mark(painter, marked)
+        else:
+            painter.fillRect(self.rect(), colours.background)
+            painter.setPen(colours.muted)
+            room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.message)
+        if self.hasFocus():
+            painter.setPen(QPen(colours.accent, 1))
+            painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
+
+    def _place_of(self, pixel: tuple[int, int]) -> QPointF | None:
+        """Where the point that comes from a pixel of the frame is on the widget; None if it is not there."""
+        index = self.scene.index_of(pixel)
+        if index is None:
+            return None
+        x, y, before = self.camera.project(self.scene.points[index : index + 1], self.width(), self.height())[0]
+        return QPointF(x, y) if before > NEAR else None
+
+    def _look(self) -> Look:
+        """How the cloud is looked at now."""
+        ratio = self.devicePixelRatioF()
+        back = theme.colours(self.palette()).background
+        return Look(
+            self.camera,
+            max(round(self.width() * ratio), 1),
+            max(round(self.height() * ratio), 1),
+            (back.red(), back.green(), back.blue()),
+            None if self.point_size is None else max(round(self.point_size * ratio), 1),
+            self.shaded,
+            self.depths,
+        )
+
+    def _redraw(self, moving: bool = False) -> None:
+        self.drawing.look(self._look(), moving)
+        self.update()
+
+    def _move(self, camera: OrbitCamera) -> None:
+        self.camera = camera
+        self._direction = None
+        self._redraw(moving=True)
+
+    # the point under the pointer
+
+    def _point_at(self, position: QPointF) -> int | None:
+        """Index of the point seen at a place of the widget, or near it."""
+        ratio = self.devicePixelRatioF()
+        return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _REACH * ratio)
+
+    def _pixel_at(self, position: QPointF) -> tuple[int, int] | None:
+        index = self._point_at(position)
+        return None if index is None else self.scene.pixel_of(index)
+
+    def _set_pixel(self, pixel: tuple[int, int] | None) -> None:
+        if pixel != self._pixel:
+            self._pixel = pixel
+            self.mark(pixel)
+            self.hovered.emit(pixel)
+
+    # mouse and keys
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._last = event.position()
+        self._pressed = event.position() if event.button() == Qt.MouseButton.LeftButton else None
+        self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._last is None:
+            self._set_pixel(self._pixel_at(event.position()))
+            return
+        if self._pressed is not None and (event.position() - self._pressed).manhattanLength() <= _CLICK:
+            return
+        self._pressed = None
+        moved = event.position() - self._last
+        self._last = event.position()
+        panning = event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton)
+        if panning or event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self._pan(moved.x(), moved.y())
+        else:
+            self._move(self.camera.orbit(moved.x() * _ORBIT_PER_PIXEL, moved.y() * _ORBIT_PER_PIXEL))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        if event.buttons():
+            return
+        pressed, self._pressed, self._last = self._pressed, None, None
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        pixel = None if pressed is None else self._pixel_at(pressed)
+        if pixel is not None:
+            self.picked.emit(*pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Turn about the point that is double-clicked from now on; beside the cloud, show all of it."""
+        self._last = event.position()
+        index = self._point_at(event.position())
+        if index is None:
+            self.look("home")
+        else:
+            x, y, z = (float(value) for value in self.scene.points[index])
+            self._move(replace(self.camera, target=(x, y, z)))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        self._move(self.camera.dolly(_ZOOM_STEP ** (event.angleDelta().y() / 120)))
+        event.accept()
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        super().enterEvent(event)
+        self.pointed_at.emit(True)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self._set_pixel(None)
+        self.pointed_at.emit(False)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        arrows: dict[int, tuple[int, int]] = {
+            Qt.Key.Key_Left: (-1, 0),
+            Qt.Key.Key_Right: (1, 0),
+            Qt.Key.Key_Up: (0, -1),
+            Qt.Key.Key_Down: (0, 1),
+        }
+        key = event.key()
+        if key in arrows:
+            x, y = arrows[key]
+            if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+                self._pan(x * _PAN_STEP, y * _PAN_STEP)
+            else:
+                self._move(self.camera.orbit(x * _ORBIT_STEP, y * _ORBIT_STEP))
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
+            self._move(self.camera.dolly(_ZOOM_STEP))
+        elif key == Qt.Key.Key_Minus:
+            self._move(self.camera.dolly(1 / _ZOOM_STEP))
+        elif key in (Qt.Key.Key_R, Qt.Key.Key_Home) and not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier:
+            self.look("home")
+        else:
+            super().keyPressEvent(event)
+
+    def _pan(self, dx: float, dy: float) -> None:
+        """Move the cloud with the cursor [logical px]: exact at the target's depth."""
+        metres = self.camera.metres_per_pixel(max(self.height(), 1))
+        self._move(self.camera.pan(-dx * metres, -dy * metres))
+
+    # the widget's own life
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if self._direction is not None:
+            self.look(self._direction)
+        self._redraw(moving=True)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.drawing.resume()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.drawing.pause()
+        self._last = self._pressed = None
+        self._set_pixel(None)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
+            self._redraw(moving=True)

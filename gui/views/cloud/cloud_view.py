@@ -1,0 +1,407 @@
+"""The 3D view of a point cloud: its picture, what its colours mean, and ways to look at it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Generic, TypeVar
+
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QAction,
+    QActionGroup,
+    QBrush,
+    QColor,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QSizePolicy, QToolBar, QToolButton, QVBoxLayout, QWidget
+
+from ...base import theme
+from ...widgets.basics import PlainLabel
+from ..colour_bar import ColourBar
+from ..view_cell import TitleStrip
+from .canvas import EMPTY_TEXT, CloudCanvas
+from .colouring import ColourBy
+from .scene import Scene
+
+# A button that opens a menu of choices and shows the present one.
+
+Choice = TypeVar("Choice")
+
+
+class ChoiceButton(QToolButton, Generic[Choice]):
+    """One of several, to be chosen from a menu.
+
+    Parameters
+    ----------
+    texts : mapping
+        Choice -> what the user reads; the first is the present one.
+    hint : str
+        What is chosen.
+    chosen : callable
+        Takes the user's choice.
+    """
+
+    def __init__(self, texts: Mapping[Choice, str], hint: str, chosen: Callable[[Choice], None]) -> None:
+        super().__init__()
+        self.setToolTip(hint)
+        self.setAccessibleName(hint)
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.setAutoRaise(True)
+        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        menu = QMenu(self)
+        menu.setToolTipsVisible(True)
+        self.setMenu(menu)
+        group = QActionGroup(menu)
+        self._choices: dict[Choice, QAction] = {}
+        widths = []
+        for choice, text in texts.items():
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.triggered.connect(lambda _=False, choice=choice: chosen(choice))
+            group.addAction(action)
+            self._choices[choice] = action
+            self.show_choice(choice)
+            widths.append(self.sizeHint().width())
+        # the bar keeps still when the choice changes; the icon comes with the theme
+        self.setMinimumWidth(max(widths) + self.iconSize().width())
+        self.show_choice(next(iter(texts)))
+
+    def show_choice(self, choice: Choice) -> None:
+        """Mark a choice as the present one."""
+        self._choices[choice].setChecked(True)
+        self.setText(f"{self._choices[choice].text()} \u25be")
+
+    def allow(self, choice: Choice, allowed: bool, hint: str) -> None:
+        """Whether a choice can be made, with what it is and why it cannot."""
+        self._choices[choice].setEnabled(allowed)
+        self._choices[choice].setToolTip(hint)
+
+
+# Which depths of a cloud are drawn: a slider with two handles, in metres.
+
+_HANDLE = 7.0
+_STEP = 0.01
+"""Of an arrow key, of the whole range; ten times that with Shift."""
+
+
+class TwoHandles(QWidget):
+    """A slider with two handles, both within 0-1. Arrows move the handle that was used last.
+
+    Signals
+    -------
+    moved(float, float)
+        Where the handles are now.
+    """
+
+    moved = Signal(float, float)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setMinimumWidth(80)
+        self.values = [0.0, 1.0]
+        self._present = 0
+        self._held = False
+
+    def set_values(self, low: float, high: float) -> None:
+        """Put both handles somewhere, without a signal."""
+        self.values = [low, high]
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(200, round(2 * _HANDLE) + 6)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours = theme.colours(self.palette())
+        y, left, right = self.height() / 2, *(self._place(value) for value in self.values)
+        painter.setPen(QPen(colours.grid, 4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        painter.drawLine(QPointF(self._place(0), y), QPointF(self._place(1), y))
+        painter.setPen(QPen(colours.accent, 4))
+        painter.drawLine(QPointF(left, y), QPointF(right, y))
+        for number, x in enumerate((left, right)):
+            painter.setPen(QPen(colours.accent if self.hasFocus() and number == self._present else colours.muted, 1.5))
+            painter.setBrush(colours.background)
+            painter.drawEllipse(QRectF(x - _HANDLE, y - _HANDLE, 2 * _HANDLE, 2 * _HANDLE))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        x = event.position().x()
+        low, high = (self._place(value) for value in self.values)
+        self._present = 0 if abs(x - low) < abs(x - high) or (low == high and x < low) else 1
+        self._held = True
+        self._move(self._value(x))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._held:
+            self._move(self._value(event.position().x()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._held = False
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        step = _STEP * (10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1)
+        match event.key():
+            case Qt.Key.Key_Left | Qt.Key.Key_Down:
+                self._move(self.values[self._present] - step)
+            case Qt.Key.Key_Right | Qt.Key.Key_Up:
+                self._move(self.values[self._present] + step)
+            case Qt.Key.Key_Space:
+                self._present = 1 - self._present
+                self.update()
+            case _:
+                super().keyPressEvent(event)
+
+    def _move(self, value: float) -> None:
+        """Move the present handle, up to the other."""
+        low, high = (0.0, self.values[1]) if self._present == 0 else (self.values[0], 1.0)
+        value = min(max(value, low), high)
+        if value != self.values[self._present]:
+            self.values[self._present] = value
+            self.moved.emit(*self.values)
+        self.update()
+
+    def _place(self, value: float) -> float:
+        return _HANDLE + 1 + value * (self.width() - 2 * _HANDLE - 2)
+
+    def _value(self, x: float) -> float:
+        return (x - _HANDLE - 1) / max(self.width() - 2 * _HANDLE - 2, 1.0)
+
+
+class ClipRow(QWidget):
+    """The slider with what its handles stand for, and a way back to all depths.
+
+    Signals
+    -------
+    changed(float, float)
+        Depths [m] between which the cloud is to be drawn; infinite where a handle is at its end.
+    """
+
+    changed = Signal(float, float)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._bounds = 0.0, 1.0
+        self.depths = -math.inf, math.inf
+        """Depths [m] that are drawn."""
+        self._low, self._high = PlainLabel(), PlainLabel()
+        self.slider = TwoHandles()
+        self.slider.setAccessibleName("Depths that are drawn")
+        self.slider.setToolTip("Drag a handle, or use the arrow keys; Space turns to the other one")
+        self.slider.moved.connect(self._take)
+        everything = QToolButton()
+        everything.setText("All")
+        everything.setAutoRaise(True)
+        everything.setAccessibleName("Draw all depths")
+        everything.setToolTip("Draw all depths again")
+        everything.clicked.connect(self.clear)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 0, 8, 2)
+        for widget in (PlainLabel("Depth"), self._low, self.slider, self._high, everything):
+            layout.addWidget(widget)
+        width = self.fontMetrics().horizontalAdvance("00.00 m")
+        for label in (self._low, self._high):
+            label.setFixedWidth(width)
+            label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._show()
+
+    def set_bounds(self, low: float, high: float) -> None:
+        """Smallest and largest depth [m] of the cloud; what is cut off stays, in metres."""
+        self._bounds = low, max(high, low + 1e-3)
+        self._show()
+
+    def clear(self) -> None:
+        """Draw all depths."""
+        self._set(-math.inf, math.inf)
+
+    def _take(self, low: float, high: float) -> None:
+        start, end = self._bounds
+        nearest = start + low * (end - start) if low > 0 else -math.inf
+        farthest = start + high * (end - start) if high < 1 else math.inf
+        self._set(nearest, farthest)
+
+    def _set(self, low: float, high: float) -> None:
+        self.depths = low, high
+        self._show()
+        self.changed.emit(low, high)
+
+    def _show(self) -> None:
+        start, end = self._bounds
+        low, high = (min(max(depth, start), end) for depth in self.depths)
+        self._low.setText(f"{low:.2f} m")
+        self._high.setText(f"{high:.2f} m")
+        self.slider.set_values((low - start) / (end - start), (high - start) / (end - start))
+
+
+_BAR_MARGIN = 6
+_BAR_SHARE = 0.55
+_BAR_HEIGHTS = 110, 260
+_LOOKS = {
+    "home": ("ph.house", "Show the whole cloud (R, Home, double-click beside it)"),
+    "front": ("ph.camera", "Look as the depth camera saw it: along its axis"),
+    "top": ("ph.arrow-line-down", "Look from above"),
+    "side": ("ph.arrow-line-left", "Look from the right"),
+}
+
+
+class CloudView(QWidget):
+    """A point cloud with its view buttons, colour bar and clip.
+
+    Parameters
+    ----------
+    raw, chosen_only, beside : QAction
+        Whether the depth as it was before the completion is shown, whether only the chosen blocks are, whether the
+        view stands beside the images: buttons of its bar.
+
+    Signals
+    -------
+    colours_changed()
+        Other colours are wanted: they are to mean something else, or the theme has changed.
+    """
+
+    colours_changed = Signal()
+
+    def __init__(self, raw: QAction, chosen_only: QAction, beside: QAction, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.colour_by = ColourBy.COLOUR
+        self.raw, self.chosen_only = raw, chosen_only
+        self.canvas = CloudCanvas(self)
+        self.setFocusProxy(self.canvas)
+        self.strip = TitleStrip()
+        self.strip.setToolTip("Click on the title to choose what the colours mean")
+        self.strip.menuWished.connect(lambda place: self._colours.menu().popup(place))
+        self.clip = ClipRow()
+        self.clip.hide()
+        self.clip.changed.connect(self.canvas.set_depths)
+        self.bar = ColourBar(self.canvas)
+        self._icons: list[tuple[QAction | QToolButton, str]] = []
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        for widget in (self._tool_bar(beside), self.strip, self.clip):
+            layout.addWidget(widget)
+        layout.addWidget(self.canvas, 1)
+        self.canvas.installEventFilter(self)
+        self.set_message()
+        self._take_theme()
+
+    def show_scene(self, scene: Scene, reset: bool = True) -> None:
+        """Show a cloud; without `reset` it is seen from where the one before was: it is of the same frame."""
+        self.canvas.set_scene(scene, reset)
+        self.clip.set_bounds(*scene.depths)
+        colouring = scene.colouring
+        notes = [f"{len(scene):,} points", *([colouring.note] if colouring.note else [])]
+        self.strip.set_title(scene.title)
+        self.strip.set_text(", ".join(notes))
+        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
+        scale = colouring.scale
+        if scale is None:
+            self.bar.set_levels(None)
+        else:
+            self.bar.set_unit(scale.unit)
+            self.bar.set_table(scale.table)
+            self.bar.set_levels(scale.levels, scale.logarithmic)
+
+    def set_message(self, text: str = EMPTY_TEXT) -> None:
+        """Drop the cloud and show a text in its place."""
+        self.canvas.set_message(text)
+        self.strip.set_title("3D")
+        self.strip.set_text("")
+        self.strip.set_legend([])
+        self.bar.set_levels(None)
+
+    def set_colour_by(self, colour_by: ColourBy) -> None:
+        """Choose what the colours mean."""
+        self.colour_by = ColourBy(colour_by)
+        self._colours.show_choice(self.colour_by)
+        self.colours_changed.emit()
+
+    def set_lacking(self, lacking: Mapping[ColourBy, str]) -> None:
+        """Which colours there are not, and why."""
+        for choice in ColourBy:
+            why = lacking.get(choice, "")
+            self._colours.allow(choice, not why, f"{choice.hint}. {why}" if why else choice.hint)
+
+    def set_point_size(self, size: int | None) -> None:
+        """Side of a point in logical pixels; None: by the density of the cloud."""
+        self._sizes.show_choice(size or 0)
+        self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.canvas.shutdown()
+
+    def eventFilter(self, watched: object, event: QEvent) -> bool:
+        """Keep the colour bar at the canvas's side."""
+        if isinstance(event, QResizeEvent):
+            least, most = _BAR_HEIGHTS
+            room = self.canvas.height() - 2 * _BAR_MARGIN
+            self.bar.setVisible(room >= least)
+            self.bar.setFixedHeight(min(max(round(_BAR_SHARE * room), least), most))
+            self.bar.move(self.canvas.width() - self.bar.width() - _BAR_MARGIN, _BAR_MARGIN)
+        return False
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._take_theme()
+            self.colours_changed.emit()
+
+    def _take_theme(self) -> None:
+        colours = theme.colours(self.palette())
+        for item, name in self._icons:
+            item.setIcon(theme.icon(name, self.palette()))
+        self.strip.set_colours(colours)
+        self.bar.set_colours(colours)
+
+    def _tool_bar(self, beside: QAction) -> QToolBar:
+        """Where there is too little room, what stands last is in the bar's extension."""
+        bar = QToolBar("3D", self)
+        bar.setIconSize(QSize(16, 16))
+        self._colours = ChoiceButton(
+            {choice: choice.text for choice in ColourBy}, "What the colours of the points mean", self.set_colour_by
+        )
+        bar.addWidget(self._colours)
+        self._icons.append((self._colours, "ph.palette"))
+        bar.addActions([self.raw, self.chosen_only])
+        clip = self._switch(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only depths between two handles", False)
+        clip.toggled.connect(self._show_clip)
+        bar.addSeparator()
+        for name, (icon, hint) in _LOOKS.items():
+            action = bar.addAction(name.capitalize(), partial(self.canvas.look, name))
+            action.setToolTip(hint)
+            self._icons.append((action, icon))
+        bar.addSeparator()
+        self._shading = self._switch(bar, "Shading", "ph.circle-half", "darken what lies behind its surroundings", True)
+        self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
+        sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
+        self._sizes = ChoiceButton(
+            sizes,
+            "Size of a point; auto: as wide as the gap to its neighbours",
+            lambda size: self.set_point_size(size or None),
+        )
+        bar.addWidget(self._sizes)
+        self._icons.append((self._sizes, "ph.dots-nine"))
+        bar.addAction(beside)
+        return bar
+
+    def _switch(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:
+        action = bar.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(on)
+        action.setToolTip(f"{text}: {hint}")
+        self._icons.append((action, icon))
+        return action
+
+    def _show_clip(self, on: bool) -> None:
+        self.clip.setVisible(on)
+        self.canvas.set_depths(*(self.clip.depths if on else (-math.inf, math.inf)))

@@ -1,0 +1,290 @@
+"""What the colours of a cloud can mean, and the colours for it: the same tables and levels as in the images."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QColor
+
+from ilf.data.camera import CameraIntrinsics
+from ilf.data.points import back_project
+from ilf.drawing.clouds import spacing_of
+from ilf.drawing.colours import (
+    log_indices,
+    robust_depth_levels,
+    robust_difference_level,
+    robust_error_levels,
+    sample,
+    to_indices,
+)
+
+from ...base.theme import Colours
+from ..colours import Levels, Range, difference_table, error_table
+from ..painter import full_levels
+from .scene import Colouring, Points, Rgb, Scale, Scene
+
+Depth = NDArray[np.float32]
+_MM = np.float32(1000)
+_DIMMED = 0.8
+_LEAST_MM = 0.01
+"""A logarithmic scale begins above 0."""
+
+
+class ColourBy(StrEnum):
+    """What the points' colours mean."""
+
+    COLOUR = "colour"
+    DEPTH = "depth"
+    BLOCK = "block"
+    EXPECTED = "expected error"
+    ERROR = "error"
+    DIFFERENCE = "difference"
+    FILLED = "filled"
+
+    @property
+    def text(self) -> str:
+        """What the user reads."""
+        return _TEXTS.get(self, self.value).capitalize()
+
+    @property
+    def hint(self) -> str:
+        """What it shows, in a sentence."""
+        return _HINTS[self]
+
+
+_TEXTS = {ColourBy.DIFFERENCE: "difference to a run", ColourBy.FILLED: "measured or filled"}
+_HINTS = {
+    ColourBy.COLOUR: "The colours of the image",
+    ColourBy.DEPTH: "Distance along the camera's axis, as in the depth views",
+    ColourBy.BLOCK: "The colours of the blocks",
+    ColourBy.EXPECTED: "How far off the filled depth may be, from it alone",
+    ColourBy.ERROR: "Depth less the truth: red is too far, blue too near",
+    ColourBy.DIFFERENCE: "Depth less that of the first run that is ticked for comparison: red is farther, blue nearer",
+    ColourBy.FILLED: "Which depth was measured, filled, or guessed",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """All that a cloud can be coloured by.
+
+    Parameters
+    ----------
+    rgb : ndarray
+        uint8 (H, W, 3).
+    depth : ndarray
+        float32 (H, W) [m], what the points are made of.
+    shades : Colours
+        Of the theme.
+    depth_table : ndarray
+        uint8 (256, 4).
+    ranges : mapping
+        Kind of `KINDS` -> Range: how the values at the ends of the colours are found, as in the images.
+    labels, block_colours : ndarray, optional
+        int32 (H, W), and uint8 (labels, 4) by label.
+    unvouched : ndarray, optional
+        bool (H, W): where nothing vouches for the depth.
+    expected, truth, other : ndarray, optional
+        float32 (H, W) [m], NaN where not known: expected error, true depth, depth of another run.
+    other_name : str
+        Of that run.
+    filled, guessed : ndarray, optional
+        bool (H, W).
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: Depth
+    shades: Colours
+    depth_table: NDArray[np.uint8]
+    ranges: Mapping[str, Range]
+    labels: NDArray[np.int32] | None = None
+    block_colours: NDArray[np.uint8] | None = None
+    expected: Depth | None = None
+    unvouched: NDArray[np.bool_] | None = None
+    truth: Depth | None = None
+    other: Depth | None = None
+    other_name: str = ""
+    filled: NDArray[np.bool_] | None = None
+    guessed: NDArray[np.bool_] | None = None
+
+
+def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[np.int32]) -> Colouring:
+    """The colours of points that come from these pixels of the subject; those of the image where it lacks what is
+    asked for."""
+    match by:
+        case ColourBy.DEPTH:
+            levels = _levels(subject, "depth", robust_depth_levels(subject.depth), subject.depth)
+            indices = to_indices(points[:, 2], *levels)
+            scale = Scale("m", subject.depth_table, levels)
+            return Colouring(subject.depth_table[indices, :3], scale)
+        case ColourBy.BLOCK if subject.labels is not None and subject.block_colours is not None:
+            table = subject.block_colours[:, :3].copy()
+            table[0] = none = _plain(subject.shades)
+            labels = subject.labels.reshape(-1)[pixels]
+            return Colouring(table[labels], legend=() if labels.all() else ((none, "no block"),))
+        case ColourBy.EXPECTED if subject.expected is not None:
+            return _expected(subject, subject.expected, pixels)
+        case ColourBy.ERROR if subject.truth is not None:
+            return _signed(subject, subject.truth, pixels, "no truth")
+        case ColourBy.DIFFERENCE if subject.other is not None:
+            return _signed(subject, subject.other, pixels, f"not in {subject.other_name}")
+        case ColourBy.FILLED if subject.filled is not None:
+            return _filled(subject, subject.filled, pixels)
+    lacking = "" if by is ColourBy.COLOUR else "in the image's colours until it is known"
+    return Colouring(subject.rgb.reshape(-1, 3)[pixels], note=lacking)
+
+
+def signed_table() -> NDArray[np.uint8]:
+    """Table of differences, uint8 (256, 4), whose zero is grey: in the images it is near the background, before which a
+    surface without error could not be seen."""
+    table = difference_table(dark=False)
+    table[:, :3] = np.round(table[:, :3] * _DIMMED)
+    return table
+
+
+def value_of(subject: Subject, by: ColourBy, pixel: tuple[int, int]) -> float | None:
+    """What the colour of a pixel (x, y) stands for, in the unit of the scale; None where that is not a number."""
+    place = pixel[1], pixel[0]
+    match by:
+        case ColourBy.DEPTH:
+            value = float(subject.depth[place])
+        case ColourBy.EXPECTED if subject.expected is not None:
+            value = 1000 * float(subject.expected[place])
+        case ColourBy.ERROR if subject.truth is not None:
+            value = 1000 * float(subject.depth[place] - subject.truth[place])
+        case ColourBy.DIFFERENCE if subject.other is not None:
+            value = 1000 * float(subject.depth[place] - subject.other[place])
+        case _:
+            return None
+    return value if math.isfinite(value) else None
+
+
+def _expected(subject: Subject, expected: Depth, pixels: NDArray[np.int32]) -> Colouring:
+    few = sample(expected) * _MM
+    low, high = _levels(subject, "expected", robust_error_levels(few), few)
+    levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
+    indices = log_indices(expected.reshape(-1)[pixels], levels)
+    scale = Scale("mm", error_table(), levels, logarithmic=True)
+    colouring = _by_table(subject, indices, scale, "measured")
+    doubtful = None if subject.unvouched is None else subject.unvouched.reshape(-1)[pixels]
+    if doubtful is None or not doubtful.any():
+        return colouring
+    colour = _rgb(subject.shades.warning)
+    colours = np.where(doubtful[:, None], np.array(colour, np.uint8), colouring.colours)
+    return replace(colouring, colours=colours, legend=(*colouring.legend, (colour, "nothing vouches")))
+
+
+def _signed(subject: Subject, other: Depth, pixels: NDArray[np.int32], lacking: str) -> Colouring:
+    difference = (subject.depth - other) * _MM
+    few = sample(difference)
+    level = robust_difference_level(few[few != 0])  # what is equal says nothing of how far the rest is apart
+    level = max(abs(end) for end in _levels(subject, "signed", (-level, level), few))
+    levels = -level, level
+    indices = to_indices(difference.reshape(-1)[pixels], *levels)
+    scale = Scale("mm", signed_table(), levels)
+    return _by_table(subject, indices, scale, lacking)
+
+
+def _levels(subject: Subject, kind: str, robust: Levels, values: Depth) -> Levels:
+    return replace(subject.ranges[kind]).find(lambda: robust, lambda: full_levels(values))
+
+
+def _by_table(subject: Subject, indices: NDArray[np.uint8], scale: Scale, lacking: str) -> Colouring:
+    """Colours of a scale, with a plain one for points that have no value."""
+    plain = _plain(subject.shades)
+    table = scale.table[:, :3].copy()
+    table[0] = plain
+    return Colouring(table[indices], scale, ((plain, lacking),) if not indices.all() else ())
+
+
+def _filled(subject: Subject, filled: NDArray[np.bool_], pixels: NDArray[np.int32]) -> Colouring:
+    shades = subject.shades
+    colours: Rgb = subject.rgb.reshape(-1, 3)[pixels]
+    kinds = [(filled, shades.accent, "filled")]
+    if subject.guessed is not None and subject.guessed.any():
+        kinds.append((subject.guessed, shades.warning, "guessed"))
+    legend = []
+    for mask, colour, name in kinds:
+        chosen = mask.reshape(-1)[pixels]
+        colours[chosen] = _rgb(colour)
+        legend.append((_rgb(colour), f"{np.count_nonzero(chosen):,} {name}"))
+    return Colouring(colours, legend=tuple(legend), note="in the image's colours where measured")
+
+
+def _plain(shades: Colours) -> tuple[int, int, int]:
+    """Of points that have no value: seen before the background, and unlike any value."""
+    return _rgb(shades.grid if shades.is_dark else shades.muted)
+
+
+def _rgb(colour: QColor) -> tuple[int, int, int]:
+    return colour.red(), colour.green(), colour.blue()
+
+
+# What a cloud is to be, and making it: no widgets, for another thread.
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What the cloud is to be.
+
+    Parameters
+    ----------
+    key : str
+        Of the session.
+    intrinsics : CameraIntrinsics
+    subject : Subject
+        The depth, and what it is coloured by.
+    by : ColourBy
+    chosen : frozenset of int or None
+        The only blocks that are shown; None for everything.
+    title : str
+        What the colours mean.
+    """
+
+    key: str
+    intrinsics: CameraIntrinsics
+    subject: Subject
+    by: ColourBy
+    chosen: frozenset[int] | None
+    title: str
+
+    def is_same(self, other: Wish | None) -> bool:
+        """Whether another wish would give the same scene."""
+        if other is None or (self.by, self.title) != (other.by, other.title):
+            return False
+        return self.has_same_points(other) and _same(self.subject, other.subject)
+
+    def has_same_points(self, other: Wish) -> bool:
+        """Whether the scene of another wish has the same points."""
+        return (
+            self.key == other.key
+            and self.intrinsics == other.intrinsics
+            and self.subject.depth is other.subject.depth
+            and self.chosen == other.chosen
+            and (self.chosen is None or self.subject.labels is other.subject.labels)
+        )
+
+
+def compose(wish: Wish, before: Scene | None = None) -> Scene:
+    """The scene that is wished for; `before` has the same points, and perhaps other colours."""
+    subject = wish.subject
+    if before is None:
+        only = None if wish.chosen is None or subject.labels is None else np.isin(subject.labels, list(wish.chosen))
+        points, pixels = back_project(subject.depth, wish.intrinsics, only)
+        spacing = spacing_of(points)
+        depths = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
+    else:
+        points, pixels, spacing, depths = before.points, before.pixels, before.spacing, before.depths
+    colouring = colours_of(subject, wish.by, points, pixels)
+    return Scene(points, pixels, subject.depth.shape[1], colouring, spacing, depths, wish.title)
+
+
+def _same(one: Subject, other: Subject) -> bool:
+    """Whether two subjects are made of the very same arrays and of equal values."""
+    pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(Subject))
+    return all(a is b or (not isinstance(a, np.ndarray) and a == b) for a, b in pairs)

@@ -1,0 +1,115 @@
+"""A cloud that can be drawn: points, the pixels that they come from, and colours that mean something."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float32]
+Rgb = NDArray[np.uint8]
+Legend = tuple[tuple[tuple[int, int, int], str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Scale:
+    """What a colour bar shows.
+
+    Parameters
+    ----------
+    unit : str
+    table : ndarray
+        uint8 (256, 4) RGBA; entries 1-255 run from the low to the high level.
+    levels : tuple of float
+        Values at the ends, in the unit.
+    logarithmic : bool
+    """
+
+    unit: str
+    table: NDArray[np.uint8]
+    levels: tuple[float, float]
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Colouring:
+    """Colours of a cloud's points, and how they are to be read.
+
+    Parameters
+    ----------
+    colours : ndarray
+        uint8 (N, 3), red first.
+    scale : Scale, optional
+        For the colour bar.
+    legend : tuple
+        Colours, red first, and what they stand for.
+    note : str
+        What there is to say beside the number of points.
+    """
+
+    colours: Rgb
+    scale: Scale | None = None
+    legend: Legend = ()
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A cloud of one frame.
+
+    Parameters
+    ----------
+    points : ndarray
+        float32 (N, 3) [m], x right, y down, z forward, as the depth camera saw it.
+    pixels : ndarray
+        int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
+    width : int
+        Of the frame [px].
+    colouring : Colouring
+    spacing : float
+        Of the points over their depth, see `ilf.drawing.clouds.spacing_of`.
+    depths : tuple of float
+        Smallest and largest z [m].
+    title : str
+        What the colours mean.
+    """
+
+    points: Points
+    pixels: NDArray[np.int32]
+    width: int
+    colouring: Colouring
+    spacing: float = 0.0
+    depths: tuple[float, float] = (0.0, 0.0)
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or self.points.shape != self.colouring.colours.shape:
+            raise ValueError(
+                f"points and colours must both be (N, 3), not {self.points.shape} and {self.colouring.colours.shape}"
+            )
+        if self.pixels.shape != (len(self.points),):
+            raise ValueError(f"pixels must be ({len(self.points)},), not {self.pixels.shape}")
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def pixel_of(self, index: int) -> tuple[int, int]:
+        """The pixel (x, y) that a point comes from."""
+        row, column = divmod(int(self.pixels[index]), self.width)
+        return column, row
+
+    def index_of(self, pixel: tuple[int, int]) -> int | None:
+        """The point that comes from a pixel (x, y); None if it has none."""
+        x, y = pixel
+        if not 0 <= x < self.width:
+            return None
+        wanted = y * self.width + x
+        index = int(np.searchsorted(self.pixels, wanted))
+        return index if index < len(self.pixels) and self.pixels[index] == wanted else None
+
+
+def empty_scene() -> Scene:
+    """A scene without any point."""
+    nothing = np.empty((0, 3), np.float32)
+    return Scene(nothing, np.empty(0, np.int32), 1, Colouring(np.empty((0, 3), np.uint8)))

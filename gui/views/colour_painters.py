@@ -1,0 +1,138 @@
+"""The content "colour": the colour image with the blocks over it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QBrush, QColor
+
+from ilf.drawing.blocks import marked_picture
+from ilf.drawing.colours import sample, to_indices
+
+from ..base.theme import Colours
+from .colours import strength_table
+from .painter import NO_RESULT, Depth, Mask, Material, Painter, number_at
+from .pixel_items import BlockOverlay
+from .view_cell import ViewCell
+
+
+class ColourPainter(Painter):
+    """Colour, the fills of the blocks, and stripes where depth is missing if they are to be seen."""
+
+    uses = frozenset({"frame", "swipe", "runs"})
+
+    def __init__(self, content: str, cell: ViewCell, material: Material, overlay: BlockOverlay) -> None:
+        super().__init__(content, cell, material)
+        self._overlay = overlay
+        self._item = cell.view.place(overlay.new_item())
+        # blocks of the two sides, where they are swiped and are others than the present ones
+        self._sides = [cell.view.add_layer(1), cell.view.add_layer(1)]
+        cell.view.shows_missing = True
+
+    def draw(self) -> None:
+        view, rgb = self.cell.view, self.material.rgb
+        if rgb is None or view.image.image is not rgb:
+            view.set_picture(rgb)
+        self._draw_sides()
+
+    def _draw_sides(self) -> None:
+        column, blocks = self.material.swiped_at, self.material.side_blocks
+        width = 0 if self.material.rgb is None else self.material.rgb.shape[1]
+        spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
+        own = [0, width]
+        for index, (item, given, span) in enumerate(zip(self._sides, blocks, spans, strict=True)):
+            if column is None or given is None:
+                item.clear()
+                continue
+            item.set_pixels(self._overlay.fills_of(*given))
+            item.set_span(span)
+            own[index] = column
+        self._item.set_span((own[0], own[1]) if own != [0, width] else None)
+
+    def leave(self) -> None:
+        self._overlay.drop_item(self._item)
+        for item in (self._item, *self._sides):
+            self.cell.view.remove(item)
+        self.cell.view.shows_missing = False
+
+
+# What is guessed, and what is distrusted, over the dimmed colour image.
+
+_COLOURS = {"guessed": (90, 200, 255), "distrusted": (255, 144, 32)}
+
+
+class MaskPainter(Painter):
+    """Pixels of which one thing holds, with their share of the frame."""
+
+    def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
+        self.uses = frozenset({"frame", "distrust" if content == "distrusted" else "result"})
+        super().__init__(content, cell, material)
+        self._drawn: Mask | None = None
+
+    def draw(self) -> None:
+        mask, rgb = self._mask(), self.material.rgb
+        if mask is None or rgb is None:
+            self._drawn = None
+            self.cell.strip.set_text("")
+            self.cell.set_legend([])
+            self.show_nothing(self._reason())
+        elif mask is not self._drawn:
+            self._drawn = mask
+            colour = _COLOURS[self.content]
+            share = np.count_nonzero(mask) / mask.size
+            self.cell.view.set_picture(marked_picture(rgb, mask, colour))
+            self.cell.strip.set_text(f"{share:.1%} of the frame")
+            if self.content == "guessed":  # what is distrusted has its stripes, and is in the legend for them
+                self.cell.set_legend([(QBrush(QColor(*colour)), self.content)])
+
+    def _mask(self) -> Mask | None:
+        if self.content == "distrusted":
+            return self.material.distrusted
+        layer = self.material.layer("result")
+        return None if layer is None else layer.guessed
+
+    def _reason(self) -> str:
+        if self.content == "distrusted":
+            return "Nothing is distrusted"
+        return NO_RESULT if self.material.result is None else "Nothing is guessed"
+
+    def leave(self) -> None:
+        self.cell.strip.set_text("")
+
+
+# The edges that the blocks go by, and creases, where the detector tells of them.
+
+
+class StrengthPainter(Painter):
+    """How much every pixel looks like a boundary, or like a crease, 0-1."""
+
+    uses = frozenset({"edges"})
+    _drawn: Depth | None = None
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        self.cell.set_legend([])
+
+    def draw(self) -> None:
+        edges = self.material.edges
+        strength = None if edges is None else edges.crease if self.content == "creases" else edges.strength
+        if strength is None:
+            self._drawn = None
+            self.show_nothing(self._message)
+        elif strength is not self._drawn:
+            self._drawn = strength
+            table = strength_table()
+            self.cell.bar.set_table(table)
+            self.cell.bar.set_levels((0.0, 1.0))
+            self.cell.view.set_picture(to_indices(strength, 0.0, 1.0), table)
+
+    @property
+    def _message(self) -> str:
+        if self.material.edges is not None:
+            return "Only the detector rgbd tells of creases"
+        return "Finding edges\N{HORIZONTAL ELLIPSIS}" if self.material.rgb is not None else ""
+
+    def value_at(self, x: int, y: int) -> float | None:
+        return number_at(self._drawn, x, y)
+
+    def values(self) -> NDArray[np.floating] | None:
+        return None if self._drawn is None else sample(self._drawn)

@@ -1,0 +1,458 @@
+"""Live convergence curves of blocks and runs: sigma_i with S_criteria, errors, the L1 norm; and the way back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import QEvent, QSettings, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QKeyEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QSlider, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+
+from ilf.data.results import IterationRecord
+
+from ...base import theme
+from ...widgets.basics import PlainLabel
+from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_texts
+from .plot import AXIS, NAMED_AXIS, ConvergencePlot, CriterionLines, HeldOutPlot, LengthAxis, Line, SumAxis
+from .readout import Readout, Row
+
+# A slider over the iterations of the last run: where it stands, the views show the depth as it was then.
+
+
+class ScrubBar(QWidget):
+    """Slider, what it stands at, and the way back to the present, which is its right end.
+
+    Signals
+    -------
+    moved(int)
+        The user has gone to an iteration; the last one is the present.
+    """
+
+    moved = Signal(int)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._slider = _Slider(Qt.Orientation.Horizontal)
+        self._slider.setAccessibleName("Iteration to look back to")
+        self._slider.valueChanged.connect(self._tell)
+        self._text = PlainLabel()
+        font = QFont(self.font())
+        font.setFeature(QFont.Tag("tnum"), 1)
+        self._text.setFont(font)
+        self._end = QToolButton(autoRaise=True)
+        self._end.setAccessibleName("Back to the present")
+        self._end.setToolTip("Back to the present: what there is after the last iteration (Esc or End)")
+        self._end.clicked.connect(self.go_to_end)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 0, 0, 2)
+        layout.setSpacing(4)
+        layout.addWidget(self._slider, 1)
+        layout.addWidget(self._text)
+        layout.addWidget(self._end)
+        self.set_range(0)
+        self._draw_icon()
+
+    @property
+    def position(self) -> int:
+        """The iteration that it stands at."""
+        return self._slider.value()
+
+    @property
+    def last(self) -> int:
+        """The last iteration, which is the present; 0 if there are none."""
+        return self._slider.maximum() if self._slider.isEnabled() else 0
+
+    @property
+    def at_end(self) -> bool:
+        """Whether it stands at the present."""
+        return self._slider.value() == self._slider.maximum()
+
+    def set_range(self, last: int) -> None:
+        """There are iterations from 1 up to this one. At the end it stays at the end; nobody is told."""
+        was_at_end = self.at_end
+        with QSignalBlocker(self._slider):
+            self._slider.setRange(1, max(last, 1))
+            if was_at_end or last <= 1:
+                self._slider.setValue(self._slider.maximum())
+        self._slider.setPageStep(max(last // 10, 1))
+        self._slider.setEnabled(last > 1)
+        widest = f"i {last or 1} of {last or 1}"
+        self._text.setMinimumWidth(self._text.fontMetrics().horizontalAdvance(widest))
+        self._show()
+
+    def set_hint(self, text: str) -> None:
+        """What the slider's tooltip says."""
+        self._slider.setToolTip(text)
+
+    def go_to_end(self) -> None:
+        """Back to the present."""
+        self._slider.setValue(self._slider.maximum())
+
+    def _tell(self, position: int) -> None:
+        self._show()
+        self.moved.emit(position)
+
+    def _show(self) -> None:
+        self._text.setText("present" if self.at_end else f"i {self.position} of {self._slider.maximum()}")
+        self._text.setEnabled(self._slider.isEnabled())
+        self._end.setEnabled(not self.at_end)
+
+    def _draw_icon(self) -> None:
+        self._end.setIcon(theme.icon("ph.skip-forward", self.palette()))
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._draw_icon()
+
+
+class _Slider(QSlider):
+    """Goes to its end by Escape, as by End."""
+
+    def __init__(self, orientation: Qt.Orientation) -> None:
+        super().__init__(orientation)
+        self.setMinimumWidth(60)
+
+    def event(self, event: QEvent) -> bool:
+        """Escape is the slider's own while it stands somewhere in the past."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and self._escapes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if self._escapes(event):
+            self.setValue(self.maximum())
+        else:
+            super().keyPressEvent(event)
+
+    def _escapes(self, event: QKeyEvent) -> bool:
+        return event.key() == Qt.Key.Key_Escape and self.value() < self.maximum()
+
+
+EMPTY_TEXT = "Run the filter to see how each block converges"
+
+_SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each other
+_LEAST_HEIGHT, _LEAST_WIDTH = 56, 180  # of a plot [px]; where there is less room, the last ones are left out
+_LOW = 250  # height of the panel [px] up to which axes have no name
+_LEAST_ROWS = 4  # of the readout over the plots
+_BESIDE = 330  # width of the readout beside the plots [px]
+_DECADES = 1.2  # in view, at least
+_BY_TIME = "curves/by_time"
+_OF_NUMBERS = (
+    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, "
+    "after the learned correction, and at an iteration that of the depth as it was then."
+)
+_OF_ERRORS = (
+    "Error against the truth where depth was missing, as each iteration left it. The point at the end is the error "
+    "after the learned correction, which the table of blocks has."
+)
+
+
+class CurvesPanel(QWidget):
+    """The curves of some blocks and runs, with linked axes, a readout of all of them, and a slider over iterations.
+
+    One curve alone has its numbers in the colours of the plots; several have colours of their own.
+
+    Parameters
+    ----------
+    remembers : bool
+        Whether the choice of the axis is that of the last time, and is kept for the next.
+
+    Signals
+    -------
+    shown()
+        It can be seen again: what has come meanwhile is to be drawn.
+    """
+
+    shown = Signal()
+
+    def __init__(self, remembers: bool = False, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._remembers = remembers
+        self._curves: list[Curve] = []
+        self._columns: list[Columns] = []
+        self._arranged: object = None
+        self._hovered: float | None = None
+        self._looked_at: int | None = None
+        self._by_time = remembers and bool(QSettings().value(_BY_TIME, False, type=bool))
+
+        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _DECADES)
+        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _DECADES)
+        self.held_out_plot = HeldOutPlot(LengthAxis())
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
+        self._plots = (self.sigma_plot, self.error_plot, self.held_out_plot, self.l1_plot)
+        names = "Deviation sigma_i", "Error against the truth", "Error at pixels that are held out", "L1 norm"
+        for plot, name in zip(self._plots, names, strict=True):
+            plot.setAccessibleName(name)
+            plot.hovered.connect(self._hover)
+            plot.moved.connect(self._move_all)
+            plot.fit_wished.connect(self._follow)
+        self.error_plot.setToolTip(_OF_ERRORS)
+        self._criteria = CriterionLines(self.sigma_plot)
+        self.l1_plot.name_span("colour-weighted")
+        self.readout = Readout()
+        self.readout.setToolTip(_OF_NUMBERS)
+        self.scrub_bar = ScrubBar()
+        self._time_button = QToolButton(autoRaise=True)
+        self._time_button.setCheckable(True)
+        self._time_button.setChecked(self._by_time)
+        self._time_button.setAccessibleName("Curves over time")
+        self._time_button.setToolTip("Draw the curves over the time since each block was begun, instead of iterations")
+        self._time_button.toggled.connect(self.set_by_time)
+
+        plots = QWidget()
+        self._plots_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, plots)
+        self._plots_layout.setContentsMargins(0, 0, 6, 0)
+        self._plots_layout.setSpacing(0)
+        for plot in self._plots:
+            self._plots_layout.addWidget(plot, 1)
+        body = QWidget()
+        self._body_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, body)
+        self._body_layout.setContentsMargins(0, 0, 0, 0)
+        self._body_layout.setSpacing(0)
+        self._body_layout.addWidget(self.readout, 0, Qt.AlignmentFlag.AlignTop)
+        self._body_layout.addWidget(plots, 1)
+        self._hint = PlainLabel(EMPTY_TEXT)
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._hint.setWordWrap(True)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._hint)
+        self._pages.addWidget(body)
+        below = QHBoxLayout()
+        below.setContentsMargins(0, 0, 6, 0)
+        below.setSpacing(2)
+        below.addWidget(self.scrub_bar, 1)
+        below.addWidget(self._time_button)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self._pages, 1)
+        layout.addLayout(below)
+        self.setMinimumSize(260, 120)
+        self._show_axis()
+
+    # what is shown
+
+    @property
+    def records(self) -> Sequence[IterationRecord]:
+        """The records of the first curve."""
+        return self._curves[0].records[: self._columns[0].count] if self._curves else []
+
+    @property
+    def names(self) -> list[str]:
+        """What the curves are called."""
+        return [curve.name for curve in self._curves]
+
+    @property
+    def hint(self) -> str:
+        """Why there are no curves."""
+        return self._hint.text()
+
+    def set_hint(self, text: str = EMPTY_TEXT) -> None:
+        """Say why there are no curves, where there are none."""
+        self._hint.setText(text)
+
+    def show_curves(self, curves: Sequence[Curve]) -> None:
+        """Draw these curves; those that are there already get what their records have grown by."""
+        same = len(curves) == len(self._curves) and all(map(Curve.looks_like, curves, self._curves))
+        if not same:
+            self._columns = [Columns() for _ in curves]
+            self._hovered = None
+            for plot in self._plots:
+                plot.forget_ranges()
+        self._curves = list(curves)
+        for curve, columns in zip(curves, self._columns, strict=True):
+            columns.take(curve.records)
+        self._draw()
+
+    def set_by_time(self, on: bool) -> None:
+        """Draw over time, or over iterations."""
+        if self._remembers:
+            QSettings().setValue(_BY_TIME, on)
+        self._by_time = on
+        self._hovered = None
+        self._show_axis()
+        self._draw()
+
+    def look_at(self, iteration: int | None) -> None:
+        """Point at an iteration until the mouse does; None: at the last one of each curve."""
+        self._looked_at = iteration
+        self._update_readout()
+
+    def _show_axis(self) -> None:
+        self._time_button.setChecked(self._by_time)
+        for plot in self._plots:
+            plot.set_by_time(self._by_time)
+            plot.forget_ranges()
+        self._refresh_theme()
+
+    def _follow(self) -> None:
+        """Keep all iterations in view again."""
+        for plot in self._plots:
+            plot.forget_ranges()
+        self._draw()
+
+    def _move_all(self, low: float, high: float) -> None:
+        """Show this part of the horizontal axis in all plots."""
+        for plot in self._plots:
+            plot.follows = False
+            plot.setXRange(low, high, padding=0)
+
+    def _draw(self) -> None:
+        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        self._pages.setCurrentIndex(1 if pairs else 0)
+        stages = [[columns.between(place, self._by_time) for place in columns.stages] for _, columns in pairs]
+        colours = [QColor(*self._tone(curve)) for curve, _ in pairs]
+        span = pairs[0][1].weighted(self._by_time) if len(pairs) == 1 else None
+        for plot in self._plots:
+            plot.show_stages(stages, colours)
+            plot.show_span(span)
+        series = theme.colours(self.palette())
+        sigma, l1, residual, held_out = series.series
+        self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
+        self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
+        self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
+        self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
+        if self._has("error"):
+            self._draw_errors(series.error)
+        if self._has("held_out"):
+            alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
+            iterations = pairs[0][1].along(by_time=False)
+            self.held_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
+        self._arrange()
+        self._update_readout()
+
+    def _draw_errors(self, colour: QColor) -> None:
+        """Errors after the iterations, and at their end those after the correction."""
+        lines = self._lines("error", colour)
+        curves = [curve for curve, columns in zip(self._curves, self._columns, strict=True) if columns.count]
+        ends = [
+            line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
+            for line, curve in zip(lines, curves, strict=True)
+            if math.isfinite(curve.corrected)
+        ]
+        self.error_plot.show_lines([*lines, *ends])
+
+    def _has(self, quantity: str) -> bool:
+        return any(columns.has(quantity) for columns in self._columns)
+
+    def _lines(self, quantity: str, colour: QColor) -> list[Line]:
+        """A line for every curve; of one alone in the colour of the quantity."""
+        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        return [
+            Line(
+                columns.along(self._by_time),
+                columns.values(quantity),
+                colour if len(pairs) == 1 else QColor(*self._tone(curve)),
+                curve.dashed,
+            )
+            for curve, columns in pairs
+        ]
+
+    def _tone(self, curve: Curve) -> tuple[int, int, int]:
+        return legible(curve.colour, theme.is_dark(self.palette()))
+
+    # room
+
+    def _arrange(self) -> None:
+        """Which plots there are, as far as there is room; where they and the readout stand."""
+        there = True, self._has("error"), self._has("held_out"), True
+        asked = self.size(), len(self._curves), there
+        if asked == self._arranged:
+            return
+        self._arranged = asked
+        wide = self.width() > max(_SIDE_BY_SIDE * self.height(), 2 * _LEAST_WIDTH)
+        beside = wide and len(self._curves) > 1 and self.width() > _BESIDE + 2 * _LEAST_WIDTH
+        across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._plots_layout.setDirection(across if wide else down)
+        self._body_layout.setDirection(QBoxLayout.Direction.RightToLeft if beside else down)
+        self.readout.setMinimumWidth(_BESIDE if beside else 0)
+        height = self.height() - self.scrub_bar.sizeHint().height()
+        line = self.readout.fontMetrics().height() + 2
+        self.readout.allow_rows((height - 6) // line if beside else max(height // 3 // line, _LEAST_ROWS))
+        if wide:
+            fitting = (self.width() - (_BESIDE if beside else 0)) // _LEAST_WIDTH
+        else:
+            rows = min(len(self._curves), max(height // 3 // line, _LEAST_ROWS))
+            axis = NAMED_AXIS if self.height() > _LOW else AXIS
+            fitting = (height - line * rows - axis) // _LEAST_HEIGHT
+        by_weight = self.sigma_plot, self.l1_plot, self.error_plot, self.held_out_plot
+        has = dict(zip(self._plots, there, strict=True))
+        fit = [plot for plot in by_weight if has[plot]][: max(fitting, 1)]
+        wanted = [plot for plot in self._plots if plot in fit]
+        for plot in self._plots:
+            plot.setVisible(plot in wanted)
+            # stacked plots share the lowest one's places
+            plot.show_places(wide or plot is wanted[-1], self.height() > _LOW)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._arrange()
+
+    # reading
+
+    def _hover(self, place: float) -> None:
+        """Point at the iterations nearest to a place on the axis; NaN: at none."""
+        self._hovered = place if math.isfinite(place) else None
+        self._update_readout()
+
+    def _place(self, columns: Columns) -> int:
+        """Which of a curve's iterations is read."""
+        if self._hovered is not None:
+            return columns.nearest(self._hovered, self._by_time)
+        return columns.count - 1 if self._looked_at is None else min(self._looked_at, columns.count) - 1
+
+    def _update_readout(self) -> None:
+        """Say the numbers of the iterations under the cursor, or else of the last ones."""
+        pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
+        pointing = bool(pairs) and (self._hovered is not None or self._looked_at is not None)
+        cursor = None
+        if pointing:
+            longest = max((columns for _, columns in pairs), key=lambda columns: columns.count)
+            cursor = float(longest.along(self._by_time)[self._place(longest)])
+        for plot in self._plots:
+            plot.point_at(cursor)
+        records = [curve.records[self._place(columns)] for curve, columns in pairs]
+        if not pointing:  # what there is at present has been corrected since
+            records = [
+                replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record
+                for record, (curve, _) in zip(records, pairs, strict=True)
+            ]
+        has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
+        table = readout_columns(records, has, self._by_time)
+        texts = readout_texts(records, has, self._by_time)
+        self.readout.show_rows(
+            table,
+            [
+                Row(curve.name, self._tone(curve), curve.dashed, row)
+                for (curve, _), row in zip(pairs, texts, strict=True)
+            ],
+        )
+
+    # looks
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._refresh_theme()
+            self._draw()
+
+    def _refresh_theme(self) -> None:
+        colours = theme.colours(self.palette())
+        small = QFont(self.font())
+        small.setPointSizeF(small.pointSizeF() * 0.85)
+        _, _, residual, held_out = colours.series
+        for plot in (self.sigma_plot, self.error_plot, self.l1_plot):
+            plot.set_colours(colours, small)
+        self.held_out_plot.set_error_colours(colours, held_out, residual, small)
+        self._criteria.set_colours(colours, small)
+        self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
+        self._hint.setStyleSheet(f"color: {colours.muted.name()};")

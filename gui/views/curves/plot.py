@@ -1,0 +1,440 @@
+"""Plots over iterations or time: a line for each curve, stage marks, the colour-weighted span and a cursor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QFont
+
+from ilf._runtime.formatting import length_text
+
+from ...base import theme
+from .curve import FLOOR, Values
+
+NAMED_AXIS, AXIS, _BARE = 34, 20, 6
+"""Heights of the horizontal axis [px]: with its name, with numbers alone, and bare."""
+
+_ERROR_RANGE = 0.4
+"""The plot of hold-out errors shows decades from the least of them up to so many above it."""
+
+_MARK_ROW = 0.05
+"""Height of the stage marks of one of several curves, as a share of the plot's."""
+
+_POINT = 6
+"""Size of a curve that is a single point [px]."""
+
+
+class Line(NamedTuple):
+    """A curve in a plot: places along the axis, values there (NaN: none), and how it looks."""
+
+    along: Values
+    values: Values
+    colour: QColor
+    dashed: bool
+
+
+class ConvergencePlot(pg.PlotWidget):
+    """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
+
+    Its ranges grow in steps: as long as they stay, new values are drawn quickly.
+
+    Parameters
+    ----------
+    axis : pyqtgraph.AxisItem
+        The vertical one.
+    label : str
+        What it is of.
+    least_span : float
+        Least span of values in view.
+
+    Signals
+    -------
+    hovered(float)
+        Place on the horizontal axis under the mouse, NaN when it leaves.
+    moved(float, float)
+        The user has zoomed or moved along the horizontal axis: what of it is in view.
+    fit_wished()
+        The user wants to follow all iterations again.
+    """
+
+    hovered = Signal(float)
+    moved = Signal(float, float)
+    fit_wished = Signal()
+
+    def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
+        super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
+        self._label = label
+        self.setAccessibleName(f"Plot: {label or 'errors'}")
+        self._least_span = least_span
+        self._span_name: pg.InfLineLabel | None = None
+        self.lines: list[_Curve] = []
+        self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
+        self._stages: list[pg.VTickGroup] = []
+        self._stage_pen = pg.mkPen()
+        self._marked: tuple[list[list[float]], list[int]] | None = None
+        self._span = pg.LinearRegionItem(movable=False, pen=pg.mkPen(None))
+        self._span.setZValue(-20)
+        self._cursor = pg.InfiniteLine(angle=90)
+        for item in (self._span, self._cursor):
+            item.setVisible(False)
+            self.addItem(item, ignoreBounds=True)
+        self.addItem(self._points)
+        self.plotItem.setContentsMargins(4, 7, 4, 2)
+        self.hideButtons()
+        view = self.getViewBox()
+        view.setMouseEnabled(x=True, y=False)
+        view.disableAutoRange()
+        view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(*view.viewRange()[0]))
+        self.follows = True
+        """Whether all iterations are in view."""
+        self.marked: list[float] = []
+        """Values that are in view whatever the lines are."""
+        self._ranges: dict[int, tuple[float, float]] = {}
+        self.getAxis("bottom").enableAutoSIPrefix(False)
+        self.getAxis("bottom").setStyle(maxTickLevel=0)
+        self.show_places(True)
+        self.set_by_time(False)
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        self.setStatusTip("Wheel or drag: zoom and move along the iterations. Double-click: all of them.")
+        self.scene().sigMouseMoved.connect(self._mouse_moved)
+
+    def set_by_time(self, on: bool) -> None:
+        """Let the horizontal axis be the seconds of a block's iterations, or their number."""
+        self._places = "Time [s]" if on else "Iteration i"
+        self._least_end = 0.01 if on else 10.0
+        self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._least_end)
+        self.getAxis("bottom").setLabel(self._places)
+
+    def set_label(self, text: str) -> None:
+        """Say what the vertical axis is of."""
+        if text != self._label:
+            self._label = text
+            self.getAxis("left").setLabel(text)
+
+    def show_lines(self, lines: Sequence[Line]) -> None:
+        """Draw these lines, and bring them into view; one with a single value is a point."""
+        while len(self.lines) < len(lines):
+            self.lines.append(_Curve())
+            self.addItem(self.lines[-1])
+        alone = sum(line.values.size > 1 for line in lines) == 1
+        for item, line in zip(self.lines, lines, strict=False):
+            item.show_line(line, alone)
+        for item in self.lines[len(lines) :]:
+            item.setVisible(False)
+        points = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
+        self._points.setVisible(bool(points))
+        if points:
+            at = [int(np.flatnonzero(np.isfinite(line.values))[0]) for line in points]
+            self._points.setData(
+                [line.along[one] for line, one in zip(points, at, strict=True)],
+                [line.values[one] for line, one in zip(points, at, strict=True)],
+                brush=[line.colour for line in points],
+            )
+
+        if lines:
+            self._follow(lines)
+
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Bring lines into view: all iterations if they are followed, and all values."""
+        if self.follows:
+            begin = min(float(line.along[0]) for line in lines)
+            end = max(self._least_end, *(float(line.along[-1]) for line in lines))
+            self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
+        finite = [line.values[np.isfinite(line.values)] for line in lines]
+        extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
+        if extremes:
+            self.show_values(float(min(*extremes, *self.marked)), float(max(*extremes, *self.marked)))
+
+    def show_values(self, low: float, high: float) -> None:
+        """Bring values into view, with room for a line of text above and below."""
+        missing = max(self._least_span - (high - low), 0.0) / 2
+        room = 0.12 * (high - low) + missing or 0.5
+        self._show_range(1, *_widened(low - room, high + room))
+
+    def _show_range(self, axis: int, low: float, high: float) -> None:
+        if self._ranges.get(axis) != (low, high):
+            self._ranges[axis] = low, high
+            (self.setYRange if axis else self.setXRange)(low, high, padding=0)
+
+    def show_stages(self, stages: Sequence[Sequence[float]], colours: Sequence[QColor]) -> None:
+        """Mark where stages begin: of one curve all over the plot, of several in a row for each at the bottom."""
+        looks = [list(places) for places in stages], [colour.rgb() for colour in colours]
+        if looks == self._marked:
+            return
+        self._marked = looks
+        while len(self._stages) < len(stages):
+            group = pg.VTickGroup()
+            group.setZValue(-10)
+            self._stages.append(group)
+            self.addItem(group, ignoreBounds=True)
+        for group in self._stages[len(stages) :]:
+            group.setVisible(False)
+        for row, (group, places) in enumerate(zip(self._stages, stages, strict=False)):
+            alone = len(stages) == 1
+            group.setYRange([0, 1] if alone else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW])
+            group.setPen(self._stage_pen if alone else pg.mkPen(colours[row]))
+            group.setVisible(bool(places))
+            group.setXVals(list(places))
+
+    def show_span(self, span: tuple[float, float] | None) -> None:
+        """Shade the colour-weighted iterations."""
+        self._span.setVisible(span is not None)
+        if span is not None:
+            self._span.setRegion(span)
+
+    def name_span(self, text: str) -> None:
+        """Say in the plot what the shaded span means."""
+        self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
+
+    def point_at(self, place: float | None) -> None:
+        """Put the cursor on a place of the horizontal axis, or nowhere."""
+        self._cursor.setVisible(place is not None)
+        if place is not None:
+            self._cursor.setValue(place)
+
+    def forget_ranges(self) -> None:
+        """What is drawn next is brought into view anew."""
+        self.follows = True
+        self._ranges.clear()
+
+    def show_places(self, shown: bool, named: bool = True) -> None:
+        """Write numbers along the horizontal axis and what it is of, or leave only its line."""
+        axis = self.getAxis("bottom")
+        axis.setStyle(showValues=shown)
+        axis.showLabel(shown and named)
+        axis.setHeight((NAMED_AXIS if named else AXIS) if shown else _BARE)
+
+    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
+        """Take the theme's colours."""
+        self.setBackground(colours.background)
+        self._stage_pen = pg.mkPen(colours.grid)
+        self._marked = None
+        tint = QColor(colours.accent)
+        tint.setAlpha(28)
+        self._span.setBrush(tint)
+        self._cursor.setPen(pg.mkPen(colours.muted))
+        if self._span_name is not None:
+            self._span_name.setColor(colours.muted)
+            self._span_name.setFont(font)
+            self._span_name.fill = veil(colours)
+        for name, text in (("left", self._label), ("bottom", self._places)):
+            axis = self.getAxis(name)
+            axis.setPen(colours.grid)
+            axis.setTextPen(colours.muted)
+            axis.setTickFont(font)
+            axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
+
+    def mouseDoubleClickEvent(self, event: QEvent) -> None:
+        self.fit_wished.emit()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self.hovered.emit(math.nan)
+
+    def _mouse_moved(self, position: QPointF) -> None:
+        self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
+
+
+class HeldOutPlot(ConvergencePlot):
+    """Errors at known pixels that are held out of the iteration; of one curve with their least, and with those of the
+    other known pixels.
+
+    Its range is about the least hold-out error: the first errors may be 100 times as large, and the rise after the
+    least, which tells where noise comes in, would be invisible beside them.
+    """
+
+    def __init__(self, axis: pg.AxisItem) -> None:
+        super().__init__(axis, "Hold-out")
+        self.residual = pg.PlotCurveItem(antialias=True, connect="finite")
+        self._least = pg.InfiniteLine(
+            angle=90, label="", labelOpts={"position": 0.97, "anchors": [(0, 0), (1, 0)], "movable": False}
+        )
+        for item in (self.residual, self._least):
+            self.addItem(item, ignoreBounds=True)
+            item.setVisible(False)
+
+    @property
+    def least(self) -> str:
+        """What is said of the least hold-out error; "" if nothing is."""
+        return self._least.label.toPlainText() if self._least.isVisible() else ""
+
+    def show_errors(self, lines: Sequence[Line], residual: Line | None, iterations: Values) -> None:
+        """Draw hold-out errors, log10 of metres; of a curve alone with the residual and the least, which is marked.
+
+        Parameters
+        ----------
+        lines : sequence of Line
+            Hold-out errors, not all of them NaN.
+        residual : Line or None
+        iterations : ndarray
+            The first line's.
+        """
+        self.show_lines(lines)
+        alone = residual is not None
+        self.residual.setVisible(alone)
+        self._least.setVisible(alone)
+        bottom = least = min(float(np.nanmin(line.values)) for line in lines if np.isfinite(line.values).any())
+        if residual is not None:
+            self.residual.setData(residual.along, residual.values)
+            self.residual.setPen(pg.mkPen(residual.colour, width=1.4))
+            place = int(np.nanargmin(lines[0].values))
+            self._least.setValue(lines[0].along[place])
+            self._least.label.setFormat(f"least at i = {int(iterations[place])}")
+            bottom = min(least, float(np.nanmin(residual.values)))
+        self.show_values(bottom, least + _ERROR_RANGE)
+
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Of the values, those about the least are brought into view."""
+
+    def set_error_colours(self, colours: theme.Colours, held_out: QColor, residual: QColor, font: QFont) -> None:
+        """Take the theme's colours. The axis says which curve is which."""
+        names = ((held_out, "Hold-out"), (residual, "residual"))
+        self._label = ", ".join(f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
+        self.set_colours(colours, font)
+        self._least.setPen(pg.mkPen(held_out, width=1))
+        self._least.label.setColor(held_out)
+        self._least.label.setFont(font)
+        self._least.label.fill = veil(colours)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """A range around another one with round ends, so that it need not change for every value that comes."""
+    step = 2.0 ** (math.floor(math.log2(max(high - low, 1e-9))) - 3)
+    return math.floor(low / step) * step, math.ceil(high / step) * step
+
+
+class _Curve(pg.PlotCurveItem):
+    """A line that is told apart by its looks; one among several is as thin as lines are drawn quickly."""
+
+    def __init__(self) -> None:
+        super().__init__(antialias=True, connect="finite")
+        self._looks: tuple[QColor, bool, bool] | None = None
+
+    def show_line(self, line: Line, alone: bool) -> None:
+        """Draw a line, which is the only one or among others."""
+        looks = line.colour, line.dashed, alone
+        if looks != self._looks:
+            self._looks = looks
+            style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
+            # a long path takes many times as long, but in pieces dashes would begin anew, and thick lines have knots
+            self.setSegmentedLineMode("off" if line.dashed or alone else "on")
+            self.setPen(pg.mkPen(line.colour, width=1.8 if alone else 1, style=style))
+        self.setData(line.along, line.values)
+        self.setVisible(True)
+
+
+def veil(colours: theme.Colours) -> QBrush:
+    """Ground for a text that a curve may cross."""
+    ground = QColor(colours.background)
+    ground.setAlpha(170)
+    return QBrush(ground)
+
+
+# The vertical axes of the curves: lengths on a logarithmic scale, and sums.
+
+_AXIS_WIDTH = 64
+_TICK_GAP = 17  # least distance between the labels of a vertical axis [px]
+
+
+class LengthAxis(pg.AxisItem):
+    """Vertical axis whose values are log10 of metres and whose labels are lengths."""
+
+    def __init__(self) -> None:
+        super().__init__("left")
+        self.enableAutoSIPrefix(False)
+        self.setWidth(_AXIS_WIDTH)
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        """Whole decades, thinned until the labels have room; 1, 2, 5 where few decades are in view."""
+        first, last = math.ceil(minVal - 1e-9), math.floor(maxVal + 1e-9)
+        labels = max(size / _TICK_GAP, 1.0)
+        decades = maxVal - minVal
+        step = max(1, math.ceil(decades / labels))
+        major = [float(power) for power in range(first, last + 1) if power % step == 0]
+        minor: list[float] = []
+        if decades * 3 <= labels and decades < 3:
+            steps = (math.log10(2), math.log10(5))
+            minor = [p + s for p in range(first - 1, last + 1) for s in steps if minVal <= p + s <= maxVal]
+        return [(float(step), major), (0.3, minor)]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        return [length_text(10.0**value) for value in values]
+
+
+class SumAxis(pg.AxisItem):
+    """Vertical axis for sums of metres: plain numbers with thousands separated, no unit prefix."""
+
+    def __init__(self) -> None:
+        super().__init__("left")
+        self.enableAutoSIPrefix(False)
+        self.setWidth(_AXIS_WIDTH)
+        self.setStyle(maxTickLevel=0)
+
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round values, thinned until the labels have room."""
+        labels = max(size / _TICK_GAP, 1.0)
+        spacing, values = super().tickValues(minVal, maxVal, size)[0]
+        return [(spacing, values[:: math.ceil(len(values) / labels)])]
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
+        digits = max(0, -math.floor(math.log10(spacing) + 1e-9))
+        return [f"{value:.2e}" if abs(value) >= 1e7 else f"{value:,.{digits}f}" for value in values]
+
+
+# The stop criterion of Eq. (1), as lines across a plot of deviations.
+
+_LABEL = {"position": 0.02, "anchors": [(0, 1), (0, 1)], "movable": False}
+
+
+class CriterionLines:
+    """A line for each of the values that the shown blocks have, which says its value."""
+
+    def __init__(self, plot: ConvergencePlot) -> None:
+        self._plot = plot
+        self._lines: list[pg.InfiniteLine] = []
+        self._shown: list[tuple[float, str]] = []
+        self._colours: theme.Colours | None = None
+        self._font = QFont()
+
+    @property
+    def texts(self) -> list[str]:
+        """What the lines say."""
+        return [line.label.toPlainText() for line in self._lines if line.isVisible()]
+
+    def show(self, criteria: Sequence[tuple[float, str]]) -> None:
+        """Draw these criteria [m], each with what is to be said of it; the same one once."""
+        different = list(dict.fromkeys(criteria))
+        if different == self._shown:
+            return
+        self._shown = different
+        self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
+        while len(self._lines) < len(different):
+            line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
+            line.setZValue(5)  # what it says is to be read over the curves
+            self._lines.append(line)
+            self._plot.addItem(line, ignoreBounds=True)
+            self._paint(line)
+        for line, place, (metres, remark) in zip(self._lines, self._plot.marked, different, strict=False):
+            line.setValue(place)
+            line.label.setFormat(f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}")
+            line.setVisible(True)
+        for line in self._lines[len(different) :]:
+            line.setVisible(False)
+
+    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
+        """Take the theme's colours."""
+        self._colours, self._font = colours, font
+        for line in self._lines:
+            self._paint(line)
+
+    def _paint(self, line: pg.InfiniteLine) -> None:
+        if self._colours is not None:
+            line.setPen(pg.mkPen(self._colours.warning, width=1.5, style=Qt.PenStyle.DashLine))
+            line.label.setColor(self._colours.warning)
+            line.label.setFont(self._font)
+            line.label.fill = veil(self._colours)

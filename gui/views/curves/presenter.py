@@ -1,0 +1,226 @@
+"""Brings the records of blocks and of compared runs to the curves while they run, and afterwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject
+
+from ilf._runtime.formatting import length_text
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import Parameters
+from ilf.data.results import BlockResult, IterationRecord
+from ilf.run.key_frames import KeyFrame, Track, past_depth
+
+from ...state.results import Past
+from ...state.session import Session
+from ...state.workspace import Workspace
+from ...work.frame_runs import RunState
+from ...work.latest_question import LatestQuestion
+from ...work.runs import RunController
+from .curve import Curve
+from .panel import EMPTY_TEXT, CurvesPanel
+
+MOST_CURVES = 8
+
+
+class CurvesPresenter(QObject):
+    """The curves of the chosen blocks; while they have none yet, of the block that runs, and where no block is chosen
+    of the one that took the most iterations. With them, the same blocks in the runs that are compared."""
+
+    def __init__(self, workspace: Workspace, panel: CurvesPanel) -> None:
+        super().__init__(panel)
+        self._workspace = workspace
+        self._panel = panel
+
+    def show(self) -> None:
+        """Draw the curves: those that are shown already get what has come since, others start anew.
+
+        Nothing is drawn while nobody can see it.
+        """
+        if not self._panel.isVisible():
+            return
+        session = self._workspace.session if self._workspace.has_session else None
+        labels = [] if session is None else _shown(session)
+        if session is None or not labels:
+            self._panel.set_hint()
+            self._panel.show_curves([])
+            return
+        self._panel.set_hint(_hint(session, labels[0]))
+        curves = [_of_block(session, label) for label in labels]
+        self._panel.show_curves([*curves, *_of_compared(session, labels)][:MOST_CURVES])
+
+
+def _shown(session: Session) -> list[int]:
+    """The blocks whose curves are shown, or if there are none, the block that is to be said why of."""
+    with_records = [label for label in session.selected if session.records_of(label)]
+    if with_records:
+        return with_records
+    if session.results.running:
+        return session.results.running[-1:]
+    if session.selected:
+        return session.selected[:1]
+    lengths = {label: len(result.history) for label, result in session.valid_results().items()}
+    longest = max(lengths, key=lambda label: lengths[label], default=0)
+    return [longest] if lengths.get(longest) else []
+
+
+def _of_block(session: Session, label: int) -> Curve:
+    info = session.info(label)
+    parameters = session.parameters_of(label, session.common)
+    metres = _criterion(parameters)
+    remarks = ["own"] if "s_criteria" in session.notes.own.get(label, {}) else []
+    result = session.valid_results().get(label)
+    if result is not None and result.history and label not in session.results.live:
+        then = _criterion(result.parameters)
+        if then is not None and then != metres:
+            remarks.append(f"was run with {length_text(then)}")
+    return Curve(
+        info.name or f"Block {label}",
+        info.colour,
+        session.records_of(label),
+        s_criteria=metres,
+        remark=", ".join(remarks),
+        corrected=math.nan if result is None else _corrected_error(result, session.frame),
+    )
+
+
+def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
+    """The same blocks in the runs that are compared, run by run."""
+    curves = []
+    for kept in session.compared:
+        for label in labels:
+            result = kept.results.get(label)
+            if result is not None and result.history:
+                name = kept.name if len(labels) == 1 else f"{kept.name}: {session.info(label).name}"
+                corrected = _corrected_error(result, kept.run.frame)
+                curves.append(Curve(name, kept.colour, result.history, dashed=True, corrected=corrected))
+    return curves
+
+
+def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
+    """What `IterationRecord.error` says of iterations, of the depth after the learned correction; NaN without one."""
+    if result.correction is None or frame.truth is None:
+        return math.nan
+    box, mask = result.block.box, result.block.mask
+    off = (result.depth - frame.truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
+    off = off[np.isfinite(off)]
+    return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
+
+
+def _hint(session: Session, label: int) -> str:
+    """Why a block has no curves."""
+    result = session.valid_results().get(label)
+    if result is None or result.history:
+        return EMPTY_TEXT
+    return result.outcome.message or EMPTY_TEXT
+
+
+def _criterion(parameters: Parameters) -> float | None:
+    """The stop criterion [m]; None where it has no part in a run, as in the linear schedule."""
+    used = parameters.filter == "edge-aware" or parameters.schedule == "staged"
+    return parameters.s_criteria if used else None
+
+
+# Going back through the iterations of the last run: the views show the depth as it was then.
+
+_GOING = (RunState.RUNNING, RunState.RESOLVING)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moment:
+    """What the present frame was like after an iteration: the blocks that went on after it, over all others."""
+
+    session: Session
+    iteration: int
+    present: NDArray[np.float32]
+    blocks: list[tuple[Track, KeyFrame]]
+
+
+class Scrubbing(QObject):
+    """The slider under the curves. At iteration i every block is as it was after its own iteration i, or as it ended if
+    that was sooner; blocks without key frames are as they are.
+
+    A run that begins or goes on, an edit and another frame lead back to the present.
+    """
+
+    def __init__(self, workspace: Workspace, runs: RunController, panel: CurvesPanel) -> None:
+        super().__init__(panel)
+        self._workspace = workspace
+        self._runs = runs
+        self._panel = panel
+        self._bar = panel.scrub_bar
+        self._state = RunState.IDLE
+        self._questions = LatestQuestion[_Moment, NDArray[np.float32]](_work_out, self)
+        self._questions.answered.connect(self._take)
+        self._bar.moved.connect(lambda _: self._go())
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
+            changed.connect(lambda *_: self._bar.go_to_end())
+        runs.state_changed.connect(self._follow_run)
+
+    def show(self) -> None:
+        """How far one can go back."""
+        session = self._workspace.session if self._workspace.has_session else None
+        last = 0 if session is None else max((len(records) for records, _ in _tracks(session)), default=0)
+        self._bar.set_range(last)
+        self._bar.set_hint("" if session is None else _scrub_hint(session))
+        if not self._bar.at_end or self._workspace.past is not None:
+            self._go()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _follow_run(self) -> None:
+        before, self._state = self._state, self._runs.state
+        if self._state in _GOING and before not in _GOING:
+            self._bar.go_to_end()
+
+    def _go(self) -> None:
+        """Show what there was at the position of the slider."""
+        if self._bar.at_end or not self._workspace.has_session:
+            self._questions.forget()
+            self._panel.look_at(None)
+            self._workspace.look_back(None)
+            return
+        session, iteration = self._workspace.session, self._bar.position
+        self._panel.look_at(iteration)
+        present = session.present_depth()
+        base = (session.frame.depth if present is None else present).copy()
+        blocks = [(track, track.at(iteration)) for records, track in _tracks(session) if iteration < len(records)]
+        self._questions.ask(_Moment(session, iteration, base, blocks))
+
+    def _take(self, moment: _Moment, depth: NDArray[np.float32]) -> None:
+        if self._workspace.has_session and moment.session is self._workspace.session and not self._bar.at_end:
+            self._workspace.look_back(Past(depth, moment.iteration))
+
+
+def _work_out(moment: _Moment) -> NDArray[np.float32]:
+    """Off the GUI's thread."""
+    return past_depth(moment.present, moment.blocks)
+
+
+def _tracks(session: Session) -> list[tuple[Sequence[IterationRecord], Track]]:
+    """The records of all blocks that there are key frames of, and those."""
+    found = []
+    for label in session.counts():
+        records = session.records_of(label)
+        track = session.key_frames.track(records)
+        if track is not None:
+            found.append((records, track))
+    return found
+
+
+def _scrub_hint(session: Session) -> str:
+    frames = session.key_frames
+    strides = {track.stride for _, track in _tracks(session)}
+    every = f" Of long runs, one iteration in {max(strides)} is kept." if strides and max(strides) > 1 else ""
+    return (
+        "Go back through the iterations: the views show the depth as it was after iteration i of every block.\n"
+        f"Key frames of this frame: {frames.nbytes / 2**20:.1f} of {frames.budget / 2**20:.0f} MiB.{every}"
+    )

@@ -1,0 +1,136 @@
+"""Legend and readout in one: a row for each curve with its numbers, in columns that stay where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ...base import theme
+
+_PAD = 6
+_KEY = 14
+_GAP = 7
+_NAME_SHARE = 3
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+class Column(NamedTuple):
+    """What a column is of, and the widest of its texts, for which it has room."""
+
+    name: str
+    widest: str
+
+
+class Row(NamedTuple):
+    """One curve: how it looks, what it is called, and a text for each column."""
+
+    name: str
+    colour: tuple[int, int, int]
+    dashed: bool
+    texts: tuple[str, ...]
+
+
+class Readout(QWidget):
+    """Rows of numbers. Columns that there is no room for are left out, from the last on, and so are rows."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName("Numbers of the curves")
+        font = QFont(self.font())
+        font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width, or the readout trembles
+        self.setFont(font)
+        self._columns: list[Column] = []
+        self._rows: list[Row] = []
+        self._most = 1
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def show_rows(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
+        """Show these rows, each with a text for every column."""
+        count = len(self._rows)
+        self._columns, self._rows = list(columns), list(rows)
+        if len(rows) != count:
+            self.updateGeometry()
+        self.setAccessibleDescription(self.text)
+        self.update()
+
+    def allow_rows(self, most: int) -> None:
+        """Have room for so many rows, at most."""
+        self._most = max(most, 1)
+        self.updateGeometry()
+
+    @property
+    def text(self) -> str:
+        """What can be read, line by line."""
+        shown = self._shown_columns()
+        return "\n".join(
+            "   ".join([row.name, *(f"{column.name} {row.texts[at]}".strip() for at, column in shown)])
+            for row in self._shown_rows()
+        )
+
+    def sizeHint(self) -> QSize:
+        return QSize(260, self._row_height * max(min(len(self._rows), self._most), 1) + 6)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(100, self.sizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        colours = theme.colours(self.palette())
+        columns, rows = self._shown_columns(), self._shown_rows()
+        left = self._name_end
+        for number, row in enumerate(rows):
+            line = QRect(_PAD, 3 + number * self._row_height, self.width() - 2 * _PAD, self._row_height)
+            pen = QPen(QColor(*row.colour), 3)
+            if row.dashed:
+                pen.setDashPattern([1.2, 1.0])
+                pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+            painter.setPen(pen)
+            painter.drawLine(line.left(), line.center().y(), line.left() + _KEY, line.center().y())
+            painter.setPen(colours.text)
+            room = QRect(line.left() + _KEY + 6, line.top(), left - line.left() - _KEY - 6, line.height())
+            name = self.fontMetrics().elidedText(row.name, Qt.TextElideMode.ElideRight, room.width())
+            painter.drawText(room, _LEFT, name)
+            x = left
+            for at, column in columns:
+                cell = QRect(x + _GAP, line.top(), self._width_of(column), line.height())
+                painter.setPen(colours.muted)
+                painter.drawText(cell, _LEFT, column.name)
+                painter.setPen(colours.text)
+                painter.drawText(cell, _RIGHT, row.texts[at])
+                x = cell.right() + 1
+        hidden = len(self._rows) - len(rows)
+        if hidden:
+            painter.setPen(colours.muted)
+            painter.drawText(self.rect().adjusted(0, 0, -2, -1), _RIGHT, f"+{hidden}")
+
+    @property
+    def _row_height(self) -> int:
+        return self.fontMetrics().height() + 2
+
+    @property
+    def _name_end(self) -> int:
+        """Where names end, as wide as the widest of them up to a share of the whole."""
+        widest = max((self.fontMetrics().horizontalAdvance(row.name) for row in self._rows), default=0)
+        return _PAD + _KEY + 6 + min(widest + 1, self.width() // _NAME_SHARE)
+
+    def _width_of(self, column: Column) -> int:
+        text = f"{column.name} {column.widest}" if column.name else column.widest
+        return self.fontMetrics().horizontalAdvance(text)
+
+    def _shown_columns(self) -> list[tuple[int, Column]]:
+        room = self.width() - _PAD - self._name_end
+        shown = []
+        for at, column in enumerate(self._columns):
+            room -= self._width_of(column) + _GAP
+            if room < 0:
+                break
+            shown.append((at, column))
+        return shown
+
+    def _shown_rows(self) -> list[Row]:
+        return self._rows[: self._most]

@@ -1,0 +1,379 @@
+"""Depth in metres: depth in, the result, a run's, the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QBrush, QColor
+
+from ilf.data.blocks import Box
+from ilf.drawing.colours import log_indices, robust_difference_level, robust_error_levels, sample, to_indices
+
+from ..base.theme import Colours
+from .colours import Levels, difference_table, error_table
+from .contents import EARLIER, INTERPOLATED, RUNS, TITLES, capital, compared_by, short_title
+from .painter import NO_GUIDE, NO_RESULT, Depth, Layer, Mask, Material, Painter, levels_of, mark_table, number_at
+from .pixel_items import changed_box, union
+from .scene_items import hatch_brush, mix
+from .view_cell import ViewCell
+
+_STRIPE = QColor(255, 255, 255, 190)
+_STALE = QColor(140, 146, 140)
+
+
+class DepthPainter(Painter):
+    """Depth; what is missing shows the hatch, what is guessed is striped, what is stale is greyed."""
+
+    range_kind = "depth"
+    unit = "m"
+
+    def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
+        # distrust leaves depth in as it was measured
+        self._own_parts = frozenset({"frame" if content == "depth-in" else _PARTS.get(content, "runs"), "levels"})
+        if content == "result":
+            self._own_parts |= {"swipe", "runs"}
+        self.uses = self._own_parts
+        super().__init__(content, cell, material)
+        # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
+        self._guesses = cell.view.add_layer(-0.8)
+        self._stripes = cell.view.add_hatch(-0.6)
+        self._stripes.setVisible(False)
+        self._swatch = QBrush()
+        self._hatch = QBrush()
+        # what is drawn: copies, since what is given may be changed in place
+        self._depth: Depth | None = None
+        self._stale: Mask = np.zeros((0, 0), bool)
+        self._guessed: Mask | None = None
+        self._levels: Levels = (0.0, 0.0)
+        self._table = np.zeros((256, 4), np.uint8)
+
+    @property
+    def title(self) -> str:
+        looked_at = self.content
+        if looked_at == "result" and self.material.looks_at_a:
+            looked_at = self.material.sides[0]
+        if looked_at == "result" and self.material.swiped_at is not None:
+            first, second = (short_title(side, self.material.names) for side in self.material.sides)
+            return f"A: {first} | B: {second}"
+        return TITLES.get(looked_at) or capital(short_title(looked_at, self.material.names))
+
+    def draw(self) -> None:
+        if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
+            others = self.material.swiped_at is not None or self.material.looks_at_a
+            sides = {_PARTS.get(side, "runs") for side in self.material.sides} if others else set()
+            self.uses = self._own_parts | sides
+        run = self.material.run(self.content)
+        self.cell.strip.set_title(self.title, None if run is None else run.colour)
+        in_past = self.content == "result" and not self.material.looks_at_a
+        self.cell.strip.set_text(self.material.moment if in_past else "")
+        layer = self._layer()
+        if layer is None:
+            self._depth = self._guessed = None
+            self._stale = np.zeros((0, 0), bool)
+            self._guesses.clear()
+            self.show_nothing(self._reason())
+        else:
+            self._draw_layer(layer)
+        self._stripes.setVisible(layer is not None and layer.guessed is not None)
+        self._write_legend()
+
+    def _layer(self) -> Layer | None:
+        """What is distrusted is to be seen in depth in, under its stripes."""
+        measured = self.material.measured
+        if self.content == "depth-in":
+            return None if measured is None else Layer(measured)
+        column = self.material.swiped_at
+        if self.content == "result" and column is not None:
+            swiped = self.material.swiped(column)
+            if swiped is not None:
+                return swiped
+        return self.material.layer(self.content)
+
+    def _reason(self) -> str:
+        if self.content == "truth":
+            return "No truth: this frame has none"
+        if self.content == "guide":
+            return NO_GUIDE
+        if self.content in RUNS:
+            return f"No run {RUNS.index(self.content) + 1} is ticked for comparison"
+        reasons = {"result": NO_RESULT, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
+        return reasons.get(self.content, "")
+
+    def _draw_layer(self, layer: Layer) -> None:
+        depth, guessed = layer.depth, layer.guessed
+        levels, table = self.material.ranges["depth"].levels or (0.0, 1.0), self.material.depth_table
+        stale = np.zeros(depth.shape, bool) if layer.stale is None else layer.stale
+        same = levels == self._levels and guessed is self._guessed is None and np.array_equal(table, self._table)
+        if same and self._depth is not None and self._depth.shape == depth.shape:
+            self._draw_changes(self._depth, depth, stale)
+        else:
+            self._levels, self._table, self._guessed = levels, table, guessed
+            self._depth, self._stale = depth.copy(), stale.copy()
+            self._draw_all(depth)
+
+    def _draw_changes(self, drawn: Depth, depth: Depth, stale: Mask) -> None:
+        box = union(changed_box(drawn, depth), changed_box(self._stale, stale))
+        if box is not None:
+            drawn[box], self._stale[box] = depth[box], stale[box]
+            self.cell.view.image.update_indices(box, to_indices(depth[box], *self._levels), stale[box])
+
+    def _draw_all(self, depth: Depth) -> None:
+        self.cell.bar.set_table(self._table)
+        self.cell.bar.set_levels(self._levels)
+        indices = to_indices(depth, *self._levels)
+        self._guesses.clear()
+        if self._guessed is not None:
+            self._guesses.set_indices(np.where(self._guessed, indices, 0).astype(np.uint8), self._table)
+            indices = np.where(self._guessed, 0, indices).astype(np.uint8)
+        self.cell.view.set_picture(indices, self._table, self._stale)
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        self._hatch = hatch
+        self._swatch = hatch_brush(colours.muted, _STRIPE)
+        self._stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), _STRIPE))
+
+    def _write_legend(self) -> None:
+        guessed = [(self._swatch, "guessed")] if self._stripes.isVisible() else []
+        stale = [(QBrush(_STALE), "stale")] if self._stale.any() else []
+        self.cell.set_legend([*guessed, *stale, (self._hatch, "missing")])
+
+    def value_at(self, x: int, y: int) -> float | None:
+        return number_at(self._depth, x, y)
+
+    def values(self) -> NDArray[np.floating] | None:
+        return None if self._depth is None else sample(self._depth)
+
+    def leave(self) -> None:
+        self.cell.view.remove(self._guesses)
+        self.cell.view.remove(self._stripes)
+
+
+_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: INTERPOLATED}
+"""Part of the material that each depth is; others are runs."""
+
+
+# The difference of two depths in millimetres, centred at 0; the error of the result against the truth is one.
+
+_MM = np.float32(1000)
+
+
+class DifferencePainter(Painter):
+    """The first depth less the second, where there are both; where only one of them is, is marked."""
+
+    range_kind = "signed"
+    unit = "mm"
+
+    def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
+        self._pair = compared_by(content) or ("result", "depth-in")
+        self.uses = frozenset({"levels", "runs", *(_PARTS.get(depth, "runs") for depth in self._pair)})
+        super().__init__(content, cell, material)
+        self._one_only = cell.view.add_layer(-0.5)
+        self._drawn: tuple[_Operand, _Operand] | None = None
+        self._level = 0.0
+        self._marks = self._table = np.zeros((256, 4), np.uint8)
+        self._one_only_brushes = [QBrush(), QBrush()]
+        self._hatch = QBrush()
+
+    @property
+    def title(self) -> str:
+        if self.content == "error":
+            return TITLES["error"]
+        names = self.material.names
+        first, second = (short_title(depth, names) for depth in self._pair)
+        return f"Difference: {first} \N{MINUS SIGN} {second}"
+
+    def draw(self) -> None:
+        material = self.material
+        self.cell.strip.set_title(self.title)
+        if material.looks_at_a and material.sides[0] in self._pair and self._drawn is not None:
+            return  # while A stands in for the result, their difference stays to be seen
+        layers = [material.layer(depth) for depth in self._pair]
+        self._say("")
+        if layers[0] is None or layers[1] is None:
+            missing = self._pair[0] if layers[0] is None else self._pair[1]
+            self._clear(self._reason(missing))
+            return
+        first, second = layers[0].depth, layers[1].depth
+        few = (sample(first) - sample(second)) * _MM
+        if not np.nanmax(np.abs(few), initial=0.0) > 0 and self._are_equal(first, second):
+            return
+        level = self._find_level(few, first, second)
+        if self._drawn is not None and self._level == level and self._drawn[0].depth.shape == first.shape:
+            self._draw_changes(self._drawn, first, second)
+        else:
+            self._draw_all(first, second, level)
+
+    def _reason(self, depth: str) -> str:
+        if depth == "result":
+            return NO_RESULT
+        if depth == "truth":
+            return "No truth: this frame has none"
+        if depth == "guide":
+            return NO_GUIDE
+        return "Interpolating\N{HORIZONTAL ELLIPSIS}" if depth == INTERPOLATED else "This run is not compared"
+
+    def _are_equal(self, first: Depth, second: Depth) -> bool:
+        """Say so where two depths are the same, and show nothing if there is nothing else to be seen."""
+        both = np.isfinite(first) & np.isfinite(second)
+        if (first[both] != second[both]).any():
+            return False
+        if np.array_equal(np.isfinite(first), np.isfinite(second)):
+            self._clear("No difference")
+            return True
+        self._say("no difference" if both.any() else "nowhere are both known")
+        return False
+
+    def _say(self, text: str) -> None:
+        """A word on the difference, and of when the result is."""
+        moment = self.material.moment if "result" in self._pair else ""
+        self.cell.strip.set_text(", ".join(part for part in (text, moment) if part))
+
+    def _clear(self, message: str) -> None:
+        self._drawn = None
+        self._one_only.clear()
+        self.cell.set_legend([])
+        self.show_nothing(message)
+
+    def _find_level(self, few: NDArray[np.float32], first: Depth, second: Depth) -> float:
+        """What is equal, as measured depth mostly is, says nothing of how far the rest is apart."""
+
+        def robust() -> tuple[float, float]:
+            level = robust_difference_level(few[few != 0])
+            return -level, level
+
+        low, high = levels_of(self.material, "signed", robust, lambda: (first - second) * _MM)
+        return max(abs(low), abs(high))
+
+    def _draw_changes(self, drawn: tuple[_Operand, _Operand], first: Depth, second: Depth) -> None:
+        box = union(drawn[0].take(first), drawn[1].take(second))
+        if box is not None:
+            indices, one_only = _difference(first[box], second[box], self._level)
+            self._one_only.update_indices(box, one_only)
+            self.cell.view.image.update_indices(box, indices)
+
+    def _draw_all(self, first: Depth, second: Depth, level: float) -> None:
+        self._drawn, self._level = (_Operand(first), _Operand(second)), level
+        indices, one_only = _difference(first, second, level)
+        self._one_only.set_indices(one_only, self._marks)
+        self.cell.view.set_picture(indices, self._table)
+        self.cell.bar.set_table(self._table)
+        self.cell.bar.set_levels((-level, level))
+        self._write_legend()
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        first = mix(colours.background, colours.good, 0.55)
+        second = mix(colours.background, colours.warning, 0.55)
+        self._marks = mark_table(first, second)
+        self._table = difference_table(colours.is_dark)
+        self._one_only_brushes = [QBrush(first), QBrush(second)]
+        self._hatch = hatch
+        self._drawn = None
+
+    def _write_legend(self) -> None:
+        names = self.material.names
+        texts = [f"only {short_title(depth, names)}" for depth in self._pair]
+        marks = list(zip(self._one_only_brushes, texts, strict=True))
+        if self._pair[1] == "depth-in":
+            marks = [(self._one_only_brushes[0], "filled")]
+        self.cell.set_legend([*marks, (self._hatch, "missing")])
+
+    def value_at(self, x: int, y: int) -> float | None:
+        if self._drawn is None:
+            return None
+        first, second = (number_at(operand.depth, x, y, 1000.0) for operand in self._drawn)
+        return None if first is None or second is None else first - second
+
+    def values(self) -> NDArray[np.floating] | None:
+        if self._drawn is None:
+            return None
+        first, second = (sample(operand.depth) for operand in self._drawn)
+        return (first - second) * _MM
+
+    def leave(self) -> None:
+        self.cell.view.remove(self._one_only)
+
+
+class _Operand:
+    """A depth as it is drawn: a copy, since the result is changed in place."""
+
+    def __init__(self, depth: Depth) -> None:
+        self.depth = depth.copy()
+
+    def take(self, depth: Depth) -> Box | None:
+        """Take another state of it; where it differs."""
+        box = changed_box(self.depth, depth)
+        if box is not None:
+            self.depth[box] = depth[box]
+        return box
+
+
+def _difference(first: Depth, second: Depth, level: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Indices of the difference of two depths [m], up to a level [mm]; and 1 where there is only the first, 2 where
+    there is only the second."""
+    known, other = np.isfinite(first), np.isfinite(second)
+    one_only = (known & ~other).view(np.uint8) + 2 * (other & ~known).view(np.uint8)
+    return to_indices((first - second) * _MM, -level, level), one_only
+
+
+# The expected error of what was filled, in logarithmic colours; what was measured is marked.
+#
+# What nothing vouches for has stripes, which lie over the picture.
+
+_LEAST_MM = 0.01
+_ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
+
+
+class ExpectedErrorPainter(Painter):
+    """Neither the depth in nor the error is changed in place."""
+
+    uses = frozenset({"distrust", "expected-error", "levels", "moment"})
+    range_kind = "expected"
+    unit = "mm"
+
+    def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
+        super().__init__(content, cell, material)
+        self._measured = cell.view.add_layer(-0.5)
+        cell.view.shows_unvouched = True
+        self._drawn: tuple[Depth, Depth, Levels] | None = None
+        self._marks = mark_table(QColor())
+        self._table = error_table()
+        cell.bar.set_table(self._table)
+
+    def draw(self) -> None:
+        depth, error, drawn = self.material.depth_in, self.material.expected, self._drawn
+        outdated = error is not None and self.material.error_is_outdated
+        of_present = "of the present result" if error is not None and self.material.moment else ""
+        self.cell.strip.set_text("of the result before" if outdated else of_present)
+        if depth is None or error is None:
+            self._drawn = None
+            self._measured.clear()
+            self.show_nothing(_ESTIMATING if self.material.error_is_outdated else NO_RESULT)
+            return
+        few = sample(error) * _MM
+        low, high = levels_of(self.material, "expected", lambda: robust_error_levels(few), lambda: error * _MM)
+        levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
+        self._drawn = depth, error, levels
+        if drawn is not None and drawn[0] is depth and drawn[2] == levels:
+            box = changed_box(drawn[1], error)
+            if box is not None:
+                self.cell.view.image.update_indices(box, log_indices(error[box], levels))
+            return
+        self._measured.set_indices(np.isfinite(depth).view(np.uint8), self._marks)
+        self.cell.view.set_picture(log_indices(error, levels), self._table)
+        self.cell.bar.set_levels(levels, logarithmic=True)
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        measured = mix(colours.background, colours.text, 0.2 if colours.is_dark else 0.14)
+        self._marks = mark_table(measured)
+        self.cell.set_legend([(QBrush(measured), "measured"), (hatch, "missing")])
+        self._drawn = None
+
+    def value_at(self, x: int, y: int) -> float | None:
+        return None if self._drawn is None else number_at(self._drawn[1], x, y, 1000.0)
+
+    def values(self) -> NDArray[np.floating] | None:
+        return None if self._drawn is None else sample(self._drawn[1]) * _MM
+
+    def leave(self) -> None:
+        self.cell.view.remove(self._measured)
+        self.cell.view.shows_unvouched = False

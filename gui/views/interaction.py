@@ -1,0 +1,150 @@
+"""What a tool hears of the mouse: plain events in image coordinates, the same in every view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from .scene_items import ViewItem
+
+
+class PointerKind(Enum):
+    """What the pointer did."""
+
+    PRESS = auto()
+    MOVE = auto()
+    """Moved while the left button that was pressed for the tool is held."""
+    RELEASE = auto()
+    HOVER = auto()
+    LEAVE = auto()
+    DOUBLE = auto()
+    WHEEL = auto()
+    """The wheel was turned while Ctrl was held."""
+
+
+@dataclass(frozen=True)
+class PointerEvent:
+    """One thing the pointer did over an image view.
+
+    Parameters
+    ----------
+    kind : PointerKind
+        What happened.
+    x, y : float
+        Where, in image coordinates: the pixel in row r, column c covers x in [c, c + 1), y in [r, r + 1).
+        May lie outside the image.
+    shift, ctrl, alt : bool
+        Modifier keys held.
+    pixel : float
+        Image pixels per pixel of the screen.
+    steps : int
+        How far the wheel was turned: above 0 away from the user.
+    """
+
+    kind: PointerKind
+    x: float
+    y: float
+    shift: bool = False
+    ctrl: bool = False
+    alt: bool = False
+    pixel: float = 1.0
+    steps: int = 0
+
+
+PointerHandler = Callable[[PointerEvent], "bool | None"]
+"""Takes pointer events. False for PRESS: not mine, pan instead. True for DOUBLE: mine, send no PRESS for
+it. True for WHEEL: mine, do not zoom."""
+
+
+# What a tool is about to do, as it is drawn over the views.
+
+_LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
+_WIDTH = 2.0
+_HANDLE = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """Lines, corners and an area, in image coordinates.
+
+    Attributes
+    ----------
+    line : QPainterPath
+        Drawn bright on dark, so that it shows on any picture.
+    corners : sequence of (x, y)
+        Drawn as small squares, of one size at every zoom.
+    dashed : bool
+        Whether the line is only offered.
+    area : QPainterPath, optional
+        Shaded and hatched.
+    outlook : QPainterPath, optional
+        Drawn dashed beside the line: what would come of it.
+    """
+
+    line: QPainterPath
+    corners: Sequence[tuple[float, float]] = ()
+    dashed: bool = False
+    area: QPainterPath | None = None
+    outlook: QPainterPath | None = None
+
+
+class PreviewItem(ViewItem):
+    """Draws a preview; the widths of its lines are screen pixels at every zoom."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self._preview: Preview | None = None
+
+    def set_preview(self, preview: Preview | None) -> None:
+        """Draw another preview; None for nothing."""
+        self._preview = preview
+        if preview is None:
+            self.set_extent(None)
+            return
+        extent = preview.line.controlPointRect()
+        for path in (preview.area, preview.outlook):
+            if path is not None:
+                extent = extent.united(path.controlPointRect())
+        for x, y in preview.corners:
+            extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
+        self.set_extent(extent, _WIDTH + _HANDLE + 3)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        preview = self._preview
+        if preview is None:
+            return
+        if preview.area is not None:
+            painter.fillPath(preview.area, _SHADE)
+            painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
+        # straight lines along the pixels' edges are clearer without; others are not
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if preview.outlook is not None:
+            _draw(painter, preview.outlook, dashed=True)
+        _draw(painter, preview.line, preview.dashed)
+        self._draw_corners(painter, preview)
+
+    def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
+        half = _HANDLE * self._pixel_size
+        pen = QPen(_HALO, 1.5)
+        pen.setCosmetic(True)
+        painter.setPen(pen)
+        painter.setBrush(_LINE)
+        for x, y in preview.corners:
+            painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
+    for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
+        pen = QPen(colour, width)
+        pen.setCosmetic(True)
+        if dashed and colour is _LINE:
+            pen.setDashPattern([4, 3])
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        painter.drawPath(path)

@@ -1,0 +1,323 @@
+"""A picture in the scene whose pixels are changed in place: what changes in a small box costs no more than that."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QImage, QPainter, QPainterPath
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from ilf.data.blocks import Box
+
+from .scene_items import ViewItem
+
+# Arrays to Qt images.
+
+
+def rgb_image(rgb: NDArray[np.uint8]) -> QImage:
+    """An image that owns its pixels, from uint8 (H, W, 3), red first."""
+    pixels = np.ascontiguousarray(rgb)
+    height, width = pixels.shape[:2]
+    return QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+
+
+def image_over(pixels: NDArray[np.uint32], form: QImage.Format) -> QImage:
+    """An image over the very memory of an array (H, W), which has to live as long, of a format of 4 bytes a pixel."""
+    height, width = pixels.shape
+    return QImage(pixels.data, width, height, 4 * width, form) if pixels.size else QImage()
+
+
+_FORMAT = QImage.Format.Format_RGBA8888_Premultiplied
+"""One that Qt scales exactly, pixel by pixel; of others it has quicker ways that are off by one here and there."""
+Pixels = NDArray[np.uint32]
+"""Premultiplied colours, each at most as large as alpha."""
+
+
+class PixelItem(ViewItem):
+    """Picture in image coordinates, one unit per pixel.
+
+    Attributes
+    ----------
+    image : ndarray or None
+        What the picture was made of: colour (H, W, 3), indices (H, W) or numbers as `packed`; None for no picture.
+    pixels : ndarray of uint32, shape (H, W)
+        What is drawn. After a change in place, `note_change` says where.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.image: NDArray[np.uint8] | Pixels | None = None
+        self.pixels: Pixels = np.zeros((0, 0), np.uint32)
+        self._drawn = QImage()
+        self._span: tuple[int, int] | None = None
+        self._table: Pixels = np.zeros(256, np.uint32)
+        self._grey: Pixels = np.zeros(256, np.uint32)
+
+    def set_rgb(self, rgb: NDArray[np.uint8]) -> None:
+        """Show colour, uint8 (H, W, 3), red first."""
+        pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+        self._show(rgb, pixels)
+
+    def set_indices(
+        self, indices: NDArray[np.uint8], table: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None
+    ) -> None:
+        """Show indices, uint8 (H, W), through a table of RGBA, uint8 (256, 4), in grey where `faded`, bool (H, W)."""
+        self._table = packed(table)
+        self._grey = greyed(self._table)
+        # a copy, to be changed in place by `update_indices`
+        own = np.array(indices)
+        self._show(own, self._coloured(own, faded))
+
+    def update_indices(self, box: Box, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None) -> None:
+        """Other indices inside a box (rows, columns), through the same table."""
+        if self.image is not None:
+            self.image[box] = indices
+            self.pixels[box] = self._coloured(indices, faded)
+            self.note_change(box)
+
+    def _coloured(self, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None) -> Pixels:
+        colours = self._table[indices]
+        if faded is not None and faded.any():
+            colours[faded] = self._grey[indices[faded]]
+        return colours
+
+    def set_pixels(self, pixels: Pixels) -> None:
+        """Show an array, uint32 (H, W), which the caller may change in place."""
+        self._show(pixels, pixels)
+
+    def set_span(self, span: tuple[int, int] | None) -> None:
+        """Show just the columns from the first to before the second; None for all."""
+        if span != self._span:
+            self._span = span
+            self.update()
+
+    def note_change(self, box: Box) -> None:
+        """The pixels have changed inside a box (rows, columns)."""
+        rows, columns = box
+        self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
+
+    def clear(self) -> None:
+        """Show nothing."""
+        if self.image is not None:
+            self.image, self._drawn = None, QImage()
+            self.set_extent(None)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        # all of it: what need not be drawn is clipped, and a part would be rounded to other places on the screen
+        rect = self.boundingRect()
+        if self._span is None:
+            painter.drawImage(rect, self._drawn)
+            return
+        left, right = self._span
+        painter.save()
+        painter.setClipRect(QRectF(left, 0, right - left, rect.height()), Qt.ClipOperation.IntersectClip)
+        painter.drawImage(rect, self._drawn)
+        painter.restore()
+
+    def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
+        self.image, self.pixels = image, np.ascontiguousarray(pixels)
+        self._drawn = image_over(self.pixels, _FORMAT)
+        self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
+
+
+def packed(table: NDArray[np.uint8]) -> Pixels:
+    """Colours, uint8 (N, 4) RGBA, as the N numbers that `PixelItem.pixels` are made of: premultiplied, red lowest."""
+    colours = table.astype(np.uint32)
+    alpha = colours[:, 3]
+    red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
+    return ((alpha << 24) | (blue << 16) | (green << 8) | red).astype(np.uint32)
+
+
+def greyed(colours: Pixels) -> Pixels:
+    """Opaque or clear colours with most of their hue taken out, a little towards the middle."""
+    red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
+    grey = (red * 2 + green * 5 + blue) // 8
+    faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
+    mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
+    return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
+
+
+# The label map as a picture: the blocks' fills, and how blocks are to be shown.
+
+
+class BlockOverlay:
+    """Fills of the blocks of a label map, in items of as many scenes as want them. Edits only touch the pixels of their
+    box."""
+
+    def __init__(self, z: float) -> None:
+        self._z = z
+        self._items: list[PixelItem] = []
+        self.pixels: Pixels | None = None
+        """Colours of all fills, uint32 (H, W), as `packed`; None where nothing is filled."""
+        self.labels: NDArray[np.int32] | None = None
+        self.colours = np.zeros((1, 4), np.uint8)
+        """RGBA by label, uint8 (N + 1, 4): alpha 0 is a hidden block."""
+        self._fills = np.zeros(1, np.uint32)
+        self._opacity = 0.45
+        self._is_filled = True
+
+    def new_item(self) -> PixelItem:
+        """An item that shows the fills, for another scene."""
+        item = PixelItem(self._z)
+        self._items.append(item)
+        self._show(item)
+        return item
+
+    def drop_item(self, item: PixelItem) -> None:
+        """Show nothing in an item any more."""
+        self._items.remove(item)
+
+    def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
+        """What other blocks would look like, with the same opacity: uint32 (H, W)."""
+        return self._find_fills(colour_table)[labels]
+
+    def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
+        """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
+
+        Raises
+        ------
+        ValueError
+            If shapes do not fit or a label has no colour.
+        """
+        if labels.ndim != 2 or colour_table.ndim != 2 or colour_table.shape[1] != 4:
+            raise ValueError(f"need labels (H, W) and colours (N + 1, 4), not {labels.shape}, {colour_table.shape}")
+        self._check_range(labels, len(colour_table))
+        self.labels = np.array(labels, np.int32)
+        self.colours = np.array(colour_table, np.uint8)
+        self._rebuild()
+
+    def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
+        """Take a table that begins as the present one and has colours for further labels, which no block has yet."""
+        self.colours = np.array(colour_table, np.uint8)
+        self._fills = self._find_fills(self.colours)
+        if self.pixels is None:
+            self._rebuild()
+
+    def set_opacity(self, opacity: float) -> None:
+        """Opacity of the fills, 0-1."""
+        self._opacity = min(max(opacity, 0.0), 1.0)
+        self._rebuild()
+
+    def set_filled(self, on: bool) -> None:
+        """Whether blocks are filled at all."""
+        self._is_filled = on
+        self._rebuild()
+
+    def update_region(self, box: Box, labels: NDArray[np.int32]) -> None:
+        """Replace the labels of a box (rows, columns) with non-negative bounds by an array of its shape."""
+        if self.labels is None:
+            raise ValueError("there are no blocks to update: call set_blocks first")
+        self._check_range(labels, len(self.colours))
+        self.labels[box] = labels
+        if self.pixels is not None:
+            self.pixels[box] = self._fills[labels]
+            for item in self._items:
+                item.note_change(box)
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        self.labels = None
+        self._take(None)
+
+    def _rebuild(self) -> None:
+        if self.labels is None:
+            return
+        self._fills = self._find_fills(self.colours)
+        self._take(self._fills[self.labels] if self._fills.any() else None)
+
+    def _take(self, pixels: Pixels | None) -> None:
+        self.pixels = pixels
+        for item in self._items:
+            self._show(item)
+
+    def _show(self, item: PixelItem) -> None:
+        if self.pixels is None:
+            item.clear()
+        else:
+            item.set_pixels(self.pixels)
+
+    def _find_fills(self, colours: NDArray[np.uint8]) -> Pixels:
+        fills = colours.astype(np.float32)
+        fills[0] = 0
+        fills[:, 3] *= self._opacity if self._is_filled else 0.0
+        return packed(fills.round().astype(np.uint8))
+
+    @staticmethod
+    def _check_range(labels: NDArray[np.int32], colours: int) -> None:
+        if labels.size and (labels.min() < 0 or labels.max() >= colours):
+            raise ValueError(f"labels span {labels.min()} to {labels.max()}, but there are {colours} colours")
+
+
+def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPath:
+    """Path along the pixel edges between inside and outside of a mask, bool (h, w), whose corner is at (x, y).
+
+    It follows pixel edges rather than centres, so it never covers half a pixel of a neighbouring block.
+    """
+    padded = np.pad(mask, 1)
+    rows, left, right = _runs(padded[1:, 1:-1] != padded[:-1, 1:-1])
+    columns, top, bottom = _runs((padded[1:-1, 1:] != padded[1:-1, :-1]).T)
+    ends_x = np.concatenate((np.column_stack((left, right)).ravel(), np.repeat(columns, 2)))
+    ends_y = np.concatenate((np.repeat(rows, 2), np.column_stack((top, bottom)).ravel()))
+    return pg.arrayToQPath(
+        (ends_x + x).astype(np.float64), (ends_y + y).astype(np.float64), connect="pairs", finiteCheck=False
+    )
+
+
+def _runs(edges: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Row, start and stop of every run of True along the rows."""
+    padded = np.pad(edges, ((0, 0), (1, 1)))
+    # in a row, runs begin and end in turn
+    rows, columns = np.divmod(np.flatnonzero(padded[:, 1:] != padded[:, :-1]), edges.shape[1] + 1)
+    return rows[::2], columns[::2], columns[1::2]
+
+
+# Where two arrays of one shape differ, so that no more than that is drawn anew.
+
+
+def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
+    """Smallest box (rows, columns) outside of which two arrays (H, W) are equal, NaN being equal to NaN; None for none.
+
+    Both have the same shape and type: bool, or a number of 4 bytes.
+    """
+    plain = np.bool_ if before.dtype == np.bool_ else np.int32
+    return box_of(before.view(plain) != after.view(plain))
+
+
+def box_of(mask: NDArray[np.bool_]) -> Box | None:
+    """Smallest box (rows, columns) that holds all True values of a mask (H, W); None for none."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    if not rows.size:
+        return None
+    top, bottom = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero(mask[top:bottom].any(axis=0))
+    return slice(top, bottom), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def union(*boxes: Box | None) -> Box | None:
+    """Smallest box that holds all of some boxes; None where all are None."""
+    given = [box for box in boxes if box is not None]
+    if not given:
+        return None
+    rows, columns = (
+        slice(min(box[axis].start for box in given), max(box[axis].stop for box in given)) for axis in (0, 1)
+    )
+    return rows, columns
+
+
+def grown(box: Box, shape: tuple[int, ...], margin: int) -> Box:
+    """A box with a margin on each side, as far as an array of this shape has room."""
+    rows, columns = (
+        slice(max(span.start - margin, 0), min(span.stop + margin, size))
+        for span, size in zip(box, shape, strict=False)
+    )
+    return rows, columns
+
+
+def whole(shape: tuple[int, ...]) -> Box:
+    """The box of all of an array."""
+    return slice(0, shape[0]), slice(0, shape[1])

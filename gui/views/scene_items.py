@@ -1,0 +1,131 @@
+"""Small scene items whose widths are screen pixels at every zoom."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from ..base.theme import Colours
+
+_TILE = 8
+
+
+class ViewItem(QGraphicsItem):
+    """Item of a view: an extent in image coordinates, and a margin around it in pixels of the screen.
+
+    Parameters
+    ----------
+    z : float
+        Its height among the others.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__()
+        self._extent: QRectF | None = None
+        self._margin = 0.0
+        self._pixel_size = 1.0
+        self.setZValue(z)
+
+    def set_extent(self, extent: QRectF | None, margin: float = 0.0) -> None:
+        """Draw something else, no farther than `margin` screen pixels from this rectangle; None for nothing."""
+        self._leave()
+        self._extent, self._margin = extent, margin
+        self.update()
+
+    def set_pixel_size(self, pixel_size: float) -> None:
+        """Image pixels per screen pixel: what the margin means."""
+        if pixel_size != self._pixel_size:
+            self._leave()
+            self._pixel_size = pixel_size
+
+    def boundingRect(self) -> QRectF:
+        if self._extent is None:
+            return QRectF()
+        reach = self._margin * self._pixel_size
+        return self._extent.adjusted(-reach, -reach, reach, reach)
+
+    def _leave(self) -> None:
+        """Have the place painted anew where the item is drawn now.
+
+        Qt would do so by where it painted the item last, but only later: if part of the view is painted before, because
+        another view or something that lies over this one has changed, it takes the new place for the one to be left.
+        """
+        scene, bounds = self.scene(), self.boundingRect()
+        if scene is not None and self.isVisible() and not bounds.isEmpty():
+            scene.update(bounds)
+        self.prepareGeometryChange()
+
+
+class HaloPath(ViewItem):
+    """Path in image coordinates: a bright line on a wider dark one, so that it shows on any picture."""
+
+    def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
+        super().__init__(z)
+        self._path = QPainterPath()
+        self._colour = colour
+        self._width = width
+        self._halo = QColor(0, 0, 0, halo_alpha)
+
+    @property
+    def path(self) -> QPainterPath:
+        return self._path
+
+    def set_path(self, path: QPainterPath | None) -> None:
+        """Draw another path, None for nothing."""
+        self._path = QPainterPath() if path is None else path
+        self.set_extent(None if self._path.isEmpty() else self._path.controlPointRect(), self._width + 3)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        for colour, width in ((self._halo, self._width + 2), (self._colour, self._width)):
+            pen = QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.SquareCap, Qt.PenJoinStyle.MiterJoin)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.drawPath(self._path)
+
+
+class Hatch(ViewItem):
+    """Rectangle of diagonal stripes of fixed size on the screen: what shows through where depth is missing."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self._brush = QBrush()
+
+    def set_brush(self, brush: QBrush) -> None:
+        # a copy: painting turns it
+        self._brush = QBrush(brush)
+        self.update()
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        inverse, _ = painter.worldTransform().inverted()
+        # scaled back to the screen, but moving with the picture
+        self._brush.setTransform(inverse)
+        painter.fillRect(self.boundingRect(), self._brush)
+
+
+def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
+    """Seamless diagonal stripes; the ground may be transparent."""
+    tile = QPixmap(_TILE, _TILE)
+    tile.fill(ground)
+    painter = QPainter(tile)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(stripe, 1.6))
+    for offset in (-_TILE, 0, _TILE):
+        painter.drawLine(offset, _TILE, offset + _TILE, 0)
+    painter.end()
+    return QBrush(tile)
+
+
+def missing_brush(colours: Colours) -> QBrush:
+    """The stripes that show through where depth is missing."""
+    return hatch_brush(mix(colours.background, colours.text, 0.12), mix(colours.background, colours.text, 0.3))
+
+
+def mix(first: QColor, second: QColor, share: float) -> QColor:
+    """A colour between two others, at a share of the way to the second."""
+    pairs = zip(_rgb(first), _rgb(second), strict=True)
+    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
+
+
+def _rgb(colour: QColor) -> tuple[float, float, float]:
+    return colour.redF(), colour.greenF(), colour.blueF()

@@ -1,0 +1,40 @@
+"""An extraction together with what it was made from, and the seconds that it took."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf._runtime.formatting import covered
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.extraction import Extraction, extract
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What EBS gave for a frame."""
+
+    frame: RGBDFrame
+    parameters: BlockParameters
+    extraction: Extraction
+    seconds: float
+
+    def answers(self, frame: RGBDFrame, parameters: BlockParameters) -> bool:
+        """Whether this is the extraction of that frame with those parameters."""
+        return self.frame is frame and self.parameters == parameters
+
+
+def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    """Extract the blocks of a frame."""
+    begun = time.perf_counter()
+    extraction = extract(frame, parameters)
+    return Found(frame, parameters, extraction, time.perf_counter() - begun)
+
+
+def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
+    """How many blocks there are in a label map, and how much of the frame they cover."""
+    return covered(count, float((labels > 0).mean()))

@@ -1,0 +1,487 @@
+"""Opening frames and extracting their blocks, off the GUI's thread: reading in one line, extracting in another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+from weakref import WeakSet
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from ilf.completion.completion import prepare
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters, preset
+from ilf.errors import IlfError
+from ilf.io.depth_reading import Doubt
+from ilf.project.frame_state import FrameState
+from ilf.run.replaying import Replay, replay
+from ilf.run.run import Run
+from ilf.sources.frame_source import FrameSource
+from ilf.sources.frames import META_NAME
+from ilf.sources.listing import Listing, list_frames
+from ilf.sources.opening import is_recording
+
+from ..state.entries import Entry
+from ..state.session import Chains, Session
+from ..state.workspace import Workspace
+from .found_blocks import Found, describe_blocks, find
+from .queue import Job, JobLine
+
+# Folders of frames and recordings: what frames they have, and a look at the first. Without Qt.
+
+
+@dataclass(frozen=True, eq=False)
+class FirstLook:
+    """What is seen of a folder of frames or a recording before it is opened.
+
+    Attributes
+    ----------
+    listing : Listing
+        Its frames.
+    frame : RGBDFrame or None
+        The first of them; None if it cannot be read.
+    problem : str
+        Why it cannot be read; "" if it can.
+    doubts : tuple of Doubt
+        What speaks against the way that its depth is read.
+    """
+
+    listing: Listing
+    frame: RGBDFrame | None
+    problem: str = ""
+    doubts: tuple[Doubt, ...] = ()
+
+
+def holds_frames(path: str) -> bool:
+    """Whether a path is a folder of frames or a recording, by names alone; a frame's own folder is not."""
+    return is_recording(path) or (Path(path).is_dir() and not (Path(path) / META_NAME).is_file())
+
+
+def frames_of(how: FrameSource) -> Listing:
+    """The frames of the folder or recording that `how.rgb` is, all read as it says; raises what `list_frames` does."""
+    return list_frames(
+        how.rgb,
+        depth_units=how.depth_units,
+        encoding=how.encoding,
+        invalid=how.invalid,
+        intrinsics=how.intrinsics,
+        min_confidence=how.min_confidence,
+    )
+
+
+def look_into(how: FrameSource) -> FirstLook:
+    """List the frames and read the first; raises what `list_frames` does."""
+    listing = frames_of(how)
+    first = listing.sources[0]
+    try:
+        frame = first.load()
+        return FirstLook(listing, frame, doubts=first.read_depth().doubts if frame.notes else ())
+    except IlfError as error:
+        return FirstLook(listing, None, str(error))
+
+
+# A frame that is open again as it was stored.
+
+
+def restore(state: FrameState, origin: object, key: str) -> Session:
+    """A session of a stored frame, to be added to the workspace. Its history is empty, and nothing of it is unsaved.
+
+    Parameters
+    ----------
+    state : FrameState
+    origin : object
+        What it is opened from.
+    key : str
+        The path of that.
+    """
+    session = Session(state.frame, origin, key)
+    session.id, session.note = state.id, state.note
+    notes = state.notes
+    session.take_notes(
+        replace(
+            notes,
+            infos=dict(notes.infos),
+            own=dict(notes.own),
+            drawn=None if notes.drawn is None else notes.drawn.copy(),
+        )
+    )
+    session.set_labels(state.labels)
+    session.take_common(state.common)
+    session.own_parameters, session.dense = state.own_parameters, state.dense
+    session.bring_back(list(state.results.values()), state.guess)
+    session.kept_runs = list(state.runs)
+    session.compared = [kept for kept in state.runs if kept.number in state.compared]
+    for kept in session.compared:
+        kept.hold(True)
+    session.next_run = state.next_number
+    there = session.counts().keys()
+    session.to_check = set(state.to_check & there)
+    session.selected = [label for label in state.selected if label in there]
+    looked = state.looked
+    session.line, session.region = looked.line, looked.region
+    session.chains = Chains([list(chain) for chain in looked.chains], reference=looked.reference)
+    session.view = dict(state.view)
+    session.note_saved(session.stamp)
+    return session
+
+
+class Decoded(Protocol):
+    """A frame's state as it was stored."""
+
+    @property
+    def state(self) -> FrameState:
+        """The state."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """What of it could not be read, a sentence each."""
+
+
+class StoredFrames(Protocol):
+    """What holds the states of frames that are not open."""
+
+    def has(self, id: str) -> bool:
+        """Whether it has the state of a frame."""
+
+    def read(self, id: str, source: FrameSource | None) -> Decoded:
+        """That state; called off the GUI's thread."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """What a session is made of, in the GUI's thread, where its undo stack must live."""
+
+    run: Run
+    origin: FrameSource | Path
+    key: str
+    again: Replay | None = None
+    """The record that the run comes from; None if its blocks are yet to be extracted."""
+
+
+class FrameLoader(QObject):
+    """Frames to open and extractions to make.
+
+    A frame is shown as soon as it is read, whatever is being extracted meanwhile.
+
+    Signals
+    -------
+    busy_changed()
+        `busy` or `present` has changed.
+    message(str)
+        What an opening or an extraction gave.
+    extracted(object)
+        What has been Found for the frame that is the present one or about to become it.
+    replayed(object)
+        A session that has been opened from a record.
+    listed(object, object)
+        The FrameSource of a folder, and the Listing of its frames, which are in the list.
+    not_opened(object, object)
+        An Entry, and the exception that kept it from being opened.
+    incomplete(object, object)
+        A session that has been opened from its stored state, and sentences that say what could not be read.
+    failed(str, object)
+        What was tried, and the exception.
+    idle()
+        Nothing is under way or waiting any more.
+    """
+
+    busy_changed = Signal()
+    message = Signal(str)
+    extracted = Signal(object)
+    replayed = Signal(object)
+    listed = Signal(object, object)
+    not_opened = Signal(object, object)
+    incomplete = Signal(object, object)
+    failed = Signal(str, object)
+    idle = Signal()
+
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self.stored: StoredFrames | None = None
+        """Where the states of frames are that are not open."""
+        self._reading, self._extracting = self._lines = JobLine(self), JobLine(self)
+        self._was_busy = False
+        self._put_off = WeakSet[Session]()
+        """Frames that were left before their blocks were extracted."""
+        for line in self._lines:
+            line.changed.connect(self._tell_busy)
+        workspace.session_changed.connect(self._take_up)
+        workspace.sessions_changed.connect(self._give_up_closed)
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is under way or waiting."""
+        return any(line.busy for line in self._lines)
+
+    @property
+    def present(self) -> str:
+        """What is being done; "" when idle."""
+        return self._reading.present or self._extracting.present
+
+    @property
+    def share_done(self) -> float:
+        """Share of what was to be opened or extracted together that is done, 0-1; 0 where it is just one."""
+        done, to_come = (
+            sum(counts) for counts in zip(*((line.done, line.to_come) for line in self._lines), strict=True)
+        )
+        return done / max(done + to_come, 1)
+
+    # opening
+
+    def open(self, source: FrameSource) -> None:
+        """Read a frame, show it, and extract its blocks.
+
+        A frame that is open already is just shown; one that is open with other units or intrinsics is read again
+        and takes its place.
+        """
+        entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.extraction_parameters
+        if entry is not None and entry.session is None and entry.source == source:
+            self.open_entry(entry)
+        elif not self._shown_already(source, source.key):
+            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
+
+    def open_run(self, record: Path) -> None:
+        """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
+        record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
+        entry = self._workspace.entries.of_key(str(record))
+        if entry is not None and entry.session is None:
+            self.open_entry(entry)
+        elif not self._shown_already(record, str(record)):
+            self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
+
+    def open_folder(self, how: FrameSource, show: bool = True) -> None:
+        """Put the frames of a folder into the list, read with the units and intrinsics of `how`; with `show`, open the
+        first of them."""
+        what = f"Look for frames in {Path(how.rgb).name}"
+        self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
+
+    def open_entry(self, entry: Entry) -> None:
+        """Show a frame of the list, as it was left or as it is read from its files.
+
+        If another is chosen before its turn has come, it is not opened. One that cannot be opened is marked in the
+        list.
+        """
+        if entry.session is not None:
+            self._workspace.show_session(entry.session)
+            return
+        stored = self.stored
+        if entry.has_state and stored is not None and stored.has(entry.id):
+            do: Callable[[], object] = lambda: stored.read(entry.id, entry.source)  # noqa: E731
+            take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
+        else:
+            source, parameters = entry.source or FrameSource(entry.key), self._workspace.extraction_parameters
+            do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
+
+        def wanted() -> bool:
+            return entry.session is None and self._workspace.entries.of(entry.id) is entry
+
+        self._reading.add(
+            Job(
+                f"Open {entry.name}",
+                do,
+                lambda found: take(found) if wanted() else None,
+                lambda error: self._note_problem(entry, error) if wanted() else None,
+                wanted,
+                passing=True,
+            )
+        )
+
+    def read(
+        self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
+    ) -> None:
+        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread, or `fail` is
+        called after `failed` has been sent."""
+
+        def tell(error: Exception) -> None:
+            self.failed.emit(what, error)
+            fail()
+
+        self._reading.add(Job(what, do, take, tell))
+
+    def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
+        session = self._workspace.session_of(key)
+        if session is None or session.origin != origin:
+            return False
+        self._workspace.show_session(session)
+        return True
+
+    def _take_entry(self, entry: Entry, opened: _Opened) -> None:
+        """A frame of the list has been read; others of the same files have nothing to do with it."""
+        session = Session.of(opened.run, opened.origin, opened.key)
+        session.id = entry.id
+        self._workspace.add_session(session)
+        self._extract_first(session, passing=True)
+
+    def _take_opened(self, opened: _Opened) -> None:
+        if self._shown_already(opened.origin, opened.key):
+            return
+        session = Session.of(opened.run, opened.origin, opened.key, opened.again)
+        replaced = self._workspace.entries.of_key(opened.key)
+        if replaced is not None:
+            self._workspace.remove_entries([replaced])
+        if opened.again is None:
+            self._workspace.add_session(session)
+            self._extract_first(session)
+        else:
+            self._workspace.add_session(session, opened.run)
+            self._tell_blocks(session, *opened.run.notes)
+            self.replayed.emit(session)
+
+    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
+        session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
+        self._workspace.add_session(session, restored=True)
+        if decoded.problems:
+            self.incomplete.emit(session, decoded.problems)
+
+    def _take_listing(self, how: FrameSource, listing: Listing, found: Sequence[Entry], show: bool) -> None:
+        entries = self._workspace.entries
+        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        self.listed.emit(how, listing)
+        first = entries.of_key(found[0].key)
+        if show and first is not None:
+            self.open_entry(first)
+
+    def _note_problem(self, entry: Entry, error: Exception) -> None:
+        self.not_opened.emit(entry, error)
+        self._workspace.note_problem(entry, str(error))
+        self.message.emit(f"{entry.name} cannot be opened: {error}")
+
+    # extracting
+
+    def extract(self, session: Session, found: Found | None = None) -> None:
+        """Extract the blocks of an open frame again, with the workspace's parameters.
+
+        With `found`, which must be what they give, it need not be done again: the blocks are there at once.
+        """
+        if found is not None:
+            self._take_extraction(session, found)
+            return
+        frame, parameters = session.frame, self._workspace.extraction_parameters
+        self._add_extraction(
+            session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
+        )
+
+    def is_at(self, session: Session) -> bool:
+        """Whether a frame's blocks are being extracted, or about to be."""
+        return self._extracting.has(session)
+
+    def is_waiting(self, session: Session) -> bool:
+        """Whether a frame's blocks have not been extracted yet, because it was left before that."""
+        return session in self._put_off
+
+    def _extract_first(self, session: Session, passing: bool = False) -> None:
+        """Extract the blocks of a frame that has been opened without any; `passing`: if it is still looked at then."""
+        frame, parameters = session.frame, self._workspace.extraction_parameters
+
+        def wanted() -> bool:
+            if session.notes.carried_from:
+                return False
+            if not passing or self._workspace.is_present(session):
+                return True
+            self._put_off.add(session)
+            return False
+
+        self._add_extraction(
+            session, lambda: _extract_first(frame, parameters), lambda found: self._take_first(session, found), wanted
+        )
+
+    def _add_extraction(
+        self,
+        session: Session,
+        do: Callable[[], Found],
+        take: Callable[[Found], None],
+        wanted: Callable[[], bool] = lambda: True,
+    ) -> None:
+        what, sessions = f"Extract blocks of {session.name}", self._workspace.sessions
+        self._extracting.add(
+            Job(
+                what,
+                do,
+                lambda found: take(found) if session in sessions else None,
+                lambda error: self.failed.emit(what, error),
+                lambda: session in sessions and wanted(),
+                about=session,
+            )
+        )
+
+    def _take_up(self) -> None:
+        """A frame that was left before its blocks were extracted is looked at again."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not None and session in self._put_off:
+            self._put_off.discard(session)
+            self._extract_first(session, passing=True)
+
+    def _give_up_closed(self) -> None:
+        """The extraction of a frame that has been closed need not go on."""
+        self._extracting.give_up(lambda session: session not in self._workspace.sessions)
+
+    def _take_first(self, session: Session, found: Found) -> None:
+        """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""
+        if session.notes.carried_from:
+            return
+        if self._workspace.is_present(session):
+            self.extracted.emit(found)
+        self._workspace.set_first_blocks(session, found.extraction, found.parameters)
+        beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
+        self._tell_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
+
+    def _take_extraction(self, session: Session, found: Found) -> None:
+        kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
+        if self._workspace.is_present(session):
+            self.extracted.emit(found)
+        self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
+
+    def _tell_blocks(self, session: Session, *notes: str) -> None:
+        text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
+        self.message.emit(" ".join(filter(None, (text, *notes))))
+
+    # both
+
+    def shutdown(self) -> bool:
+        """Stop before the window closes. True if the threads have ended."""
+        ended = [line.shutdown() for line in self._lines]
+        return all(ended)
+
+    def _tell_busy(self) -> None:
+        was_busy, self._was_busy = self._was_busy, self.busy
+        self.busy_changed.emit()
+        if was_busy and not self.busy:
+            self.idle.emit()
+
+
+def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
+    """What an extraction has left as it was; "" for nothing."""
+    counts = [f"{locked} locked"] * (locked > 0) + [f"{by_hand} made by hand"] * (by_hand > 0)
+    if not counts:
+        return ""
+    text = f"Kept: {', '.join(counts)}."
+    if all_kept and by_hand:
+        text += " Those are all blocks: switch off 'Keep blocks made by hand' to have them extracted anew."
+    return text
+
+
+def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
+    listing = frames_of(how)
+    return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
+
+
+def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
+    frame = source.load()
+    no_blocks = np.zeros(frame.shape, np.int32)
+    return _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
+
+
+def _open_run(path: Path) -> _Opened:
+    again = replay(path)
+    return _Opened(again.run, path, str(path), again)
+
+
+def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    found = find(frame, parameters)
+    prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
+    return found

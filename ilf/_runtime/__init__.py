@@ -1,0 +1,1 @@
+"""What the process itself needs: cancellation, threads, processes, files, optional packages, networks."""

@@ -1,0 +1,211 @@
+"""Whole files in, with one clear message for everything that can be wrong with a path."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ExportError, FormatError, InputError, cause
+from .cancellation import check_stopped
+from .temporary_files import clear_left_files, made_by, moving, unfinished
+
+MAX_FILE_BYTES = 2**30
+"""Larger files cannot be frames of a size that this library takes."""
+
+
+def existing_file(path: str | os.PathLike[str]) -> Path:
+    """The absolute path of a plain file that is there, is not empty and is not absurdly large.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    try:
+        found = Path(path).absolute()
+        if not found.exists():
+            raise InputError(f"{found}: there is no such file. Check the name.")
+        if found.is_dir():
+            raise InputError(f"{found} is a folder, not a file. Name the file in it.")
+        if not found.is_file():
+            raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
+        size = found.stat().st_size
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{path!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
+        ) from error
+    if size == 0:
+        raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
+    if size > MAX_FILE_BYTES:
+        raise FormatError(f"{found} has {size / 2**30:.1f} GiB; at most 1 GiB is read. Is this the right file?")
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class FileContent:
+    """A file as it was when it was read.
+
+    Attributes
+    ----------
+    path : Path
+        Absolute.
+    data : ndarray of uint8, shape (N,)
+    """
+
+    path: Path
+    data: NDArray[np.uint8]
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the content."""
+        return hashlib.sha256(self.data.data).hexdigest()
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
+FileSource = str | os.PathLike[str] | FileContent
+"""A path, or what was read from one."""
+
+
+def read_file(source: FileSource) -> FileContent:
+    """The whole content of a file; of what was read already, that.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read, or it is empty.
+    """
+    if isinstance(source, FileContent):
+        return source
+    found = existing_file(source)
+    try:
+        return FileContent(found, np.fromfile(found, np.uint8))
+    except OSError as error:
+        raise InputError(f"{found}: cannot be read ({cause(error)}). Check its permissions.") from error
+
+
+def read_json(source: FileSource) -> Any:
+    """The content of a JSON file, or of one that was read already.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it cannot be read.
+    FormatError
+        If it is not JSON.
+    """
+    content = read_file(source)
+    try:
+        return json.loads(content.data.tobytes())
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{content} is not valid JSON ({error}). Correct or re-export it.") from error
+
+
+def file_sha256(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a file's content, of whatever size; raises InputError if it cannot be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+
+
+# Writing a file as a whole or not at all.
+
+_WAYS_OUT = {
+    errno.ENOENT: "the folder does not exist. Create it first",
+    errno.ENOTDIR: "the folder does not exist. Create it first",
+    errno.EACCES: "writing is not permitted there. Choose another folder",
+    errno.EPERM: "writing is not permitted there. Choose another folder",
+    errno.EROFS: "the folder is read-only. Choose another folder",
+    errno.ENOSPC: "the disk is full. Free some space or choose another folder",
+    errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
+    errno.EEXIST: "there is a file of that name in the way. Move it, or choose another folder",
+    errno.EFBIG: "the file would be too large for its drive or a limit (ulimit -f). Choose another folder",
+    errno.ELOOP: "symbolic links lead in a circle. Choose another folder",
+    errno.ENAMETOOLONG: "the name is too long. Choose a shorter one",
+    errno.EISDIR: "there is a folder of that name. Choose another name",
+}
+
+
+def way_out(error: OSError) -> str:
+    """Why a file could not be written, and what to do about it."""
+    return _WAYS_OUT.get(error.errno or 0) or cause(error)
+
+
+@contextmanager
+def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside `target` that takes its place when the block ends without an error.
+
+    The temporary file exists (empty) when the block starts, has the suffix of `target`, and is gone
+    afterwards. What the block wrote is on the disk before it replaces what was there.
+
+    Raises
+    ------
+    ExportError
+        For every OSError, in the block or here: missing or read-only folder, full disk. A file that was there
+        before is as it was.
+    Cancelled
+        If the work was to stop before the file was whole; likewise.
+
+    Examples
+    --------
+    >>> with atomic_path("notes.txt") as temporary:
+    ...     _ = temporary.write_text("all or nothing")
+    >>> Path("notes.txt").read_text()
+    'all or nothing'
+    """
+    final = Path(target).absolute()
+    temporary = final.with_name(f".ilf-{made_by()}{final.suffix}")
+    try:
+        with unfinished(temporary):
+            temporary.touch(exist_ok=False)
+            clear_left_files(temporary)
+            try:
+                yield temporary
+                with open(temporary, "rb+") as written:
+                    os.fsync(written.fileno())
+                with moving():
+                    os.replace(temporary, final)
+            finally:
+                temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise ExportError(f"Could not write {target}: {way_out(error)}.") from error
+
+
+def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
+    """Write a whole file atomically; raises ExportError as `atomic_path` does."""
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
+    """The same of a file that comes in parts, one after the other, and is never held as a whole."""
+    with atomic_path(target) as temporary, open(temporary, "wb") as file:
+        for part in parts:
+            check_stopped()
+            file.write(part)
+
+
+# Folders to write into.
+
+
+def made_folder(folder: str | Path) -> Path:
+    """The folder, made if it was not there; raises ExportError if it cannot be."""
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{path} cannot be made a folder: {cause(error)}. Choose another one.") from error
+    return path

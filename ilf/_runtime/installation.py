@@ -1,0 +1,160 @@
+"""Packages that only some of the work needs: imported when it starts, named with their extra where they are missing."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+from ..errors import InputError
+
+SYSTEM_PACKAGES = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libX11.so.6": "libx11-6",
+    "libX11-xcb.so.1": "libx11-xcb1",
+    "libdbus-1.so.3": "libdbus-1-3",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libfreetype.so.6": "libfreetype6",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libgomp.so.1": "libgomp1",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libidn2.so.0": "libidn2-0",
+    "libstdc++.so.6": "libstdc++6",
+    "libudev.so.1": "libudev1",
+    "libusb-1.0.so.0": "libusb-1.0-0",
+    "libwayland-client.so.0": "libwayland-client0",
+    "libwayland-cursor.so.0": "libwayland-cursor0",
+    "libwayland-egl.so.1": "libwayland-egl1",
+    "libxcb.so.1": "libxcb1",
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-image.so.0": "libxcb-image0",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-randr.so.0": "libxcb-randr0",
+    "libxcb-render.so.0": "libxcb-render0",
+    "libxcb-render-util.so.0": "libxcb-render-util0",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxcb-shm.so.0": "libxcb-shm0",
+    "libxcb-sync.so.1": "libxcb-sync1",
+    "libxcb-util.so.1": "libxcb-util1",
+    "libxcb-xfixes.so.0": "libxcb-xfixes0",
+    "libxcb-xkb.so.1": "libxcb-xkb1",
+    "libxkbcommon.so.0": "libxkbcommon0",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "libz.so.1": "zlib1g",
+    "libzstd.so.1": "libzstd1",
+}
+"""Shared library -> package of Debian and Ubuntu, for all that the optional packages are linked against."""
+
+
+def optional(module: str, extra: str, purpose: str) -> ModuleType:
+    """Import a package that an extra of this one installs.
+
+    Parameters
+    ----------
+    module : str
+        Its name, such as "h5py".
+    extra : str
+        Which installs it, such as "experiments".
+    purpose : str
+        What needs it, as the beginning of a sentence: "NYU Depth V2's labelled file".
+
+    Raises
+    ------
+    InputError
+        If it is not installed, or a system library that it needs is missing; the message says what to install.
+    """
+    try:
+        return import_module(module)
+    except (ImportError, OSError) as error:
+        package = module.partition(".")[0]
+        raise InputError(f"{purpose} needs the package {package}, {way_out(package, extra, error)}") from error
+
+
+def load_libusb() -> None:
+    """Load a copy of libusb-1.0, which some packages are linked against and bare machines lack: what is loaded first
+    satisfies them. Where there is none, they say what they miss."""
+    with suppress(ImportError, OSError):
+        library = import_module("libusb_package").get_library_path()
+        if library is not None:
+            ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+
+
+def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
+    """Why a package cannot be imported, and what to install: the end of a sentence.
+
+    Parameters
+    ----------
+    module, extra : str
+        As `optional` takes them.
+    error : ImportError or OSError
+        What importing it raised.
+    libraries : sequence of str
+        System libraries that it is linked against, so that all that are missing are named at once and not one by one.
+    """
+    if isinstance(error, ModuleNotFoundError):
+        return f"which is not installed. Install it: pip install 'ilf-studio[{extra}]'."
+    missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
+    if missing and sys.platform.startswith("linux"):
+        missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))
+        return f"which cannot be loaded because system libraries are missing: {how_to_install(missing)}."
+    return f"which cannot be loaded ({error}). Install what that names, or {module} again."
+
+
+def missing_libraries(libraries: Sequence[str]) -> list[str]:
+    """Those that cannot be loaded here."""
+    missing = []
+    for library in libraries:
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            missing.append(library)
+    return missing
+
+
+def how_to_install(libraries: Sequence[str]) -> str:
+    """Libraries, and the command that installs the packages that have them, for a message."""
+    packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in libraries)
+    return f"{', '.join(libraries)}. On Debian or Ubuntu: sudo apt install {' '.join(packages)}"
+
+
+# Files that come with the program.
+
+_PACKAGE = Path(__file__).parents[1]
+
+# an installed package carries its assets inside, a checkout has them beside the package
+_ROOTS = (_PACKAGE / "assets", _PACKAGE.parent / "assets")
+
+
+def asset_path(name: str) -> Path:
+    """Path of a bundled file or folder.
+
+    Parameters
+    ----------
+    name : str
+        Path below the assets, such as "samples/room".
+
+    Raises
+    ------
+    InputError
+        If this installation does not have it.
+
+    Examples
+    --------
+    >>> sorted(path.name for path in asset_path("samples/room").iterdir())
+    ['depth.png', 'gt.png', 'meta.json', 'rgb.jpg']
+    """
+    for root in _ROOTS:
+        if (root / name).exists():
+            return root / name
+    raise InputError(f"The bundled {name} is not part of this installation. Install ilf-studio again.")
+
+
+# The version, in the one place that has it.
+
+__version__ = "0.3.0.dev0"

@@ -1,0 +1,122 @@
+"""The edge networks there are: the bundled ones and the user's own. Names and files only."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import platformdirs
+
+from ...errors import ExportError, InputError, cause
+from ..installation import asset_path
+
+BUNDLED = "edges"
+"""The network of contours that comes with the program."""
+
+DEPTH_EDGES = "depth-edges"
+"""The network of depth edges, which comes with the program, too; there is no other of its kind."""
+
+CORRECTION = "correction"
+"""The network that corrects completed depth, which comes with the program, too; there is no other of its kind."""
+
+_OURS = (BUNDLED, DEPTH_EDGES, CORRECTION)
+
+_SUFFIX = ".onnx"
+_NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
+
+
+def models_folder() -> Path:
+    """Folder of the user's own networks, which need not exist yet; the environment variable ILF_MODELS overrides it."""
+    chosen = os.environ.get("ILF_MODELS")
+    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "models"
+
+
+def model_names() -> tuple[str, ...]:
+    """Names of all networks of contours: the bundled one, then the user's in the order of the alphabet."""
+    own = {path.stem for path in models_folder().glob(f"*{_SUFFIX}") if path.is_file() and _NAME.fullmatch(path.stem)}
+    return (BUNDLED, *sorted(own - set(_OURS)))
+
+
+def model_path(name: str) -> Path:
+    """The file of a network.
+
+    Parameters
+    ----------
+    name : str
+        One of `model_names`, `DEPTH_EDGES` or `CORRECTION`.
+
+    Raises
+    ------
+    InputError
+        If there is no network of that name.
+    """
+    if name in _OURS:
+        return asset_path(f"models/{name}{_SUFFIX}")
+    names = model_names()
+    if name not in names:
+        raise InputError(
+            f"There is no edge network {name!r} on this computer, only {', '.join(names)}. "
+            "Choose one of these, or import it: ilf models import FILE --name NAME."
+        )
+    return _own_path(name)
+
+
+def new_model_path(name: str, replace: bool = False) -> Path:
+    """Where a network that is to be added goes.
+
+    Parameters
+    ----------
+    name : str
+        Letters, digits, - and _ only, 100 of them at most.
+    replace : bool
+        Whether there may be one of the user's own of that name.
+
+    Raises
+    ------
+    InputError
+        If the name has other characters, is that of a bundled network or is taken.
+    """
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"{name!r} cannot be the name of an edge network. Use 1 to 100 letters, digits, - and _ (--name)."
+        )
+    if name in _OURS:
+        raise InputError(f"{name!r} is the name of a bundled edge network. Choose another name (--name).")
+    if not replace and name in model_names():
+        raise InputError(f"There is an edge network {name!r} already. Choose another name (--name), or --replace it.")
+    return _own_path(name)
+
+
+def name_from(file: Path) -> str:
+    """A name for the network of a file: the file's own, with - for what a name cannot hold."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:100]
+
+
+def remove_model(name: str) -> Path:
+    """Delete one of the user's networks.
+
+    Returns
+    -------
+    Path
+        Where it was.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or it is a bundled one.
+    ExportError
+        If it cannot be deleted.
+    """
+    if name in _OURS:
+        raise InputError(f"{name!r} is a bundled edge network, which cannot be removed.")
+    path = model_path(name)
+    try:
+        path.unlink()
+    except OSError as error:
+        raise ExportError(f"{path} cannot be removed: {cause(error)}. Check the folder's permissions.") from error
+    return path
+
+
+def _own_path(name: str) -> Path:
+    return models_folder() / f"{name}{_SUFFIX}"

@@ -1,0 +1,167 @@
+"""Protocol buffers without a schema: the fields of a message as they stand in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
+_FIXED_SIZES = {_FIXED64: 8, _FIXED32: 4}
+
+Field = int | memoryview
+
+
+def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
+    """The fields of a message.
+
+    Parameters
+    ----------
+    message : memoryview of bytes
+
+    Yields
+    ------
+    number : int
+        Of the field.
+    value : int or memoryview
+        An int of a varint; otherwise the bytes, of strings and messages as of fixed numbers.
+
+    Raises
+    ------
+    ValueError
+        If the message is truncated or is none.
+    """
+    for number, value, _ in spans(message):
+        yield number, value
+
+
+def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
+    """The same, each with all the bytes that it takes in the message, so that it can be written again."""
+    at = 0
+    while at < len(message):
+        begin = at
+        key, at = _varint(message, at)
+        number, kind = key >> 3, key & 7
+        if kind == _VARINT:
+            value, at = _varint(message, at)
+            yield number, value, message[begin:at]
+            continue
+        if kind == _BYTES:
+            size, at = _varint(message, at)
+        elif kind in _FIXED_SIZES:
+            size = _FIXED_SIZES[kind]
+        else:
+            raise ValueError("no protocol buffer")
+        if number == 0 or at + size > len(message):
+            raise ValueError("truncated")
+        yield number, message[at : at + size], message[begin : at + size]
+        at += size
+
+
+def values(message: memoryview, number: int) -> list[Field]:
+    """The values of one field, which may be repeated; raises ValueError as `fields` does."""
+    return [value for found, value in fields(message) if found == number]
+
+
+def messages(message: memoryview, number: int) -> list[memoryview]:
+    """The same of a field that holds messages or strings."""
+    return [value for value in values(message, number) if isinstance(value, memoryview)]
+
+
+def joined(message: memoryview, number: int) -> memoryview:
+    """The message in a field: the parts of it, where there are several, are one behind the other."""
+    return memoryview(b"".join(messages(message, number)))
+
+
+def text(message: memoryview, number: int) -> str:
+    """The text in a field, "" if it is not there."""
+    found = messages(message, number)
+    return found[-1].tobytes().decode("utf-8", "replace") if found else ""
+
+
+def integers(message: memoryview, number: int) -> list[int]:
+    """The integers of a repeated field, packed or not."""
+    found: list[int] = []
+    for value in values(message, number):
+        if isinstance(value, int):
+            found.append(value)
+            continue
+        at = 0
+        while at < len(value):
+            one, at = _varint(value, at)
+            found.append(one)
+    return found
+
+
+def message(number: int, content: bytes | str) -> bytes:
+    """A field that holds a message or a text."""
+    raw = content.encode() if isinstance(content, str) else content
+    return _as_varint(number << 3 | _BYTES) + _as_varint(len(raw)) + raw
+
+
+def integer(number: int, value: int) -> bytes:
+    """A field that holds an integer, 0 or more."""
+    return _as_varint(number << 3 | _VARINT) + _as_varint(value)
+
+
+def _as_varint(value: int) -> bytes:
+    groups = []
+    while value > 0x7F:
+        groups.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes((*groups, value))
+
+
+def _varint(message: memoryview, at: int) -> tuple[int, int]:
+    """A number of variable length, and where it ends."""
+    value = shift = 0
+    while at < len(message) and shift < 70:
+        byte = message[at]
+        value |= (byte & 0x7F) << shift
+        at += 1
+        if byte < 0x80:
+            return value, at
+        shift += 7
+    raise ValueError("truncated")
+
+
+# ONNX networks that name other files: weights outside the file itself, wherever they lead.
+
+# message of ONNX -> its fields that hold messages in which there may be tensors, and what these are
+_INSIDE = {
+    "model": {7: "graph", 20: "training", 25: "function"},
+    "training": {1: "graph", 2: "graph"},
+    "function": {7: "node", 11: "attribute"},
+    "graph": {1: "node", 5: "tensor", 15: "sparse tensor"},
+    "node": {5: "attribute"},
+    "attribute": {5: "tensor", 6: "graph", 10: "tensor", 11: "graph", 22: "sparse tensor", 23: "sparse tensor"},
+    "sparse tensor": {1: "tensor", 2: "tensor"},
+    "tensor": {},
+}
+_EXTERNAL_DATA, _DATA_LOCATION = 13, 14
+
+
+def has_external_data(content: NDArray[np.uint8]) -> bool:
+    """Whether a network takes weights from other files, in subgraphs and functions too.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Of the file.
+
+    Raises
+    ------
+    ValueError
+        If it is no protocol buffer.
+    """
+    waiting = [("model", content.data)]
+    while waiting:
+        kind, message = waiting.pop()
+        inside = _INSIDE[kind]
+        for number, value in fields(message):
+            if kind == "tensor" and (number == _EXTERNAL_DATA or (number == _DATA_LOCATION and value)):
+                return True
+            if number in inside and isinstance(value, memoryview):
+                waiting.append((inside[number], value))
+    return False

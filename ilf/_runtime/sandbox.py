@@ -1,0 +1,178 @@
+"""Readers that a stranger's file may crash: in a process of their own, with limits of time and memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.util import find_spec
+from typing import Any
+
+from ..errors import FormatError, IlfError, InputError, cause
+from .children import child_command
+from .processes import live_by
+
+SECONDS, MEMORY = 60, 4 * 2**30
+"""How long a reader may take [s], and how much memory [bytes] beyond what it takes to start it."""
+
+_VALUE, _ERROR, _BROKEN, _MEMORY = "value", "error", "broken", "memory"
+_LENGTH = 8
+"""Bytes of a number that says how many follow."""
+_WAY_OUT = "Copy or export it again."
+
+
+def in_child(
+    function: Callable[..., Any], *arguments: Any, file: str, seconds: float = SECONDS, memory: int = MEMORY
+) -> Any:
+    """What a function gives, called in a process of its own, which it may crash, exhaust or keep for ever.
+
+    Parameters
+    ----------
+    function : callable
+        At the top level of a module, or a class method. What it gives must be what JSON can say.
+    *arguments
+        Of it; anything that can be pickled.
+    file : str
+        Which file it reads, for messages.
+    seconds : float
+        How long it may take [s].
+    memory : int
+        Bytes that it may take. Only where the platform has such limits: on Windows and macOS there are none.
+
+    Raises
+    ------
+    IlfError
+        What the function raises, if that is one.
+    FormatError
+        If it ends in any other exception, crashes, or goes beyond a limit.
+    InputError
+        If no process can be started.
+
+    Examples
+    --------
+    >>> in_child(divmod, 7, 2, file="seven")
+    [3, 1]
+    """
+    try:
+        status, out = run_apart(pickle.dumps((function, arguments, seconds, memory)), seconds)
+        kind, *found = json.loads(out) if status == 0 else ("",)
+    except subprocess.TimeoutExpired:
+        raise FormatError(f"{file} is damaged: reading it takes more than {seconds:g} s. {_WAY_OUT}") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be tried: no process can be started for that ({cause(error)}).") from error
+    except ValueError:  # a library has ended the process as if all were well
+        status, kind = 0, ""
+    if kind == _VALUE:
+        return found[0]
+    if kind == _MEMORY:
+        raise FormatError(f"{file} is damaged: reading it takes more than {memory / 2**30:g} GiB. {_WAY_OUT}")
+    if kind == _BROKEN:
+        raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_WAY_OUT}")
+    if kind == _ERROR:
+        raise _own_errors().get(found[0], FormatError)(found[1])
+    raise FormatError(f"{file} is damaged: reading it crashes ({_cause(status)}). {_WAY_OUT}")
+
+
+def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
+    """Exit status and answer of a process that does the work (`answered`); raises as `subprocess.run` does.
+
+    It ends with this one, whatever ends that: what it reads the work from stays open until it has answered.
+    """
+    # the same modules as here, and none of the folder that happens to be the current one
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path)), "OMP_NUM_THREADS": "1"}
+    reading, writing = os.pipe()
+    with open(writing, "wb", buffering=0) as held, open(reading, "rb", buffering=0) as stdin:
+        child = subprocess.Popen(
+            child_command(__name__),
+            stdin=stdin,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+        )
+        stdin.close()
+        with child:
+            try:
+                with suppress(OSError):  # it has ended already; its status says how
+                    left = memoryview(len(work).to_bytes(_LENGTH) + work)
+                    while left:
+                        left = left[held.write(left) :]
+                out, _ = child.communicate(timeout=seconds)
+            except BaseException:
+                child.kill()
+                raise
+    return child.returncode, out
+
+
+def _own_errors() -> dict[str, type[IlfError]]:
+    """The errors of this library by name; a child that a file has taken over can have no other made."""
+    kinds, found = [IlfError], {}
+    while kinds:
+        kind = kinds.pop()
+        found[kind.__name__] = kind
+        kinds += kind.__subclasses__()
+    return found
+
+
+def _cause(status: int) -> str:
+    try:
+        return signal.Signals(-status).name
+    except ValueError:
+        return f"exit status {status}"
+
+
+def limit_process(seconds: float, memory: int) -> None:
+    """Set the limits of this process, as far as the platform has them; a crash leaves no core file."""
+    if find_spec("resource") is None:
+        return
+    import resource
+
+    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(seconds) + 1, resource.RLIMIT_AS: memory + _in_use()}
+    for limit, wanted in limits.items():
+        most = resource.getrlimit(limit)[1]
+        allowed = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
+        try:
+            resource.setrlimit(limit, (allowed, most))
+        except (OSError, ValueError):  # macOS refuses that of memory
+            continue
+
+
+def _in_use() -> int:
+    """Bytes of address space that this process has already."""
+    try:
+        with open("/proc/self/statm", "rb") as stream:
+            return int(stream.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
+
+
+def answered(work: bytes) -> bytes:
+    """What comes of work, within its limits, as JSON."""
+    function, arguments, seconds, memory = pickle.loads(work)
+    limit_process(seconds, memory)
+    found: list[Any]
+    try:
+        found = [_VALUE, function(*arguments)]
+    except MemoryError:
+        found = [_MEMORY]
+    except IlfError as error:
+        found = [_ERROR, type(error).__name__, str(error)]
+    except Exception as error:
+        found = [_BROKEN, f"{type(error).__name__}: {error}"]
+    return json.dumps(found).encode()
+
+
+def main() -> None:
+    """What the child does; what libraries print goes where nobody reads."""
+    out = os.dup(1)
+    os.dup2(2, 1)
+    stdin = sys.stdin.buffer
+    work = stdin.read(int.from_bytes(stdin.read(_LENGTH)))
+    live_by(lambda: os.read(0, 1))
+    answer = answered(work)
+    with open(out, "wb") as stream:
+        stream.write(answer)

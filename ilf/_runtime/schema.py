@@ -1,0 +1,115 @@
+"""Objects of JSON files that programs or people have written: every value is checked when it is asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+
+from ..errors import FormatError
+from .formatting import as_float
+
+
+@dataclass(frozen=True)
+class Section:
+    """An object of a JSON file, with a clear message for everything that may be wrong with its values."""
+
+    name: str
+    values: dict[str, Any]
+
+    def get(self, key: str, *kinds: type) -> Any:
+        """The value of a key, checked to be of one of these kinds."""
+        if key not in self.values:
+            raise FormatError(f"The {self.name} lacks {key!r}.")
+        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
+
+    def items(self, key: str, kind: type) -> list[Any]:
+        """A list of values of one kind."""
+        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
+
+    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
+        """An object whose values are texts, or of other kinds."""
+        section = self.section(key)
+        return {name: section.get(name, str, *kinds) for name in section.values}
+
+    def filename(self, key: str) -> str | None:
+        """A plain file name or null."""
+        name = self.get(key, str, type(None))
+        if name is not None and not is_plain(name):
+            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
+        return name
+
+    def fields(self, kind: type) -> dict[str, Any]:
+        """Values for the fields of a dataclass, each of the types that it declares; those with a default may lack."""
+        types = get_type_hints(kind)
+        found: dict[str, Any] = {}
+        for field in dataclasses.fields(kind):
+            declared = types[field.name]
+            if field.name not in self.values and field.default is not dataclasses.MISSING:
+                continue
+            if isinstance(declared, type) and issubclass(declared, StrEnum):
+                found[field.name] = self._member(field.name, declared)
+            else:
+                found[field.name] = self.get(field.name, *(get_args(declared) or (declared,)))
+        return found
+
+    def _member(self, key: str, kind: type[StrEnum]) -> StrEnum:
+        value = self.get(key, str)
+        if value not in list(kind):
+            raise FormatError(f"{key!r} in the {self.name} must be {' or '.join(kind)}, not {value!r:.60}.")
+        return kind(value)
+
+    def section(self, key: str) -> Section:
+        """An object inside this one."""
+        return Section(key, self.get(key, dict))
+
+
+def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
+    """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
+    if float in kinds and type(value) is int:
+        value = as_float(value)
+    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
+        return value
+    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
+    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
+
+
+def is_plain(name: str) -> bool:
+    """Whether a name is that of a file, without any folder."""
+    return name not in {"", ".", ".."} and not any(mark in name for mark in "/\\\0")
+
+
+# Values as strict JSON has them.
+
+
+def strict_json(value: object) -> bytes:
+    """JSON without whitespace and without NaN, which is null in it."""
+    try:
+        return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
+    except (TypeError, ValueError):
+        return json.dumps(plain(value), separators=(",", ":"), allow_nan=False).encode()
+
+
+def plain(value: object) -> Any:
+    """A value of what JSON has, as near as can be: null for numbers that are not finite, text for what it lacks.
+
+    Examples
+    --------
+    >>> plain({1: (2, float("nan")), "at": b"x"})
+    {'1': [2, None], 'at': "b'x'"}
+    """
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(part) for key, part in value.items()}
+    if isinstance(value, Sequence | set | frozenset) and not isinstance(value, bytes | bytearray):
+        return [plain(part) for part in value]
+    return plain(value.item()) if isinstance(value, np.generic) else str(value)

@@ -1,0 +1,272 @@
+"""`ilf judge`: how far off presets, or values of a parameter, come out: against a truth, or on depth that is hidden."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+from ..data.declarations import Value
+from ..data.frame import RGBDFrame
+from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..errors import InputError, ParameterError
+from ..evaluation.evaluation import Judgement, RunJudged, Step, run_out
+from ..evaluation.ground_truth import truth_steps
+from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, compared_steps, hidden_steps
+from ..evaluation.sweep import Sweep, sweep_steps
+from ..io.labels import read_mask
+from ..lab.bench.results import write_table
+from ..run.run import Run
+from ..segmentation.extraction import found_blocks
+from .options import add_given_blocks, check_given_blocks, filled, given_blocks
+from .output import Column, ShareProgress, comparison_table, largest_share, table, warn
+from .parsing import (
+    Commands,
+    UsageError,
+    add_block_parameters,
+    add_distrusted,
+    add_frame,
+    add_guide,
+    add_parameters,
+    add_preset,
+    add_progress,
+    add_seeds,
+    add_truth,
+    frame_from,
+    preset_from,
+    seeds_of,
+    value_from,
+    with_given,
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """What one preset or value came to, on a frame (block None) or one of its blocks.
+
+    Attributes
+    ----------
+    method : str
+        The preset or the value.
+    block : int or None
+    pixels : int
+        That were compared.
+    rmse_m, mae_m, median_m, bias_m : float or None
+        [m]; None where no pixel was.
+    within, coverage, seconds : float or None
+        Share within the expected error; share filled, and time, of the whole frame only.
+    """
+
+    method: str
+    block: int | None
+    pixels: int
+    rmse_m: float | None
+    mae_m: float | None
+    median_m: float | None
+    bias_m: float | None
+    within: float | None
+    coverage: float | None = None
+    seconds: float | None = None
+
+
+_COLUMNS = (
+    Column("RMSE [mm]", lambda line: _mm(line.rmse_m), ".2f"),
+    Column("MAE [mm]", lambda line: _mm(line.mae_m), ".2f"),
+    Column("median [mm]", lambda line: _mm(line.median_m), ".2f"),
+    Column("bias [mm]", lambda line: _mm(line.bias_m), "+.2f", None),
+    Column("within", lambda line: line.within, ".1%", None),
+    Column("coverage", lambda line: line.coverage, ".1%", max),
+    Column("seconds", lambda line: line.seconds, ".2f"),
+)
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "judge",
+        help="say how far off a frame's completion is: against a truth, or on hidden depth",
+        usage="ilf judge (RGB DEPTH | FOLDER) [options]",
+        description="Complete a frame with one preset or several, or with a range of values, and compare with the "
+        "truth, where depth is missing; or hide some of the known depth and compare with that. All are compared over "
+        "the pixels that each of them fills.",
+        epilog="Hidden depth: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + ".",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    add_frame(parser)
+    add_distrusted(parser)
+    add_guide(parser)
+    add_truth(parser)
+    add_preset(parser, action="append")
+    add_given_blocks(parser, "--blocks")
+    parser.add_argument("--drawn", metavar="MASK.png", help="mask of the blocks' pixels whose border was drawn by hand")
+    parser.add_argument(
+        "--hidden",
+        choices=tuple(HIDDEN_PATTERNS),
+        help="judge on hidden depth, in this pattern (default: areas, if the frame has no truth)",
+    )
+    add_seeds(parser)
+    parser.add_argument(
+        "--sweep",
+        action="append",
+        metavar="NAME=V,V,...",
+        help="values of a parameter of the filter to compare; a second one gives a grid",
+    )
+    output = parser.add_argument_group("output")
+    output.add_argument("--by-block", action="store_true", help="the RMSE of every block, too")
+    output.add_argument("--csv", metavar="FILE", help="write all figures, those of every block included")
+    add_progress(output)
+    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
+    add_block_parameters(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    presets = [preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
+    swept = dict(_swept(text) for text in arguments.sweep or ())
+    if swept and len(presets) > 1:
+        raise UsageError("--sweep goes with one --preset: its values are tried beside those of that preset.")
+    if arguments.hidden is not None and arguments.truth is not None:
+        raise UsageError("--hidden and --truth are two ways to judge: leave one of them out.")
+    parameters = [with_given(preset.parameters, arguments) for preset in presets]
+    extractions = [check_given_blocks(arguments, "--blocks", preset.extraction) for preset in presets]
+    frame = frame_from(arguments)
+    test = _test(arguments, frame)
+    runs, notes = _runs(arguments, frame, parameters, extractions)
+    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
+    results: Sequence[RunJudged]
+    with ShareProgress(shown=shown) as progress:
+        if swept:
+            found = run_out(
+                sweep_steps(Sweep(runs[0], swept, test)),
+                lambda item: progress.update(item) if isinstance(item, Step) else None,
+            )
+            results, names = found.points, [_point_text(point.values) for point in found.points]
+        else:
+            several = [truth_steps(run) if test is None else hidden_steps(run, test) for run in runs]
+            results, names = run_out(compared_steps(several), progress.update), [preset.name for preset in presets]
+    warn(notes)
+    print("\n".join(_report(frame, test, names, results, arguments.by_block, "values" if swept else "preset")))
+    if arguments.csv is not None:
+        write_table(arguments.csv, Line, _lines(names, results))
+
+
+def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:
+    """How depth is hidden; None if the truth judges."""
+    if arguments.hidden is None and frame.truth is not None:
+        if arguments.seeds is not None:
+            raise UsageError("--seeds is about hidden depth, but the frame's truth judges: add --hidden.")
+        return None
+    return HiddenTest(arguments.hidden or "areas", seeds_of(arguments))
+
+
+def _runs(
+    arguments: argparse.Namespace,
+    frame: RGBDFrame,
+    parameters: Sequence[Parameters],
+    extractions: Sequence[BlockParameters],
+) -> tuple[list[Run], list[str]]:
+    """A run for each, and notes. Blocks are extracted once for all that extract them alike."""
+    given = given_blocks(arguments, frame)
+    drawn = None if arguments.drawn is None else read_mask(arguments.drawn, frame.shape)
+    made: dict[BlockParameters, Run] = {}
+    for extraction in dict.fromkeys(extractions):
+        if arguments.blocks is None or arguments.fill_gaps:
+            found = found_blocks(frame, extraction)
+            blocks = filled(given, found, extraction)
+            run = Run(frame, blocks.labels, extraction=extraction, network=found.network, notes=blocks.notes)
+        else:
+            run = Run(frame, given.labels, notes=given.notes)
+        if not run.blocks.any():
+            raise InputError("There are no blocks, so there is nothing to judge. Give other blocks, or smaller ones.")
+        made[extraction] = replace(run, drawn=drawn)
+    runs = [replace(made[extraction], parameters=own) for own, extraction in zip(parameters, extractions, strict=True)]
+    return runs, [note for run in made.values() for note in run.notes]
+
+
+def _swept(text: str) -> tuple[str, list[Value]]:
+    """Name and values of a parameter, from NAME=V,V,..."""
+    name, equals, values = text.partition("=")
+    name = name.strip().lstrip("-").replace("-", "_")
+    known = Parameters.declarations()
+    if not equals or not values.strip(","):
+        raise UsageError(f"--sweep takes a parameter and its values, as smoothness=0.3,1,3, not {text!r:.60}.")
+    try:
+        if name not in known:
+            Parameters().replace(**{name: None})
+        return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
+    except ParameterError as error:
+        raise UsageError(f"--sweep {text:.60}: {error}") from error
+
+
+def _point_text(values: Mapping[str, Value]) -> str:
+    """The values of a point, by the names that the command line has for them."""
+    declared = Parameters.declarations()
+    return ", ".join(f"{name} {declared[name].in_words(value)}" for name, value in values.items())
+
+
+def _report(
+    frame: RGBDFrame,
+    test: HiddenTest | None,
+    names: Sequence[str],
+    results: Sequence[RunJudged],
+    by_block: bool,
+    heading: str,
+) -> list[str]:
+    pixels = max(result.whole.pixels for result in results)
+    if test is None:
+        lines = [f"{frame.name}, against its truth, over {pixels} pixels that were missing:"]
+    else:
+        seeds = f"{len(test.seeds)} time{'s' * (len(test.seeds) > 1)}"
+        lines = [f"{frame.name}, {HIDDEN_PATTERNS[test.pattern]}, {seeds}, over {pixels} pixels:"]
+    whole = [line for line in _lines(names, results) if line.block is None]
+    lines += comparison_table(_COLUMNS, whole, heading)
+    if not pixels:
+        lines.append("No pixel was filled by all of them.")
+    else:
+        name, best = min(zip(names, results, strict=True), key=lambda item: item[1].whole.rmse)
+        if largest := largest_share(best.whole, best.blocks):
+            lines.append(f"{name}: block {largest[0]} has {largest[1]:.0%} of the squared error.")
+    if by_block:
+        for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
+            lines += ["", *_block_table(*zip(*group, strict=True))]
+    return lines
+
+
+def _block_table(names: Sequence[str], results: Sequence[RunJudged]) -> list[str]:
+    """RMSE of every block, of runs over the same blocks."""
+    rows = []
+    for label in sorted({label for result in results for label in result.blocks}):
+        found = [result.blocks.get(label, Judgement()) for result in results]
+        rmse = ["-" if math.isnan(judgement.rmse) else f"{1000 * judgement.rmse:.2f}" for judgement in found]
+        rows.append((str(label), str(max(judgement.pixels for judgement in found)), *rmse))
+    return table(("block", "pixels", *(f"RMSE [mm], {name}" for name in names)), rows)
+
+
+def _lines(names: Sequence[str], results: Sequence[RunJudged]) -> list[Line]:
+    lines = []
+    for name, result in zip(names, results, strict=True):
+        lines.append(_line(name, None, result.whole, result.coverage, result.seconds))
+        lines += [_line(name, label, judgement) for label, judgement in result.blocks.items()]
+    return lines
+
+
+def _line(
+    name: str,
+    block: int | None,
+    judgement: Judgement,
+    coverage: float | None = None,
+    seconds: float | None = None,
+) -> Line:
+    rmse, mae, median, bias = (
+        None if math.isnan(measure) else measure
+        for measure in (judgement.rmse, judgement.mae, judgement.median, judgement.bias)
+    )
+    return Line(name, block, judgement.pixels, rmse, mae, median, bias, judgement.within, coverage, seconds)
+
+
+def _mm(metres: float | None) -> float | None:
+    return None if metres is None else 1000 * metres

@@ -1,0 +1,150 @@
+"""Flags that say which files an export writes, and how."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..data.frame import RGBDFrame
+from ..data.parameters import BlockParameters
+from ..io.block_files import read_blocks
+from ..io.labels import LoadedBlocks
+from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, MESH_FILES, ExportOptions
+from ..segmentation.extraction import FoundBlocks
+from ..segmentation.reextraction import gaps_filled
+from .parsing import BLOCK_PREFIX, UsageError, given_parameters, with_given
+
+_SPACE = ("cloud_format", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
+"""What is said of point cloud and mesh."""
+
+
+def add_export_options(group: Any) -> None:
+    """Add the flags to a parser or a group of its flags."""
+    group.add_argument(
+        "--depth-formats", metavar="LIST", help=f"depth files, any of {','.join(DEPTH_FILES)} (default: png,npy)"
+    )
+    group.add_argument("--png-units", type=float, metavar="N", help="units per metre of depth.png (default: 1000)")
+    group.add_argument(
+        "--no-expected-error",
+        action="store_true",
+        help="write no expected_error files beside the depth files, in the same formats and units, nor expected errors "
+        "into cloud and mesh",
+    )
+    group.add_argument(
+        "--cloud-format",
+        choices=tuple(CLOUD_FILES),
+        help="format of the point cloud (default: ply); ply and pcd have expected error, blocks and what was filled",
+    )
+    group.add_argument("--no-cloud", action="store_true", help="write no point cloud")
+    group.add_argument(
+        "--mesh",
+        choices=tuple(MESH_FILES),
+        help="write a mesh too, cut where depth jumps; a glb has metres and y up, whatever --axes and --cloud-unit are",
+    )
+    group.add_argument(
+        "--normals", action="store_true", default=None, help="normals for the points of cloud and mesh, not for xyz"
+    )
+    group.add_argument(
+        "--drop-flying",
+        action="store_true",
+        default=None,
+        help="leave points that hang in mid-air between surfaces out of cloud and mesh",
+    )
+    group.add_argument(
+        "--axes",
+        choices=CLOUD_AXES,
+        help="axes of cloud and mesh: camera (x right, y down, z forward; default), y-up, or world, where the frame's "
+        "pose puts them",
+    )
+    group.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of cloud and mesh (default: m)")
+
+
+def export_options(arguments: argparse.Namespace) -> ExportOptions:
+    """What the flags ask for.
+
+    Raises
+    ------
+    UsageError
+        If they contradict each other.
+    ParameterError
+        If a value cannot be.
+    """
+    if arguments.no_cloud and arguments.cloud_format is not None:
+        raise UsageError("--no-cloud does not go together with --cloud-format.")
+    if arguments.no_cloud and arguments.mesh is None and (flags := space_flags(arguments)):
+        raise UsageError(f"--no-cloud does not go together with {', '.join(flags)}, unless --mesh is given.")
+    defaults = ExportOptions()
+    formats = arguments.depth_formats
+    return ExportOptions(
+        depth_formats=defaults.depth_formats if formats is None else tuple(filter(None, formats.split(","))),
+        depth_units=defaults.depth_units if arguments.png_units is None else arguments.png_units,
+        expected_error=not arguments.no_expected_error,
+        cloud=None if arguments.no_cloud else arguments.cloud_format or defaults.cloud,
+        axes=arguments.axes or defaults.axes,
+        cloud_unit=arguments.cloud_unit or defaults.cloud_unit,
+        mesh=arguments.mesh,
+        normals=bool(arguments.normals),
+        drop_flying=bool(arguments.drop_flying),
+    )
+
+
+def space_flags(arguments: argparse.Namespace) -> list[str]:
+    """The flags given that ask for something of a point cloud or a mesh."""
+    return [f"--{name.replace('_', '-')}" for name in _SPACE if getattr(arguments, name) is not None]
+
+
+def fitting(
+    options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, way_out: str = ""
+) -> tuple[ExportOptions, tuple[str, ...]]:
+    """The options without a cloud that nobody asked for and that cannot be, and a note about it, with what to do."""
+    if frame.intrinsics is not None or options.cloud is None or space_flags(arguments):
+        return options, ()
+    note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
+    return replace(options, cloud=None), (note,)
+
+
+# Blocks that the arguments name, from this program or another, and what is left of the extraction then.
+
+
+def add_given_blocks(group: Any, *flags: str) -> None:
+    """Add the arguments that name blocks, and say what is done where they leave gaps."""
+    group.add_argument(
+        *flags,
+        dest="blocks",
+        metavar="PATH",
+        help="take these blocks, do not extract them: a label map (PNG), labelme or COCO JSON, masks of "
+        "segment-anything (JSON) or a folder of masks (a PNG each); where they overlap, the smallest lies on top",
+    )
+    group.add_argument(
+        "--fill-gaps", action="store_true", help=f"where {flags[0]} has no block, take those of the extraction"
+    )
+
+
+def check_given_blocks(
+    arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None
+) -> BlockParameters:
+    """What blocks are extracted with, from `base` on; UsageError for arguments about something that there is not."""
+    if arguments.blocks is None and arguments.fill_gaps:
+        raise UsageError(f"--fill-gaps is about blocks that are given: name them by {flag}.")
+    given = given_parameters(arguments, BlockParameters)
+    if arguments.blocks is not None and given and not arguments.fill_gaps:
+        raise UsageError(
+            f"With {flag} nothing is extracted: leave out the --{BLOCK_PREFIX}* flags, or add --fill-gaps."
+        )
+    return with_given(base or BlockParameters(), arguments)
+
+
+def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlocks:
+    """The blocks that the arguments name; a map without blocks if they name none."""
+    if arguments.blocks is None:
+        return LoadedBlocks(np.zeros(frame.shape, np.int32))
+    return read_blocks(arguments.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)
+
+
+def filled(blocks: LoadedBlocks, extracted: FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
+    """Blocks with those of an extraction in their gaps."""
+    labels = gaps_filled(blocks.labels, extracted.blocks, parameters)
+    return LoadedBlocks(labels, blocks.names, blocks.notes + extracted.notes)

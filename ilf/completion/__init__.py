@@ -1,0 +1,1 @@
+"""ILF: the two filters, the learned correction, extrapolation and the expected error."""

@@ -1,0 +1,356 @@
+"""How far filled depth may be off, pixel by pixel, and where nothing measured vouches for it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.cancellation import check_stopped, taking
+from ..._runtime.memory import give_back
+from ...data.frame import RGBDFrame
+from ...data.frame_cache import Memory, once_per_frame
+from ...data.results import Completion
+from ...errors import ParameterError
+from ...segmentation.edges.frame_edges import find_edges
+from ..completion import known_needed
+from ..edge_aware.view import beyond_reach
+from .features import (
+    FLOOR,
+    Walks,
+    error_features,
+    features_at,
+    filled_pixels,
+    usual_contours,
+    usual_edges,
+    walk,
+    walks_past,
+)
+from .fitted import MODELS
+from .model import WITHIN, ErrorModel
+
+# How much harder a frame is than it looks: part of its own depth is hidden, and walks from there tell what it was.
+#
+# What they say is no completion, but as far as frames differ in how hard they are, it is with one as with the other.
+
+_LONGEST = 640
+"""[px], so that the test takes no longer in larger frames: of those, one pixel of so many in a row, and in a column,
+makes a smaller copy."""
+
+_RADIUS, _APART = 0.06, 0.22
+"""Radius of the discs that are hidden, and how far apart their middles are, in widths of the frame."""
+
+_LOOKED_AT = 10_000
+"""Of the hidden pixels so many are looked at, at most."""
+
+_FEWEST = 2000
+"""With fewer hidden pixels than that, nothing can be said."""
+
+
+def frame_difficulty(frame: RGBDFrame, model: ErrorModel) -> float | None:
+    """What the logarithms of errors are above those that a model expects of a frame of usual difficulty, so that 68 %
+    of the hidden pixels would lie within it; None if too little depth is known to tell."""
+    test = own_test(frame)
+    return None if test is None else difficulty_of(*test, model)
+
+
+def difficulty_of(features: NDArray[np.floating], logarithms: NDArray[np.floating], model: ErrorModel) -> float:
+    """`frame_difficulty` by what `own_test` gives."""
+    return float(np.quantile(logarithms - model.logarithms(features), WITHIN))
+
+
+@once_per_frame
+def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
+    """Features (N, 13) and logarithms (N,) of |error| / completed depth at the hidden pixels, worked out once.
+
+    None if too little depth is known. What the frame's own blocks are has no part in it.
+    """
+    stride = -(-max(frame.shape) // _LONGEST)
+    depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
+    if depth.size < 2 * _FEWEST:  # so thin that the copy has no column, perhaps
+        return None
+    hidden = _discs(depth.shape) & np.isfinite(depth)
+    if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
+        return None
+    left = np.where(hidden, np.float32(np.nan), depth)
+    contours = cv2.resize(usual_contours(frame), depth.shape[::-1], interpolation=cv2.INTER_AREA)
+    edges = np.asarray(contours, np.float32)
+    walks = walk(left, edges)
+    completed = np.exp(walks.depth)
+    places = np.flatnonzero(hidden)
+    places = places[:: -(-len(places) // _LOOKED_AT)]
+    found = completed.ravel()[places].astype(np.float64)
+    shares = np.abs(found - depth.ravel()[places]) / found
+    return features_at(places, left, completed, edges, walks), np.log(np.maximum(shares, FLOOR))
+
+
+def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Discs at the corners of triangles, about a quarter of all pixels."""
+    rows, columns = np.ogrid[: shape[0], : shape[1]]
+    apart, height = _APART * shape[1], _APART * shape[1] * np.sqrt(0.75)
+    row = np.round(rows / height)
+    shifted = (columns - apart * (row % 2) / 2).astype(np.float32)
+    beside = shifted - np.float32(apart) * np.round(shifted / np.float32(apart))
+    return np.asarray(beside**2 + ((rows - row * height) ** 2).astype(np.float32) <= (_RADIUS * shape[1]) ** 2)
+
+
+Array = NDArray[np.float32]
+
+DEFAULT_MODEL = "edge-aware"
+"""Model of depth that another method has filled in."""
+
+_NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
+
+_CLOSED_IN, _SOME_STEPS = 12.0, 20.0
+"""Depth is closed in where walks take so many times the steps that they would take if there were no edges, and more
+than so many steps at all."""
+
+_FARTHEST, _NEAREST = 0.999, 0.001
+"""Quantiles of the known depth that count as its range."""
+
+_OUTSIDE = 0.02
+"""Share of depth by which depth must lie outside that range to be an extrapolation."""
+
+_BEYOND = 0.2
+"""Least expected error, as a share of depth, beyond the sensor's reach."""
+
+_at_work = Memory[RGBDFrame, None]()
+"""Its locks keep two from working on the features of one frame at the same time, which take much memory."""
+
+
+def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
+    """Expected error of every filled pixel.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        As it was before completion.
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m]; what is not finite and positive is missing.
+    model : str
+        One of `MODELS`: the low-pass filter that gave the depth.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], at least 0.01 % of the depth and at most the depth itself. NaN where the frame has depth of
+        its own and where none was filled in.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+    ParameterError
+        For an unknown model.
+    """
+    if model not in MODELS:
+        raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
+    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), usual_edges(frame))
+
+
+def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
+    """`depth_error` of a completion, each block by the model of the filter that it was run with.
+
+    Guesses have the model of the filter that they were made with, which is that of "best".
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], NaN where nothing was filled.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
+    (40, True)
+    """
+    if not filled_pixels(frame, completion.depth).any():  # no need to look for edges
+        return np.full(frame.shape, np.nan, np.float32)
+    model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
+    for result in completion.results.values():
+        model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
+    model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
+    error = _error(frame, completion.depth, model, _edges_of(frame, completion))
+    beyond = _beyond_reach(frame, completion)
+    error[beyond] = np.maximum(error[beyond], np.float32(_BEYOND) * completion.depth[beyond])
+    return error
+
+
+def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
+
+    They are guesses; lie behind edges on all sides, so that hardly any known depth gets there; lie beyond the sensor's
+    reach; are farther, or nearer, than all that was measured; or belong to a block that a guide alone carries.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> bool(ilf.unvouched(frame, ilf.complete(frame, np.ones((20, 30), np.int32))).any())
+    False
+    """
+    filled = filled_pixels(frame, completion.depth)
+    if not filled.any():
+        return filled
+    nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
+    outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
+    steps, freely = walks_past(frame, _edges_of(frame, completion)).steps, _free_walks(frame).steps
+    closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
+    beyond, by_guide = _beyond_reach(frame, completion), _by_guide_alone(frame, completion)
+    return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
+
+
+@once_per_frame
+def _free_walks(frame: RGBDFrame) -> Walks:
+    """Walks that no edge turns back."""
+    return walk(frame.depth, np.zeros(frame.shape, np.float32))
+
+
+def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
+    """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    with taking(_at_work.lock_of(frame)):
+        error = _error_alone(frame, depth, model, edges)
+        give_back(error.size)
+        return error
+
+
+def _error_alone(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
+    filled = filled_pixels(frame, depth)
+    features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+    check_stopped()
+    values = np.empty(depth_there.shape, np.float32)
+    for name, number in _NUMBERS.items():
+        own = model_there == number
+        if own.any():
+            difficulty = frame_difficulty(frame, MODELS[name])
+            values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
+    error = np.full(frame.shape, np.nan, np.float32)
+    error[filled] = values
+    return error
+
+
+def _beyond_reach(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels, bool (H, W), beyond the sensor's reach in blocks that were run with that rule."""
+    beyond = np.zeros(frame.shape, bool)
+    for result in completion.results.values():
+        if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
+            found = beyond_reach(frame, result.block)
+            if found is not None:
+                beyond |= found.pixels
+    return beyond & completion.filled
+
+
+def _by_guide_alone(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Pixels, bool (H, W), of blocks that have been completed with less known depth than their parameters ask for."""
+    alone = np.zeros(frame.shape, bool)
+    for result in completion.results.values():
+        outcome = result.outcome
+        if result.history and outcome.known < known_needed(outcome.pixels, result.parameters):
+            alone[result.block.box][result.block.mask] = True
+    return alone
+
+
+def _edges_of(frame: RGBDFrame, completion: Completion) -> Array:
+    """The edges that the blocks' filter saw, the drawn borders of its blocks among them."""
+    results = completion.results.values()
+    asked_for = next((result.edges for result in results if result.edges is not None), None)
+    edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
+    if all(result.drawn is None for result in results):
+        return edges
+    edges = edges.copy()
+    for result in results:
+        if result.drawn is not None:
+            pixels = edges[result.block.box]
+            pixels[result.block.mask] = np.maximum(pixels[result.block.mask], result.drawn)
+    return edges
+
+
+# Expected errors of many pixels in a few figures, and what these are called wherever they are shown.
+
+RMS_NAME, MEDIAN_NAME = "Expected error, RMS", "Expected error, median"
+RMS_MEANING = "Root mean square of the expected error, over the pixels that blocks have filled; large errors count most"
+MEDIAN_MEANING = "Median of the expected error, over the pixels that blocks have filled: of half of them it is smaller"
+
+
+class ErrorSummary(NamedTuple):
+    """Figures of expected errors [m]; NaN where there are none.
+
+    Attributes
+    ----------
+    rms, median : float
+        Root mean square and median.
+    p90 : float
+        Of 90 % of the pixels it is at most so large.
+    """
+
+    rms: float
+    median: float
+    p90: float
+
+
+def summarised(error: NDArray[np.floating]) -> ErrorSummary:
+    """The figures of some pixels' expected errors.
+
+    Parameters
+    ----------
+    error : ndarray of float, any shape
+        [m]; pixels without, NaN, do not count.
+
+    Examples
+    --------
+    >>> summarised(np.array([0.25, 0.5, 2.0, np.nan])).median
+    0.5
+    """
+    known = error[np.isfinite(error)]
+    if not known.size:
+        return ErrorSummary(math.nan, math.nan, math.nan)
+    rms = math.sqrt(float(np.mean(np.square(known, dtype=np.float64))))
+    return ErrorSummary(rms, float(np.median(known)), float(np.quantile(known, 0.9)))
+
+
+def error_summary(error: NDArray[np.floating], completion: Completion) -> ErrorSummary:
+    """The figures of a completion: over the pixels that its blocks have filled, without guesses, whose expected errors
+    are not calibrated.
+
+    Parameters
+    ----------
+    error : ndarray of float, shape (H, W)
+        `expected_error` of the completion.
+    completion : Completion
+    """
+    return summarised(error[completion.filled_by_blocks])

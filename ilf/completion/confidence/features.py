@@ -1,0 +1,363 @@
+"""What the expected error follows from, at every filled pixel: how its depth lies among the known depth around."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.cancellation import check_stopped
+from ...data.frame import RGBDFrame
+from ...data.frame_cache import once_per_frame
+from ...data.parameters import BlockParameters, Parameters
+from ...data.pixel_grids import nearest_values, sums_of_four
+from ...errors import InputError, InstallationError
+from ...segmentation.edges.frame_edges import FrameEdges, find_edges
+from ..edge_aware.smoothness import solve_grid
+from ..filter import edge_parameters
+
+# What random walks from every pixel come upon: walks that hardly get across edges, and end at known depth.
+#
+# Where known depth surrounds a pixel and agrees, walks are short and end at one depth. In a wide hole they are long;
+# beside a far surface and a near one they end at either; behind edges on all sides they hardly end at all.
+
+Array = NDArray[np.float32]
+
+_CELLS = 6000
+"""The grid of the walks has no more cells than that, of 2, 4, 8, ... px."""
+
+_EDGE_SCALE = 0.13
+"""Edge strength at which a step is e times less likely."""
+
+_LEAST = 1e-4
+"""Likelihood of a step across the strongest edge, and of giving up at any step: they have 1 / so many at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """Where the walks from every pixel end.
+
+    Attributes
+    ----------
+    cells : ndarray of float32, shape (4, rows, columns)
+        What is known at the cells: `depth`, `spread`, `steps` and `aside`, in this order. Pictures of the frame's size
+        are only made of it when they are asked for.
+    cell : int
+        Side of a cell [px].
+    shape : (int, int)
+        Height and width of the frame [px].
+    """
+
+    cells: Array
+    cell: int
+    shape: tuple[int, int]
+
+    @property
+    def depth(self) -> Array:
+        """Mean of the logarithm of the depth [m] that they end at, (H, W)."""
+        return self._on_pixels(0)
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviation of that logarithm, (H, W)."""
+        return self._on_pixels(1)
+
+    @property
+    def steps(self) -> Array:
+        """How long they are, in steps of a cell, (H, W)."""
+        return self._on_pixels(2)
+
+    @property
+    def aside(self) -> Array:
+        """How far [px] the mean of the places where they end is from where they begin, (H, W): small in the middle of
+        known depth, large where it lies on one side only."""
+        return self._on_pixels(3)
+
+    def _on_pixels(self, number: int) -> Array:
+        """Values of cells at the pixels, bilinearly."""
+        values, (height, width) = self.cells[number], self.shape
+        size = values.shape[1] * self.cell, values.shape[0] * self.cell
+        full = cv2.resize(values, size, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(full[:height, :width], np.float32)
+
+
+def walk(depth: Array, edges: Array) -> Walks:
+    """Walks over a frame with some known depth [m], NaN = missing, past edges of a strength in [0, 1]."""
+    cell = 2
+    while -(-depth.shape[0] // cell) * -(-depth.shape[1] // cell) > _CELLS:
+        cell *= 2
+    known = np.isfinite(depth)
+    logarithm = np.log(depth, where=known, out=np.zeros_like(depth))
+    middle = np.float32(logarithm.sum(dtype=np.float64) / np.count_nonzero(known))
+    logarithm = np.where(known, logarithm - middle, np.float32(0))
+    counts = _sums(known.astype(np.float32), cell)
+    mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
+    rows, columns = np.indices(counts.shape)
+    # known depth that fills a cell ends a walk there sooner than the walk would leave it
+    ends = (counts / cell).astype(np.float64)
+    hard = 1 / np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
+    along_x, along_y = _links(hard, cell), _links(np.ascontiguousarray(hard.T), cell).T
+    wanted = np.stack([ends, np.ones_like(ends), *(ends * values for values in (mean, square, rows, columns))])
+    arriving, steps, *gathered = _solve(along_x, along_y, ends + _LEAST, wanted)
+    mean_end, square_end, row_end, column_end = (values / np.maximum(arriving, 1e-12) for values in gathered)
+    spread = np.sqrt(np.maximum(square_end - mean_end**2, 0))
+    aside = cell * np.hypot(row_end - rows, column_end - columns)
+    height, width = depth.shape
+    return Walks(np.stack([mean_end + middle, spread, steps, aside]).astype(np.float32), cell, (height, width))
+
+
+def _sums(values: NDArray, cell: int) -> Array:
+    """Sums over cells, float32 (rows of cells, columns of cells)."""
+    height, width = values.shape
+    whole = cv2.copyMakeBorder(values, 0, -height % cell, 0, -width % cell, cv2.BORDER_CONSTANT, value=0)
+    return _means(whole, cell, cell) * np.float32(cell * cell)
+
+
+def _links(hard: Array, cell: int) -> Array:
+    """How easily walks get from a cell's middle to the next along x: by many ways, each as hard as its pixels."""
+    height, width = hard.shape
+    whole = cv2.copyMakeBorder(hard, 0, -height % cell, 0, -width % cell, cv2.BORDER_REPLICATE)
+    after = cell // 2 + 1
+    between = whole[:, after : whole.shape[1] - cell + after]
+    if not between.size:
+        return np.empty((whole.shape[0] // cell, 0), np.float32)
+    return _means(1 / _means(between, cell, 1), 1, cell)
+
+
+def _means(values: NDArray, width: int, height: int) -> Array:
+    """Means over rectangles of so many pixels, of which there is a whole number."""
+    size = values.shape[1] // width, values.shape[0] // height
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _solve(
+    along_x: Array, along_y: Array, ends: NDArray[np.float64], wanted: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What walks gather on the way, for every cell, of what they gather at each step, (K, rows, columns)."""
+    right, below = np.zeros_like(ends), np.zeros_like(ends)
+    right[:, :-1], below[:-1] = along_x, along_y
+    diagonal = ends + right + below
+    diagonal[:, 1:] += right[:, :-1]
+    diagonal[1:] += below[:-1]
+    return solve_grid(diagonal, (-right,), (-below,), wanted)
+
+
+FLOOR = 1e-4
+"""Smallest expected error, as a share of depth: also what keeps the logarithms of jumps and bends finite."""
+
+FEATURES = {
+    "depth": "the depth itself [m]",
+    "gap": "width of the gap: the largest distance to known depth nearby [px of a frame 640 px wide]",
+    "bend": "departure of the known depth from a plane over that distance, as a share of depth",
+    "small jump": "difference to the nearest known depth, as a share of depth: up to 5 %, fading with distance",
+    "large jump": "the same, above 5 %",
+    "slope": "range of the filled depth over 3 x 3 pixels, as a share of depth",
+    "spread": "how much the depths differ at which walks from here end, as a share of depth",
+    "departure": "difference to the mean of those depths, as a share of depth",
+    "steps": "how long those walks are, in steps",
+    "aside": "how far off the middle of where they end is [px of such a frame]",
+    "edge": "edge strength here",
+    "edge near": "largest edge strength within 3 px",
+    "edges around": "mean edge strength within 15 px",
+}
+"""Columns of `error_features` -> what they are, those before "edge" as logarithms."""
+
+_LARGE_JUMP = 0.05
+"""Jump to the nearest known depth, as a share of depth, above which it counts in full at any distance."""
+
+_FADING = 0.3
+"""How a smaller jump counts for less with distance: by distance^-0.3. Far from known depth a small jump says little."""
+
+_WIDTH = 640
+"""Gaps and distances count as in a frame whose longer side has so many pixels: what matters is the angle."""
+
+_RIM = 9
+"""Window [px] in which the widest part of a gap is looked for: at its rim depth is known on one side only."""
+
+_LEVELS = 6
+"""How often the grid is halved to see bends over 1, 2, 4, ... 64 px."""
+
+_WINDOW = 9
+"""Window, in pixels of the halved grid, over which bends are averaged."""
+
+_UNSEEN_BEND = 0.02
+"""Bend, as a share of depth, where no three known pixels in a row show any."""
+
+_NEAR, _AROUND = 7, 31
+"""Windows [px] in which edges are looked for."""
+
+_LEAST_SHARE, _LEAST_STEPS, _LEAST_ASIDE = 1e-3, 0.1, 1.0
+"""Less of what the walks tell counts as so much."""
+
+
+def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Pixels, bool (H, W), without depth in the frame and with depth now; raises InputError if the shapes differ."""
+    if depth.shape != frame.shape:
+        raise InputError(f"Depth of shape {depth.shape} does not belong to a frame of shape {frame.shape}.")
+    return ~frame.known & np.isfinite(depth) & (depth > 0)
+
+
+def usual_edges(frame: RGBDFrame) -> Array:
+    """The edges, (H, W) in [0, 1], that the default preset's filter sees in a frame."""
+    return _found_as_usual(frame).strength
+
+
+def usual_contours(frame: RGBDFrame) -> Array:
+    """Those of them, (H, W) in [0, 1], that are found in colour: the frame's known depth has no part in them."""
+    return _found_as_usual(frame).detected
+
+
+def usual_notes(frame: RGBDFrame) -> tuple[str, ...]:
+    """Why other edges stand in for those of the default preset, a sentence each."""
+    return _found_as_usual(frame).notes
+
+
+def _found_as_usual(frame: RGBDFrame) -> FrameEdges:
+    try:
+        return find_edges(frame, edge_parameters(Parameters()) or BlockParameters())
+    except InstallationError as error:  # of a run that asks for no network
+        by_canny = find_edges(frame, BlockParameters(detector="canny"))
+        return replace(by_canny, notes=(f"Canny's edges stand in where errors are expected: {error}",))
+
+
+def walks_past(frame: RGBDFrame, edges: Array) -> Walks:
+    """Walks over a frame past edges (H, W), those past its `usual_edges` worked out once."""
+    return _usual_walks(frame) if edges is usual_edges(frame) else walk(frame.depth, edges)
+
+
+@once_per_frame
+def _usual_walks(frame: RGBDFrame) -> Walks:
+    return walk(frame.depth, usual_edges(frame))
+
+
+def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
+    """What the expected error follows from, for every filled pixel.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        With known depth somewhere.
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m].
+    edges : ndarray of float32, shape (H, W)
+        Edge strength.
+
+    Returns
+    -------
+    ndarray of float32, shape (N, 13)
+        Row by row as `filled_pixels` has them; the columns are `FEATURES`.
+    """
+    filled = filled_pixels(frame, depth)
+    if not filled.any():
+        return np.empty((0, len(FEATURES)), np.float32)
+    return features_at(np.flatnonzero(filled), frame.depth, depth, edges, walks_past(frame, edges))
+
+
+def features_at(
+    places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating], edges: Array, walks: Walks
+) -> Array:
+    """`error_features` at some of the filled pixels, by their places in the picture from its first row on.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (N,)
+        Of pixels without known depth and with completed depth.
+    known_depth, depth : ndarray of float, shape (H, W)
+        Known and completed depth [m]; what is not known is NaN, what is not completed NaN or 0.
+    edges : ndarray of float32, shape (H, W)
+    walks : Walks
+        From every pixel to the known depth, past the edges.
+    """
+
+    def there(values: NDArray) -> Array:
+        return np.asarray(values.ravel()[places])
+
+    z, nearest, slope, distance, gap = _beside(places, known_depth, depth)
+    check_stopped()
+    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known_depth.shape))
+    jump = np.log(np.abs(z - nearest) / z + FLOOR) - np.log(_LARGE_JUMP)
+    columns = [
+        logarithm,
+        np.log(gap * usual_width),
+        np.log(_bend(known_depth, distance, places) / z + FLOOR),
+        np.minimum(jump, 0) * distance**-_FADING,
+        np.maximum(jump, 0),
+        np.log(slope / z + FLOOR),
+        np.log(there(walks.spread) + _LEAST_SHARE),
+        np.log(np.abs(logarithm - there(walks.depth)) + _LEAST_SHARE),
+        np.log(there(walks.steps) + _LEAST_STEPS),
+        np.log(there(walks.aside) * usual_width + _LEAST_ASIDE),
+        there(edges),
+        there(cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))),
+        there(cv2.blur(edges, (_AROUND, _AROUND))),
+    ]
+    return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
+
+
+def _beside(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating]) -> list[Array]:
+    """At some pixels: depth, that of the nearest known pixel, the range of depth over 3 x 3 pixels [m]; the distance to
+    known depth, and the width of the gap [px]."""
+    known = np.isfinite(known_depth)
+    distance, nearest = nearest_values(known_depth, known)
+    gap = np.asarray(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8)), np.float32)
+    check_stopped()
+    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32, copy=False)
+    square = np.ones((3, 3), np.uint8)
+    slope = np.asarray(cv2.dilate(dense, square), np.float32)
+    slope -= cv2.erode(dense, square)
+    return [values.ravel()[places] for values in (dense, nearest, slope, distance, gap)]
+
+
+def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
+    """Mean departure [m] of the known depth from straight lines, around some pixels and over their distance to it.
+
+    On level n of a pyramid of block means, half the second difference of neighbours is what a straight line over
+    2^n px misses; a pixel takes it, averaged around, from the two levels next to its distance.
+    """
+    known = np.isfinite(depth)
+    count, total = known.astype(np.float32), np.where(known, depth, np.float32(0))
+    level_of_pixel = np.clip(np.log2(distance), 0, _LEVELS)
+    usual = _UNSEEN_BEND * float(np.median(depth[known])) / 2
+    bend = np.zeros(level_of_pixel.shape, np.float32)
+    for level in range(int(np.ceil(level_of_pixel.max())) + 1):
+        bends, seen = _second_differences(count, total)
+        # a level that shows nothing is taken to bend twice as far as the finer one
+        usual = float(bends.sum() / seen.sum()) if seen.any() else 2 * usual
+        local = _local_mean(bends, seen, usual)
+        size = (local.shape[1] << level, local.shape[0] << level)
+        full = cv2.resize(local, size, interpolation=cv2.INTER_LINEAR)[: depth.shape[0], : depth.shape[1]]
+        bend += full.ravel()[places] * np.maximum(1 - np.abs(level_of_pixel - level), 0)
+        count, total = sums_of_four(count), sums_of_four(total)
+    return bend
+
+
+def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
+    """Sum over both directions of half the second differences of means, and how many there are; where any is known."""
+    known = count > 0
+    mean = np.divide(total, count, out=np.zeros_like(total), where=known)
+    bends, seen = np.zeros_like(mean), np.zeros_like(mean)
+    half = np.array([[0.5, -1, 0.5]], np.float32)
+    for kernel in (half, half.T):
+        three = np.ones(kernel.shape, np.uint8)
+        whole = cv2.erode(known.astype(np.uint8), three, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+        bend = np.asarray(cv2.filter2D(mean, cv2.CV_32F, kernel), np.float32)
+        np.abs(bend, out=bend)
+        bend *= whole
+        bends += bend
+        seen += whole
+    return bends, seen
+
+
+def _local_mean(sums: Array, counts: Array, usual: float) -> Array:
+    """Mean around every place, in which `usual` counts once."""
+    around, number = (
+        np.asarray(cv2.blur(values, (_WINDOW, _WINDOW), borderType=cv2.BORDER_CONSTANT), np.float32)
+        for values in (sums, counts)
+    )
+    for values, more in ((around, usual), (number, 1)):
+        values *= np.float32(_WINDOW * _WINDOW)
+        values += np.float32(more)
+    around /= number
+    return around

@@ -1,0 +1,1 @@
+"""The default's filter: a low pass that lets go at edges."""

@@ -1,0 +1,256 @@
+"""Levels of the pyramid over a block's window, and how surfaces get from one to the next finer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.blocks import Block, Box, union, within
+from ...data.frame import RGBDFrame
+from ...data.pixel_grids import enlarged, largest_of_four, sums_of_four
+from .kernels import Sums, tally
+
+# What a border that was drawn by hand parts: links between neighbouring cells, on every grid of the pyramid.
+#
+# On the finest grid, links from the block's drawn pixels out of the block are cut. A coarser cell that such a cut
+# goes through stands for its part in the block alone, so that nothing known beyond the cut gets into it; and two
+# coarser cells are linked if at least one link is left between what they stand for.
+
+Mask = NDArray[np.bool_]
+Array = NDArray[np.float32]
+
+_SOME = 0.01
+"""Shares are multiples of 1/16, but for rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parting:
+    """The cuts on one grid.
+
+    Attributes
+    ----------
+    inside : ndarray of bool, shape (H, W)
+        Cells of the block.
+    right, down : ndarray of bool, shape (H, W)
+        Whether a cell is linked to the next one along x, and along y; True in the last column, and row.
+    """
+
+    inside: Mask
+    right: Mask
+    down: Mask
+
+    @classmethod
+    def around(cls, inside: Mask, drawn: Mask) -> Parting | None:
+        """On the finest grid: the block's pixels, and those of them whose links out of the block are cut; None if there
+        are no such links."""
+        right, down = np.ones_like(inside), np.ones_like(inside)
+        for values, at, linked in ((inside, drawn, right), (inside.T, drawn.T, down.T)):
+            out = values & at
+            linked[:, :-1] = (values[:, 1:] == values[:, :-1]) | ~(out[:, 1:] | out[:, :-1])
+        return None if right.all() and down.all() else cls(inside, right, down)
+
+    @property
+    def kept(self) -> Mask:
+        """Cells that count in the next level: all but those beyond a cut through the larger cell that they are in."""
+        right, down = _even(self.right), _even(self.down)
+        whole = right[::2, ::2] & right[1::2, ::2] & down[::2, ::2] & down[::2, 1::2]
+        height, width = self.inside.shape
+        return self.inside | whole.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
+
+    def halved(self) -> Parting:
+        """On the next level: cells of twice the size."""
+        inside, kept = _even(self.inside), _even(self.kept)
+        right, down = _even(self.right) & kept, _even(self.down) & kept
+        right[:, :-1] &= kept[:, 1:]
+        down[:-1] &= kept[1:]
+        return Parting(
+            inside[::2, ::2] | inside[1::2, ::2] | inside[::2, 1::2] | inside[1::2, 1::2],
+            _last_open(right[::2, 1::2] | right[1::2, 1::2]),
+            _last_open((down[1::2, ::2] | down[1::2, 1::2]).T).T,
+        )
+
+    def cut(self, smooth_x: Array, smooth_y: Array) -> tuple[Array, Array]:
+        """How much smoothness is left between neighbours along x and y, none across the cuts."""
+        return smooth_x * self.right[:, :-1], smooth_y * self.down[:-1]
+
+    def enlarged(self, values: Array, finer: Parting) -> Array:
+        """Values on this grid on the next finer one, bilinearly, block and the rest each from its own cells."""
+        shape = finer.inside.shape
+        # the rest, where all that it could take its value from stands for the block: the block's value will do
+        result = enlarged(values, shape)
+        for own, here in ((self.inside, finer.inside), (~self.inside, ~finer.inside)):
+            share = enlarged(own.astype(np.float32), shape)
+            total = enlarged(np.where(own, values, np.float32(0)), shape)
+            np.divide(total, share, out=result, where=here & (share > _SOME))
+        return result
+
+
+def _even(values: Mask) -> Mask:
+    """Odd sides completed by their last row or column."""
+    return np.pad(values, [(0, size % 2) for size in values.shape], mode="edge")
+
+
+def _last_open(linked: Mask) -> Mask:
+    linked[:, -1] = True
+    return linked
+
+
+class Level(NamedTuple):
+    """What surfaces need to know of a grid to get from it to the next finer one."""
+
+    shape: tuple[int, ...]
+    parting: Parting | None
+
+    def enlarged(self, u: Array, finer: Level) -> Array:
+        """A surface on this grid on the next finer one."""
+        if self.parting is None or finer.parting is None:
+            return enlarged(u, finer.shape)
+        return self.parting.enlarged(u, finer.parting)
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A level of the pyramid over the window.
+
+    `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
+    `edges` is the largest edge strength there, `creases` the largest probability of a crease, or None where nothing
+    tells of them. `held_out` is counts and totals of the depth that is held out, or None; `parting` is what a drawn
+    border parts, or None.
+    """
+
+    cell: int
+    counts: Array
+    totals: Array
+    inside: Array
+    trend: Array
+    edges: Array
+    creases: Array | None
+    held_out: tuple[Array, Array] | None
+    parting: Parting | None
+
+    @property
+    def coarseness(self) -> int:
+        """How many levels it is above the finest."""
+        return self.cell.bit_length() - 1
+
+    @cached_property
+    def samples(self) -> float:
+        """How many pixels of known depth there are."""
+        return float(self.counts.sum(dtype=np.float64))
+
+    @property
+    def start(self) -> Array:
+        """The cells' known depth less the trend; 0 where there is none."""
+        return np.divide(self.totals, np.maximum(self.counts, 1))
+
+    def sums(self, u: Array, previous: Array) -> Sums:
+        """What there is to tell of a step to u."""
+        return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
+
+    def smooth(self, edge_scale: float) -> tuple[Array, Array]:
+        """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
+        left = np.exp(-self.edges / np.float32(edge_scale))
+        smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
+        return smooth if self.parting is None else self.parting.cut(*smooth)
+
+    @property
+    def stiff(self) -> Array | None:
+        """How much of the bending counts around every cell; None for all."""
+        return None if self.creases is None else 1 - self.creases
+
+    @property
+    def level(self) -> Level:
+        """What surfaces need to know of it."""
+        return Level(self.counts.shape, self.parting)
+
+    def halved(self) -> Grid:
+        """The next level: cells of twice the size."""
+        counts, totals, edges = self.counts, self.totals, self.edges
+        if self.parting is not None:
+            counts, totals, edges = (
+                np.where(self.parting.kept, values, np.float32(0)) for values in (counts, totals, edges)
+            )
+        return Grid(
+            cell=2 * self.cell,
+            counts=sums_of_four(counts),
+            totals=sums_of_four(totals),
+            inside=sums_of_four(self.inside),
+            trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
+            edges=largest_of_four(edges),
+            creases=None if self.creases is None else largest_of_four(self.creases),
+            held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
+            parting=self.parting and self.parting.halved(),
+        )
+
+
+# From surfaces on grids to the pixels of a block.
+
+
+@dataclass(frozen=True, eq=False)
+class Pixels:
+    """Brings surfaces from any grid to pixels of the block: holds no more for it, since it lives as long as snapshots.
+
+    `places` are those of the pixels in the window, `seen` those among the block's pixels.
+    """
+
+    levels: tuple[Level, ...]
+    places: NDArray[np.intp]
+    seen: NDArray[np.intp]
+    trend: Array
+    frame: RGBDFrame
+    block: Block
+
+    @classmethod
+    def of(
+        cls,
+        frame: RGBDFrame,
+        block: Block,
+        window: Box,
+        levels: tuple[Level, ...],
+        trend: Array,
+        changing: bool = False,
+    ) -> Pixels:
+        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels and a trend
+        on the window."""
+        around = union(block.box, window)
+        mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
+        mask[within(block.box, around)] = block.mask
+        inside = mask[within(window, around)]
+        among = inside & np.isnan(frame.depth[window]) if changing else inside
+        places = np.flatnonzero(among)
+        seen = np.flatnonzero(seen_in(block, window))[among[inside]]
+        return cls(levels, places, seen, trend.ravel()[places], frame, block)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of what is not the frame's or the block's."""
+        return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
+
+    def on(self, surface: Array) -> Array:
+        """A surface on the window, at the pixels."""
+        return surface.ravel()[self.places]
+
+    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
+        """Depth [m] at all of the block's pixels, raw where a surface is not held: it is less the trend, and on a grid
+        so many above the finest, or at the pixels."""
+        u = held
+        for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
+            u = coarser.enlarged(u, finer)
+        result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
+        result[self.seen] = (self.on(u) if coarseness else u) + self.trend
+        return result
+
+
+def seen_in(block: Block, window: Box) -> NDArray[np.bool_]:
+    """Which of a block's pixels lie in a window, in the order of `block.mask`'s True values."""
+    rows, columns = (
+        slice(max(a.start - b.start, 0), max(a.stop - b.start, 0)) for a, b in zip(window, block.box, strict=True)
+    )
+    seen = np.zeros(block.mask.shape, bool)
+    seen[rows, columns] = True
+    return seen[block.mask]

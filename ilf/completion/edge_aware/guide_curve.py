@@ -1,0 +1,300 @@
+"""A guide fitted to known depth: a monotone curve for the frame, and a factor that varies slowly over it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .shape import noise_of
+from .smoothness import SmoothnessEnergy, make_weights
+
+# The monotone curve from what a guide says to depth.
+
+Values = NDArray[np.float64]
+
+_BINS = 32
+"""Known depth is told apart by so many ranges of the guide, with as many samples in each."""
+
+_LEAST_SAMPLES = 20
+"""A range has at least so many, if there are as many."""
+
+_PRIOR = 0.2
+"""A range's own median weighs against the simple curve as its samples to this share of a mean range's."""
+
+_ROUNDS = 8
+"""Rounds of reweighting of a simple curve, in which outliers lose their pull."""
+
+_BEYOND = 2.0
+"""Depth is at most so many times farther, or nearer, than any known depth on the curve."""
+
+_LEAST_OFF = 1e-3
+"""Deviations below this share of the range of depth count alike."""
+
+_SMALL = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Logarithm of depth by a guide's value: through nodes, and beyond them on along a simple curve.
+
+    Parameters
+    ----------
+    nodes, logarithms : ndarray
+        Values of the guide, rising, and the logarithm of depth there.
+    simple : SimpleCurve
+    """
+
+    nodes: Values
+    logarithms: Values
+    simple: SimpleCurve
+
+    def __call__(self, values: NDArray[np.floating]) -> Values:
+        """Logarithm of depth."""
+        inside = np.interp(values, self.nodes, self.logarithms)
+        first, last = self.nodes[0], self.nodes[-1]
+        clipped = np.clip(values, first, last)
+        low, high = self.logarithms.min() - np.log(_BEYOND), self.logarithms.max() + np.log(_BEYOND)
+        return np.clip(inside + self.simple(values) - self.simple(clipped), low, high)
+
+
+@dataclass(frozen=True)
+class SimpleCurve:
+    """Depth, its logarithm or its inverse as a straight line over the guide's values."""
+
+    power: int
+    offset: float
+    slope: float
+
+    def __call__(self, values: NDArray[np.floating]) -> Values:
+        """Logarithm of depth."""
+        line = self.offset + self.slope * np.asarray(values, np.float64)
+        return line if self.power == 0 else np.log(np.maximum(line, _SMALL)) / self.power
+
+
+def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
+    """The monotone curve, rising or falling, that most samples lie on.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N,)
+        What the guide says.
+    logarithms : ndarray, shape (N,)
+        Logarithm of the depth.
+    weights : ndarray, shape (N,)
+    """
+    candidates = [_simple_curve(power, values, logarithms, weights) for power in (1, 0, -1)]
+    simple = min(candidates, key=lambda found: found[0])[1]
+    order = np.argsort(values, kind="stable")
+    parts = np.array_split(order, min(_BINS, max(values.size // _LEAST_SAMPLES, 1)))
+    nodes = np.array([np.median(values[part]) for part in parts])
+    mean = weights.sum() / len(parts)
+    medians, weight = np.empty(len(parts)), np.empty(len(parts))
+    for number, part in enumerate(parts):
+        own = weights[part].sum()
+        weight[number] = own + _PRIOR * mean
+        expected = simple(nodes[number])
+        # off the simple curve, so that its slope inside a range does not count
+        off = logarithms[part] - simple(values[part])
+        medians[number] = expected + weighted_median(off, weights[part]) * own / weight[number]
+    nodes, places = np.unique(nodes, return_index=True)
+    rising = simple.slope * (simple.power or 1) >= 0
+    fitted = _isotonic(medians[places] if rising else -medians[places], weight[places])
+    return Curve(nodes, fitted if rising else -fitted, simple)
+
+
+def weighted_median(values: Values, weights: Values) -> float:
+    """The value that half of the weight lies below."""
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, below[-1] / 2)])
+
+
+def _simple_curve(power: int, values: Values, logarithms: Values, weights: Values) -> tuple[float, SimpleCurve]:
+    """A simple curve, by least absolute deviations, and the mean absolute deviation of the samples from it."""
+    target = logarithms if power == 0 else np.exp(power * logarithms)
+    # a deviation of the target is one of the logarithm times this
+    steep = np.ones_like(target) if power == 0 else target
+    least = _LEAST_OFF * (np.ptp(logarithms) + _SMALL)
+    pull = weights / steep**2
+    for _ in range(_ROUNDS):
+        total = pull.sum()
+        middle, level = (pull * values).sum() / total, (pull * target).sum() / total
+        aside = values - middle
+        slope = (pull * aside * (target - level)).sum() / ((pull * aside * aside).sum() + _SMALL * total)
+        offset = level - slope * middle
+        off = np.abs(target - offset - slope * values) / steep
+        pull = weights / steep**2 / np.maximum(off, least)
+    curve = SimpleCurve(power, float(offset), float(slope))
+    return float(np.average(np.minimum(np.abs(curve(values) - logarithms), 1), weights=weights)), curve
+
+
+def _isotonic(values: Values, weights: Values) -> Values:
+    """The rising sequence nearest to values, by pooling neighbours that fall."""
+    means: list[float] = []
+    masses: list[float] = []
+    sizes: list[int] = []
+    for value, weight in zip(values, weights, strict=True):
+        mean, mass, size = float(value), float(weight), 1
+        while means and means[-1] > mean:
+            other = masses.pop()
+            mean = (mean * mass + means.pop() * other) / (mass + other)
+            mass, size = mass + other, size + sizes.pop()
+        means.append(mean)
+        masses.append(mass)
+        sizes.append(size)
+    return np.repeat(means, sizes)
+
+
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+_SAMPLES = 20_000
+"""The curve is fitted to about so many pixels."""
+
+_CELLS = 1000
+"""The slow factor is sought on a grid of about so many cells."""
+
+_FITTING_ROUNDS = 2
+"""Curve and slow factor are fitted by turns, so many times; and so many times, outliers lose their pull on the
+factor."""
+
+_NEAR = 0.03
+"""A sample whose logarithm of depth is off by so much has half of its pull."""
+
+_HELD = 1e-6
+"""Weight of 0 in every cell, so that a surface is certain without any sample, too."""
+
+_SLOPE, _BENDING = 0.05, 2.0
+"""Weights of the slow factor's smoothness, a cell full of known depth having weight 1."""
+
+
+def fitted(values: Array, depth: Array, confidence: Array) -> Array:
+    """Depth by a guide.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (H, W)
+        What the guide says, NaN = nothing.
+    depth : ndarray of float32, shape (H, W)
+        Known depth [m], NaN = missing.
+    confidence : ndarray of float32, shape (H, W)
+        How far to believe the guide, in [0, 1].
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        [m], NaN where the guide says nothing, or everywhere if it says nothing where depth is known.
+    """
+    said = np.isfinite(values)
+    weights = np.where(said & np.isfinite(depth), confidence, np.float32(0))
+    stride = max(1, round(math.sqrt(depth.size / _SAMPLES)))
+    sparse = np.s_[stride // 2 :: stride, stride // 2 :: stride]
+    at = weights[sparse] > 0
+    if not at.any():
+        return np.full(depth.shape, np.nan, np.float32)
+    logarithms = np.log(np.where(weights > 0, depth, np.float32(1)))
+    factor = by_curve = np.zeros_like(logarithms)
+    samples = values[sparse][at].astype(np.float64), weights[sparse][at].astype(np.float64)
+    for _ in range(_FITTING_ROUNDS):
+        curve = fit_curve(samples[0], (logarithms - factor)[sparse][at].astype(np.float64), samples[1])
+        by_curve = curve(np.where(said, values, np.float32(0))).astype(np.float32)
+        factor = slow(logarithms - by_curve, weights)
+    return np.where(said, np.exp(by_curve + factor), np.float32(np.nan))
+
+
+def slow(values: Array, weights: Array) -> Array:
+    """The slowly varying field, float32 (H, W), that most of what has weight lies on."""
+    cell = max(1, math.ceil(math.sqrt(values.size / _CELLS)))
+    trust = weights
+    field = np.zeros_like(values)
+    for _ in range(_FITTING_ROUNDS):
+        counts, totals = (sums_of_cells(given, cell) / np.float32(cell**2) for given in (trust, trust * values))
+        coarse = smoothest(counts, totals, _SLOPE, _BENDING)
+        size = coarse.shape[1] * cell, coarse.shape[0] * cell
+        whole = np.asarray(cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR), np.float32)
+        field = whole[: values.shape[0], : values.shape[1]]
+        trust = weights / (1 + ((values - field) / np.float32(_NEAR)) ** 2)
+    return field
+
+
+def smoothest(counts: Array, totals: Array, slope: float, bending: float) -> Array:
+    """The surface of least energy where nothing parts neighbours, see `SmoothnessEnergy`."""
+    height, width = counts.shape
+    smooth = np.ones((height, width - 1), np.float32), np.ones((height - 1, width), np.float32)
+    energy = SmoothnessEnergy(counts + np.float32(_HELD), totals, make_weights(*smooth, slope, bending))
+    return energy.minimum()
+
+
+def sums_of_cells(values: Array, cell: int) -> Array:
+    """Sums over cells of cell x cell pixels."""
+    padded = np.pad(values, [(0, -size % cell) for size in values.shape])
+    shaped = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell)
+    return shaped.sum(axis=(1, 3), dtype=np.float32)
+
+
+# A guide's own noise and blur, taken off before it is fitted.
+
+_REACH = 10
+"""A blurred step is wider to neither side [px]."""
+
+_STEP = 0.04
+"""Height, as a share of the guide's range, from which a step is one; twice that much is one for certain."""
+
+_SIDE = 0.5
+"""On a scale from -1, the nearest around, to 1, the farthest: what lies beyond is of one side of the step."""
+
+_SURE = 0.98
+"""The same scale: what lies beyond is on its side, and stays as it is."""
+
+_BETWEEN, _CERTAIN = 0.35, 0.25
+"""Where so large a share of what is around lies between the sides, it is a slope; where no more than that, a step."""
+
+_QUIET = 1e-4
+"""Noise, as a share of the guide's range, below which there is none to take off."""
+
+_WINDOW, _WIDTH, _STEPS = 9, 3.0, 4
+"""Noise is taken off by a bilateral filter of such a window and deviation [px], and so many deviations of noise."""
+
+_TINY = np.float32(1e-6)
+
+_FARTHEST = np.float32(1e6)
+"""Values that are so many times the range off it are taken to be no farther."""
+
+
+def sharpened(values: Array) -> Array:
+    """A guide's values without noise from pixel to pixel, and with steps where steps were blurred.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (H, W)
+        Finite everywhere.
+    """
+    low, high = np.percentile(values[::4, ::4], (2, 98))
+    scale = np.float32(max(float(high - low), 1e-12))
+    with np.errstate(over="ignore"):
+        unit = np.clip((values - np.float32(low)) / scale, -_FARTHEST, _FARTHEST)
+    noise = noise_of(unit, np.ones(unit.shape, bool))
+    if noise > _QUIET:
+        unit = np.asarray(cv2.bilateralFilter(unit, _WINDOW, _STEPS * noise, _WIDTH), np.float32)
+    return _stepped(unit) * scale + np.float32(low)
+
+
+def _stepped(unit: Array) -> Array:
+    """Pixels inside a blurred step take the mean of the side of it that they are nearer to."""
+    window = (2 * _REACH + 1, 2 * _REACH + 1)
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, window)
+    far, near = cv2.dilate(unit, disk), cv2.erode(unit, disk)
+    lean = (2 * unit - far - near) / (far - near + _TINY)
+    means = []
+    for side in (lean > _SIDE, lean < -_SIDE):
+        share = cv2.blur(side.astype(np.float32), window) + _TINY
+        means.append(cv2.blur(np.where(side, unit, np.float32(0)), window) / share)
+    between = cv2.blur((np.abs(lean) < _SIDE / 2).astype(np.float32), window)
+    change = np.clip((means[0] - means[1] - _STEP) / _STEP, 0, 1)
+    change *= np.clip((_BETWEEN - between) / (_BETWEEN - _CERTAIN), 0, 1) * (np.abs(lean) < _SURE)
+    stepped = unit + change * (np.where(lean > 0, means[0], means[1]) - unit)
+    return stepped.astype(np.float32)

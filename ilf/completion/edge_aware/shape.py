@@ -1,0 +1,407 @@
+"""The shape that a block's known depth follows on the whole, and how noisy that depth is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array, eye_array, kron
+from scipy.sparse.linalg import splu
+
+from ..._runtime.compiling import compiled
+from .noise import Noise
+
+_ROUNDS = 4
+"""Rounds of reweighting, in which what does not lie on the quadric loses its pull."""
+
+_NEAR_SHARE = 0.02
+"""A cell lies on the quadric if its mean is off by less than this share of its depth, or three deviations of noise."""
+
+_FAR_SHARE = 0.05
+"""A pixel that is off its cell's median by more than this share of depth does not count at all."""
+
+_REACH = 0.5
+"""How far beyond the range of the known depth the surface may go, in widths of that range."""
+
+_LEAST_SHARE = 0.8
+"""A block follows a quadric if so much of its known depth lies on it."""
+
+_CELLS = 800
+"""The shape is found on a grid of about so many cells."""
+
+_STIFFNESS = 1e9
+"""Weight of squared third differences [per pixel] in the sheet that the quadric is refined by: no quadric has any."""
+
+_MIXED = 30
+"""Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
+
+
+_AT_ONCE = 1 << 18
+"""Pixels that the shape is worked out of at a time, so that it takes little memory beside what is found."""
+
+_POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
+"""Of y and x, in the terms of a quadric."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """The surface that a block's known depth lies on.
+
+    Attributes
+    ----------
+    surface : ndarray of float32, shape (h, w)
+        Depth [m] everywhere on the region it was asked for.
+    spread : float
+        Deviation of the known depth from it [m] that noise does not explain.
+    """
+
+    surface: NDArray[np.float32]
+    spread: float
+
+
+def noise_of(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
+    """Standard deviation of the known depth's noise [m], from the median of second differences along rows and columns.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth [m], NaN = missing.
+    mask : ndarray of bool, shape (h, w)
+        The pixels that count. 0.0 is returned if hardly any three in a row do.
+    """
+    found = _bends(np.ascontiguousarray(depth), np.ascontiguousarray(mask))
+    if found.size < 20:
+        return 0.0
+    # of independent noise, a second difference has 1 + 4 + 1 times the variance
+    return float(np.median(found)) / 0.6745 / math.sqrt(6.0)
+
+
+def _bends_one_by_one(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    height, width = depth.shape
+    inside = np.empty_like(depth)
+    for y in range(height):
+        for x in range(width):
+            inside[y, x] = depth[y, x] if mask[y, x] else np.float32(np.nan)
+    found, count, two = np.empty(2 * depth.size + 1, depth.dtype), 0, np.float32(2)
+    for y in range(height):
+        for x in range(width):
+            if x + 2 < width:
+                found[count] = abs(inside[y, x] - two * inside[y, x + 1] + inside[y, x + 2])
+                count += np.isfinite(found[count])
+            if y + 2 < height:
+                found[count] = abs(inside[y, x] - two * inside[y + 1, x] + inside[y + 2, x])
+                count += np.isfinite(found[count])
+    return found[:count]
+
+
+@compiled(_bends_one_by_one)
+def _bends(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Sizes of the second differences along rows and columns, of depth under a mask, in any order."""
+    inside = np.where(mask, depth, np.float32(np.nan))
+    seconds = [a[:, :-2] - 2 * a[:, 1:-1] + a[:, 2:] for a in (inside, inside.T)]
+    return np.abs(np.concatenate([values[np.isfinite(values)] for values in seconds]))
+
+
+def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
+    """The quadric that the block's known depth lies on, refined by a stiff sheet where it bends otherwise.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth [m], NaN = missing, on the region to find the surface on.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels; only their depth counts.
+    noise : float
+        Standard deviation of the depth's noise [m].
+
+    Returns
+    -------
+    Trend or None
+        None if too little of the depth lies on one quadric.
+    """
+    known = mask & np.isfinite(depth)
+    height, width = depth.shape
+    cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
+    strips = _strips(height, width, cell)
+    for rows in strips:
+        medians = _medians(np.where(known[rows], depth[rows], np.float32(np.nan)), cell)
+        known[rows] &= np.abs(depth[rows] - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
+    counts = np.concatenate([cell_sums(known[rows].astype(np.float64), cell) for rows in strips])
+    totals = np.concatenate([cell_sums(np.where(known[rows], depth[rows], 0.0), cell) for rows in strips])
+    held = counts > 0
+    if np.count_nonzero(held) < 3 * len(_POWERS):
+        return None
+    values, weights = totals[held] / counts[held], counts[held]
+    near = np.maximum(_NEAR_SHARE * values, 3 * noise / np.sqrt(weights))
+    y, x = (np.linspace(-1, 1, size) for size in counts.shape)
+    basis = np.stack([(y**a)[:, None] * (x**b)[None, :] for a, b in _POWERS], axis=2)
+    trust = np.ones(values.size)
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weights * trust)
+        coefficients, *_rest = np.linalg.lstsq(basis[held] * root[:, None], values * root, rcond=None)
+        off = np.abs(values - basis[held] @ coefficients)
+        trust = 1 / (1 + (off / near) ** 2)
+    lies_on_it = off < near
+    if weights[lies_on_it].sum() < _LEAST_SHARE * weights.sum():
+        return None
+
+    # off the quadric, a cell's mean may stand for its middle wherever in the cell the known pixels are
+    quadric = partial(_quadric, coefficients, (height, width), cell)
+    rests = np.concatenate(
+        [cell_sums(np.where(known[rows], depth[rows] - quadric(rows), 0.0), cell) for rows in strips]
+    )
+    trusted = counts.copy()
+    trusted[held] = np.where(lies_on_it, weights, 0.0)
+    sheet = _sheet(trusted, rests, cell)
+    size = counts.shape[1] * cell, counts.shape[0] * cell
+    refined = cv2.resize(sheet, size, interpolation=cv2.INTER_CUBIC)
+    low, high = float(values[lies_on_it].min()), float(values[lies_on_it].max())
+    reach = _REACH * (high - low)
+    surface = np.empty((height, width), np.float32)
+    for rows in strips:
+        surface[rows] = np.clip(quadric(rows) + refined[rows, :width], low - reach, high + reach)
+    return Trend(surface, _spread(rests, counts, sheet, noise))
+
+
+def _strips(height: int, width: int, cell: int) -> list[slice]:
+    """Rows of so many whole cells that what is worked out of them, in float64, takes little memory."""
+    rows = cell * max(1, _AT_ONCE // (cell * width))
+    return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
+
+
+def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int, rows: slice) -> NDArray[np.float64]:
+    """The quadric at the pixels of some rows; -1 and 1 are the middles of the first and the last cell."""
+    y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
+    terms = zip(coefficients, _POWERS, strict=True)
+    return np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+
+
+def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
+    """A stiff sheet through cells' samples; `totals` of cells without a count are not looked at."""
+    matrix = (_third_differences(counts.shape) * (_STIFFNESS / cell**4) + diags_array(counts.ravel() + 1e-6)).tocsc()
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return factors.solve(np.where(counts > 0, totals, 0.0).ravel()).reshape(counts.shape)
+
+
+def _spread(
+    totals: NDArray[np.float64], counts: NDArray[np.float64], surface: NDArray[np.float64], noise: float
+) -> float:
+    """Deviation [m] of cells' means from a surface, less what their pixels' noise explains."""
+    held = counts > 0
+    squares = (totals[held] / counts[held] - surface[held]) ** 2 - noise**2 / counts[held]
+    return math.sqrt(max(float(np.average(squares, weights=counts[held])), 0.0))
+
+
+def cell_sums(values: NDArray[Any], cell: int) -> NDArray[np.float64]:
+    """Sums over cells of cell x cell pixels."""
+    padded = np.pad(values, [(0, -size % cell) for size in values.shape])
+    return padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).sum(axis=(1, 3))
+
+
+def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
+    """At every pixel, the median of what is known in its cell, or a value next to it; NaN if nothing is."""
+    height, width = values.shape
+    padded = np.pad(values, [(0, -size % cell) for size in values.shape], constant_values=np.nan)
+    cells = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).swapaxes(1, 2)
+    ordered = np.sort(cells.reshape(*cells.shape[:2], -1), axis=2)  # NaN last
+    middle = np.maximum(np.isfinite(ordered).sum(axis=2) - 1, 0) // 2
+    medians = np.take_along_axis(ordered, middle[..., None], axis=2)[..., 0]
+    return medians.repeat(cell, axis=0).repeat(cell, axis=1)[:height, :width]
+
+
+@lru_cache(maxsize=32)
+def _third_differences(shape: tuple[int, int]) -> csr_array:
+    """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth.
+
+    Kept for the latest shapes: a block that is solved again and again has the same.
+    """
+    height, width = shape
+    total = csr_array((height * width, height * width))
+    for order, times in enumerate((1, _MIXED, _MIXED, 1)):
+        along = kron(_difference(height, order), _difference(width, 3 - order))
+        total = total + times * (along.T @ along)
+    return csr_array(total)
+
+
+def _difference(size: int, order: int) -> csr_array:
+    result = csr_array(eye_array(size))
+    for _ in range(order):
+        result = csr_array(result[1:] - result[:-1])
+    return result
+
+
+# The polynomial that a block's known depth follows to within its noise, of no more terms than it bears out.
+
+Array = NDArray[np.float64]
+
+_ORDERS = (8, 6, 4, 2)
+"""Largest power of row and column together: the first for which what lies in gaps is certain enough."""
+
+_ORDER = _ORDERS[0]
+
+"""The polynomial is found from the means of about so many cells."""
+
+_BORNE_OUT = 2.0
+"""A term counts in full where it is many times what noise alone would make of it, and not at all below so many."""
+
+_OWN = 0.02
+"""Cells' means have an error of their own of so many deviations of a pixel's noise, however many pixels they have."""
+
+_CERTAIN, _CERTAIN_SHARE = 0.05, 0.0005
+"""What noise makes of the polynomial in gaps is at most so many deviations of a pixel's noise, or this share of
+depth."""
+
+_DETERMINED = 1e-6
+"""Cells determine the terms if the least of them is more than so much of the largest."""
+
+_POLYNOMIAL_FAR_SHARE, _FAR = 0.05, 4.0
+"""A pixel does not count that is off by more than this share of depth, and so many deviations of noise."""
+
+_POLYNOMIAL_ROUNDS = 3
+"""Each leaves out what is far off the polynomial of the one before."""
+
+_LEAST_POLYNOMIAL_SHARE = 0.9
+"""So much of the known depth must not be far off."""
+
+_LEFT, _LEFT_SHARE = 0.15, 0.0004
+"""What is left of the cells' means, beyond what noise explains, is at most so many deviations of a pixel's noise; of
+lower orders than the cells determine, which may lack a term, also at most this share of depth."""
+
+_CHANCE, _CHANCE_LOWER = 4.0, 0.5
+"""More may be left by chance, in deviations of what noise leaves: by the highest order, and by lower ones."""
+
+_TERMS = sorted(((a, b) for a in range(_ORDER + 1) for b in range(_ORDER + 1 - a)), key=sum)
+"""Powers of y and x, the lower orders first."""
+
+_DEGREES = np.sum(_TERMS, axis=1)
+
+
+def polynomial_trend(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: Noise) -> NDArray[np.float32] | None:
+    """The polynomial surface that the block's known depth lies on, up to its noise.
+
+    Products of Legendre polynomials are made orthonormal over the known depth, the lower orders first, so that what one
+    of them brings does not depend on the others; the more noise alone might have brought one, the less it counts.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth [m], NaN = missing, on the region to find the surface on.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels; only their depth counts.
+    noise : Noise
+        That of the known depth.
+
+    Returns
+    -------
+    ndarray of float32, shape (h, w), or None
+        Depth [m]; None if the known depth has more in it than such a polynomial and noise.
+    """
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    known = mask[box] & np.isfinite(depth[box])
+    values = np.where(known, depth[box], np.float32(0))
+    deviation = noise.deviation(values)
+    cell = max(1, math.ceil(math.sqrt(known.size / _CELLS)))
+    along = [_basis(size, side, sides) for size, side, sides in zip(depth.shape, box, known.shape, strict=True)]
+    inside = [basis[side] for basis, side in zip(along, box, strict=True)]
+    whole = _products([_cell_means(basis, cell) for basis in inside])
+    gaps = whole[cell_sums(mask[box] & ~known, cell) > 0]
+    far = np.maximum(np.float32(_POLYNOMIAL_FAR_SHARE) * values, np.float32(_FAR) * deviation)
+    followed, weights = known, np.zeros(len(_TERMS))
+    for _ in range(_POLYNOMIAL_ROUNDS):
+        counts = cell_sums(followed, cell)
+        held = counts > 0
+        if np.count_nonzero(held) < 2 * len(_TERMS):
+            return None
+        pixels = counts[held]
+        pixel = cell_sums(np.where(followed, deviation, 0), cell)[held] / pixels
+        means = cell_sums(np.where(followed, values, 0), cell)[held] / pixels
+        expected = pixel * np.sqrt(np.minimum(noise.grain / pixels, 1))
+        terms = whole[held] + _off_middle(followed, counts, cell)
+        fitted = _fitted(terms, means, expected, gaps, pixel)
+        if fitted is None:
+            return None
+        weights = fitted
+        followed = known & (np.abs(values - _surface(weights, inside)) < far)
+        if np.count_nonzero(followed) < _LEAST_POLYNOMIAL_SHARE * np.count_nonzero(known):
+            return None
+        far = np.float32(_FAR) * deviation
+    return _surface(weights, along).astype(np.float32)
+
+
+def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Array) -> Array | None:
+    """Weights of the terms; None if no polynomial explains the cells' means and is certain in the gaps."""
+    noise, usual = float(np.median(pixel)), float(np.median(means))
+    by_chance = math.sqrt(2 / len(means)) * float(np.square(expected).mean())
+    most_left = (_LEFT * noise) ** 2 + _CHANCE * by_chance
+    allowed = np.hypot(expected, _OWN * pixel)
+    certain = max(_CERTAIN * noise, _CERTAIN_SHARE * usual)
+    for order in _ORDERS:
+        count = int(np.count_nonzero(order >= _DEGREES))
+        orthonormal, triangle = np.linalg.qr(terms[:, :count] / allowed[:, None])
+        sizes = np.abs(np.diag(triangle))
+        if sizes.min() < _DETERMINED * sizes.max():
+            continue
+        found = orthonormal.T @ (means / allowed)
+        inverse = np.linalg.inv(triangle)
+        share = 1 - np.square(_BORNE_OUT / np.maximum(np.abs(found), _BORNE_OUT))
+        share[0] = 1
+        weights = inverse @ (share * found)
+        left = np.square(means - terms[:, :count] @ weights) - np.square(expected)
+        if left.mean() > most_left:
+            return None  # lower orders leave more
+        most_left = min(_LEFT * noise, _LEFT_SHARE * usual) ** 2 + _CHANCE_LOWER * by_chance
+        beyond = np.square(gaps[:, :count] @ inverse)[:, share > 0].sum(axis=1)
+        if beyond.max(initial=0) < certain**2:
+            return np.pad(weights, (0, len(_TERMS) - count))
+    return None
+
+
+def _off_middle(followed: NDArray[np.bool_], counts: Array, cell: int) -> Array:
+    """How the terms at the middle of every cell's pixels that count differ from those at the middle of all of them."""
+    at = []
+    for axis, size in enumerate(followed.shape):
+        places = (2 * np.arange(size) + 1) / size - 1
+        places = np.expand_dims(places, 1 - axis)
+        at.append([cell_sums(np.where(mask, places, 0), cell) for mask in (followed, np.ones_like(followed))])
+    everywhere, held = cell_sums(np.ones_like(followed), cell), counts > 0
+    ends = [
+        _products_at(*(legendre.legvander(sums[held] / number[held], _ORDER) for sums in pair))
+        for pair, number in zip(zip(*at, strict=True), (counts, everywhere), strict=True)
+    ]
+    return ends[0] - ends[1]
+
+
+def _basis(size: int, side: slice, inside: int) -> Array:
+    """Legendre polynomials at every place along an axis, of positions in [-1, 1] on the block and no farther beyond."""
+    positions = (2 * (np.arange(size) - side.start) + 1) / inside - 1
+    return legendre.legvander(np.clip(positions, -1, 1), _ORDER)
+
+
+def _cell_means(basis: Array, cell: int) -> Array:
+    starts = np.arange(0, len(basis), cell)
+    sizes = np.minimum(cell, len(basis) - starts)
+    return np.add.reduceat(basis, starts) / sizes[:, None]
+
+
+def _products(along: list[Array]) -> Array:
+    """All terms, shape (rows, columns, terms), from the polynomials along rows and columns."""
+    return _products_at(along[0][:, None], along[1][None, :])
+
+
+def _products_at(y: Array, x: Array) -> Array:
+    powers_y, powers_x = np.transpose(_TERMS)
+    return y[..., powers_y] * x[..., powers_x]
+
+
+def _surface(weights: Array, along: list[Array]) -> Array:
+    square = np.zeros((_ORDER + 1,) * 2)
+    for weight, powers in zip(weights, _TERMS, strict=True):
+        square[powers] = weight
+    return along[0] @ square @ along[1].T

@@ -1,0 +1,317 @@
+"""An energy of samples, slopes and bending on a pixel grid, and the ways to its minimum.
+
+    E(u) = sum c (u - s)^2 + sum w_1 (first differences)^2 + sum w_2 (second differences)^2
+
+along both axes. Its minimum is the fixed point of ILF, u <- S(samples where known, u elsewhere), with the low-pass
+filter S = (1 + L)^-1, where L is the operator of the two smoothness terms: weights that fall at edges make the filter
+edge-aware.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from ..._runtime.compiling import compiled, inner
+from . import kernels
+from .kernels import Sums
+
+# Direct solution of the equations of a small grid, in which every cell is tied to a few around it.
+
+Values = NDArray[np.float64]
+
+_LANES = 32
+"""Rows are taken off another in multiples of so many columns: whole vectors, with nothing left over."""
+
+_BEYOND = 3 + _LANES
+"""Columns of zeros beyond the band, so that four rows can be taken off another at a time, in whole vectors."""
+
+
+def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Values, ...], wanted: Values) -> Values:
+    """Solve a symmetric, positive definite system over the cells of a grid.
+
+    Parameters
+    ----------
+    diagonal : ndarray, shape (H, W)
+        Entries of the cells themselves.
+    along_x, along_y : tuple of ndarray, shape (H, W)
+        Entries between a cell and the next, the one after that, and so on, along x and along y; what would lie beyond
+        the grid is 0.
+    wanted : ndarray, shape (K, H, W)
+        Right-hand sides.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, H, W)
+    """
+    height, width = diagonal.shape
+    if height < width:  # along the shorter side, the band is narrower
+        turned = solve_grid(
+            diagonal.T, _transposed(along_y), _transposed(along_x), np.ascontiguousarray(wanted.transpose(0, 2, 1))
+        )
+        return np.ascontiguousarray(turned.transpose(0, 2, 1))
+    cells = diagonal.size
+    reach = max(len(along_x), len(along_y) * width)
+    band = np.zeros((cells, reach + 1 + _BEYOND))
+    band[:, 0] = diagonal.ravel()
+    for step, entries in enumerate(along_x, 1):
+        band[:, step] += entries.ravel()
+    for step, entries in enumerate(along_y, 1):
+        band[:, step * width] += entries.ravel()
+    found = wanted.reshape(len(wanted), cells).astype(np.float64)
+    return _solve_band(band, found).reshape(wanted.shape)
+
+
+def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
+    return tuple(values.T for values in entries)
+
+
+def _cholesky(band: Values, found: Values) -> Values:
+    cells, width = band.shape
+    reach = width - _BEYOND
+    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with indices that have a sign, it is not vectorised
+    for i in range(cells):
+        row, begun = band[i], np.uint64(i * width)
+        k = max(i - reach + 1, 0)
+        while k + 3 < i:
+            off = i - k
+            a, b, c, d = -band[k, off], -band[k + 1, off - 1], -band[k + 2, off - 2], -band[k + 3, off - 3]
+            first, step = np.uint64(k * width + off), np.uint64(width - 1)
+            second, third, fourth = first + step, first + step + step, first + step + step + step
+            length = min(reach - off + 3, reach)
+            for j in range(np.uint64((length + _LANES - 1) // _LANES) * lanes):
+                entries[begun + j] += (
+                    a * entries[first + j] + b * entries[second + j] + c * entries[third + j] + d * entries[fourth + j]
+                )
+            k += 4
+        while k < i:
+            off = i - k
+            a, above = -band[k, off], band[k, off:reach]
+            for j in range(reach - off):
+                row[j] += a * above[j]
+            k += 1
+        scale = 1 / np.sqrt(row[0])
+        for j in range(reach):
+            row[j] *= scale
+    for side in found:
+        for i in range(cells):
+            row = band[i]
+            length = min(reach, cells - i)
+            ahead = side[i : i + length]
+            ahead[0] /= row[0]
+            here = ahead[0]
+            for j in range(1, length):
+                ahead[j] -= row[j] * here
+        for i in range(cells - 1, -1, -1):
+            row = band[i]
+            length = min(reach, cells - i)
+            ahead = side[i : i + length]
+            total = 0.0
+            for j in range(1, length):
+                total += row[j] * ahead[j]
+            side[i] = (side[i] - total) / row[0]
+    return found
+
+
+@compiled(_cholesky)
+def _solve_band(band: Values, found: Values) -> Values:
+    """By Cholesky's factors of the upper band, row by row; both arrays are written over."""
+    return solveh_banded(band[:, :-_BEYOND].T, found.T, lower=True, check_finite=False).T
+
+
+Array = NDArray[np.float32]
+
+_CONVERGED = 1e-14
+"""Share of the first squared residual below which there are no digits left to gain."""
+
+_CELLS_AT_A_TIME = 2**18
+"""Steps on small grids are made several at a time, up to so many cells in all: about half a millisecond's work."""
+
+
+class Told(NamedTuple):
+    """What records tell of steps on a grid.
+
+    Attributes
+    ----------
+    inside, trend : ndarray of float32, shape (H, W)
+        How many pixels of every cell count, and what their depth is measured from.
+    counts, totals : ndarray of float32, shape (H, W)
+        Weight of the samples that the misfit is told of, and that times the sample.
+    steady : float
+        Sum of squared changes below which a descent is steady.
+    """
+
+    inside: Array
+    trend: Array
+    counts: Array
+    totals: Array
+    steady: float
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Weights of first and second differences.
+
+    Attributes
+    ----------
+    framed : ndarray of float32, shape (4, H + 4, W)
+        Those of first ones along x and y and of second ones along x and y, at the first pixel of each; 0 where there is
+        no such difference, and in a frame of two rows above and below.
+    """
+
+    framed: Array
+
+    @classmethod
+    def none(cls, shape: tuple[int, ...]) -> Weights:
+        """All 0, to be filled in."""
+        return cls(np.zeros((4, shape[0] + 4, shape[1]), np.float32))
+
+    @property
+    def slope_x(self) -> Array:
+        """Shape (H, W - 1)."""
+        return self.framed[0, 2:-2, :-1]
+
+    @property
+    def slope_y(self) -> Array:
+        """Shape (H - 1, W)."""
+        return self.framed[1, 2:-3]
+
+    @property
+    def bend_x(self) -> Array:
+        """Shape (H, W - 2)."""
+        return self.framed[2, 2:-2, :-2]
+
+    @property
+    def bend_y(self) -> Array:
+        """Shape (H - 2, W)."""
+        return self.framed[3, 2:-4]
+
+    def bent(self, times: np.float32) -> Weights:
+        """Weights with those of second differences so many times as large."""
+        return Weights(self.framed * np.array([1, 1, times, times], np.float32)[:, None, None])
+
+    def loosen(self, u: Array, scale: Array, slope_jumps: float) -> None:
+        """Lessen them by Cauchy's rule, in place: differences of u far above the scale let go.
+
+        Parameters
+        ----------
+        u : ndarray, shape (H, W)
+        scale : ndarray, shape (H, W)
+            Second difference at which the weight is halved, in the unit of u.
+        slope_jumps : float
+            The same for first differences, in units of `scale`.
+        """
+        kernels.let_go(self.framed, u, scale, np.float32(slope_jumps))
+
+
+def make_weights(
+    smooth_x: Array,
+    smooth_y: Array,
+    slope: float,
+    bending: float,
+    stiff: Array | None = None,
+    out: Weights | None = None,
+) -> Weights:
+    """Weights from how much of the smoothness is left between neighbours.
+
+    Parameters
+    ----------
+    smooth_x, smooth_y : ndarray of float32, shapes (H, W - 1) and (H - 1, W)
+        1 where nothing parts two neighbours, 0 where everything does. A second difference is worth as much as the
+        less smooth of its two pairs.
+    slope, bending : float
+        Weights of the two terms.
+    stiff : ndarray of float32, shape (H, W), optional
+        How much of the second difference around a pixel counts, from 1, all, to 0, none, where the surface has a
+        crease: it may bend there, but not tear.
+    out : Weights, optional
+        Of this grid, no longer needed: takes the new ones, since memory that is new takes time.
+    """
+    made = out or Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
+    np.multiply(np.float32(slope), smooth_x, out=made.slope_x)
+    np.multiply(np.float32(slope), smooth_y, out=made.slope_y)
+    bend_x, bend_y = made.bend_x, made.bend_y
+    np.minimum(smooth_x[:, 1:], smooth_x[:, :-1], out=bend_x)
+    np.minimum(smooth_y[1:], smooth_y[:-1], out=bend_y)
+    for bend in (bend_x, bend_y):
+        bend *= np.float32(bending)
+    if stiff is not None:
+        bend_x *= stiff[:, 1:-1]
+        bend_y *= stiff[1:-1]
+    return made
+
+
+class SmoothnessEnergy:
+    """The energy on one grid.
+
+    Parameters
+    ----------
+    counts : ndarray of float32, shape (H, W)
+        Weight c of the samples; 0 where there is none, but more than 0 somewhere in every connected part.
+    totals : ndarray of float32, shape (H, W)
+        c times the sample.
+    weights : Weights
+    """
+
+    def __init__(self, counts: Array, totals: Array, weights: Weights) -> None:
+        self._counts = counts
+        self._totals = totals
+        self._weights = weights
+
+    def descend(self, u: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
+        """Conjugate gradients with a diagonal preconditioner: from u on, one approximation of the minimum after the
+        other, each with what there is to tell of it.
+
+        Ends after so many steps, where they are steady, and where float32 can come no nearer. Small ones are made
+        several at a time.
+        """
+        weights, direction = self._weights.framed, kernels.framed(u)
+        inverse = self._diagonal(np.float32)
+        np.reciprocal(inverse, out=inverse)
+        residual = np.empty_like(u)
+        kernels.pull(self._counts, weights, direction, residual)
+        direction[:] = 0
+        np.subtract(self._totals, residual, out=residual)
+        size, ratio = inner(residual, inverse * residual), 0.0
+        least, changes = _CONVERGED * size, math.inf
+        while limit > 0 and size > least and changes >= told.steady:
+            many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
+            found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))
+            state, sizes = (direction, residual), (size, ratio, least)
+            steps, size, ratio = kernels.descend(
+                self._counts, weights, inverse, state, sizes, told[:4], told.steady, u, found, sums
+            )
+            limit -= steps
+            for u, (changes, *others) in zip(found[:steps], sums.tolist(), strict=False):
+                yield u, Sums(changes, *others)
+
+    def minimum(self) -> Array:
+        """The minimum itself, by a direct solution; for small grids."""
+        weights = self._weights
+        shape = self._counts.shape
+        along_x = _couplings(weights.slope_x, weights.bend_x, shape)
+        along_y = _couplings(weights.slope_y.T, weights.bend_y.T, shape[::-1])
+        wanted = self._totals.astype(np.float64)[None]
+        found = solve_grid(self._diagonal(np.float64), along_x, (along_y[0].T, along_y[1].T), wanted)
+        return found[0].astype(np.float32)
+
+    def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
+        result = self._counts.astype(dtype)
+        kernels.spread(self._weights.framed, result)
+        return result
+
+
+def _couplings(slope: Array, bend: Array, shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Matrix entries between a pixel and the next, and the one after that, along the second axis."""
+    near, far = np.zeros(shape), np.zeros(shape)
+    near[:, :-1] -= slope
+    near[:, :-2] -= 2 * bend
+    near[:, 1:-1] -= 2 * bend
+    far[:, :-2] += bend
+    return near, far

@@ -1,0 +1,167 @@
+"""What all filters promise to those who iterate with them, and which of them parameters ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.blocks import Block
+from ..data.frame import RGBDFrame
+from ..data.parameters import BlockParameters, Parameters
+from ..data.results import IterationRecord
+from ..segmentation.edges.frame_edges import FrameEdges, find_edges
+from .edge_aware.fitted_guide import fit_guide
+from .edge_aware.iteration import EdgeAwareIteration
+from .edge_aware.view import widest_window
+from .pass_band.iteration import PassBandIteration
+from .snapshot import Snapshot
+
+
+class Stepper(Iterator[IterationRecord], Protocol):
+    """ILF on one block: an iterator, of which every `next()` is one iteration and gives its record.
+
+    It ends when its filter has let through all that it is to let through and the iteration is steady, or after
+    `max_iterations`. `next()` is for one thread at a time; `surface` may be looked at from any other meanwhile. The
+    results depend on frame, block, its drawn pixels and parameters alone: neither on threads nor on other blocks.
+    """
+
+    def __next__(self) -> IterationRecord:
+        """One iteration: its record, whose `i` is one more than that of the last, and whose `stage` does not fall."""
+        ...
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
+        start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
+        ...
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let the records of all iterations to come tell their error against a truth, which changes nothing else.
+
+        Parameters
+        ----------
+        pixels : ndarray of bool
+            Some of the block's pixels, in the order of `block.mask`'s True values.
+        truth : ndarray of float64
+            Their true depth [m].
+        """
+        ...
+
+    @property
+    def settled(self) -> bool:
+        """Whether the last stage has come to its end, rather than the iteration to `max_iterations`."""
+        ...
+
+    @property
+    def remark(self) -> str:
+        """What is to be said about how a settled iteration has ended; "" where there is nothing."""
+        ...
+
+    @property
+    def explained(self) -> bool:
+        """Whether a smooth surface explains all of the known depth up to its noise; False where none is looked for."""
+        ...
+
+    @property
+    def network(self) -> str | None:
+        """SHA-256 of the edge network that had a part in it; None if none had."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of how it came about: none if all is as asked for."""
+        ...
+
+
+def make_stepper(
+    frame: RGBDFrame,
+    block: Block,
+    parameters: Parameters,
+    extraction: BlockParameters | None = None,
+    drawn: NDArray[np.bool_] | None = None,
+    edges: FrameEdges | None = None,
+) -> Stepper:
+    """The stepper of a block.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+        The pixels to iterate on, at least one of them with known depth, unless a guide carries them.
+    parameters : Parameters
+    extraction : BlockParameters, optional
+        What the blocks were extracted with, where that is known; see `edges_for`.
+    drawn : ndarray of bool, optional
+        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: to the
+        edge-aware filter an edge of full strength, to the pass band, which sees nothing beyond the block, none.
+    edges : FrameEdges, optional
+        What `edges_for` gives with these parameters, for those who have it.
+    """
+    edges = edges or edges_for(frame, parameters, extraction)
+    if edges is None:
+        return PassBandIteration(frame, block, parameters)
+    return EdgeAwareIteration(frame, block, parameters, edges, drawn)
+
+
+def most_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
+    """How many pixels a block's stepper may take into account: the memory that it takes goes with them."""
+    if parameters.filter != "edge-aware":
+        return block.mask.size
+    rows, columns = widest_window(frame.shape, block.box, parameters.mode)
+    return (rows.stop - rows.start) * (columns.stop - columns.start)
+
+
+def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:
+    """Whether the frame's guide is believed so far that a block can be completed with hardly any known depth."""
+    guide = fit_guide(frame) if parameters.filter == "edge-aware" else None
+    return guide is not None and guide.carries(block)
+
+
+def is_guided(frame: RGBDFrame) -> bool:
+    """Whether the frame has a guide that is followed."""
+    guide = fit_guide(frame)
+    return guide is not None and guide.belief > 0
+
+
+def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
+    """The frame's edges as a filter with such parameters needs them; None for the pass band, which knows no edges.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : Parameters
+        They say whether the network is asked, and which.
+    extraction : BlockParameters, optional
+        Canny and the jumps of the depth have its parameters, so that filter and blocks see the same edges; those of
+        the defaults if left out.
+    """
+    wanted = edge_parameters(parameters, extraction)
+    return None if wanted is None else find_edges(frame, wanted)
+
+
+@lru_cache(maxsize=64)
+def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
+    """What the edges for `edges_for` are found with, all that has no part in them as the defaults have it; None for the
+    pass band. Results with the same block, parameters and edge parameters are the same."""
+    if parameters.filter != "edge-aware":
+        return None
+    shared = extraction or BlockParameters()
+    return BlockParameters(
+        detector="hed" if parameters.edges == "combined" else parameters.edges,
+        model=parameters.model,
+        multiscale=parameters.multiscale,
+        canny_sigma=shared.canny_sigma,
+        canny_high=shared.canny_high,
+        canny_low_ratio=shared.canny_low_ratio,
+        use_depth=shared.use_depth,
+        depth_jump=shared.depth_jump,
+        depth_jump_share=shared.depth_jump_share,
+    )

@@ -1,0 +1,1 @@
+"""The paper's filter: iterations inside a growing pass band (section 3)."""

@@ -1,0 +1,390 @@
+"""ILF on one block, inside its pass band: the iterates of section 3 at a fraction of the cost.
+
+With c the coefficients of P_i inside the band, M the mask of known pixels and b = DFT(M * raw), one iteration is
+
+    c_i = G_i W (c_(i-1) + e_(i-1)),    e_i = b - DFT(M P_i) = e_(i-1) - DFT(M (P_i - P_(i-1))),
+
+which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. A few transforms of
+full size set a block up; an iteration needs two of the small grid alone. A sum of squares of P_i over any pixels comes
+from their mask's part in twice the band, a sum of a * P_i from the coefficients, so sigma_i, the residual and the
+hold-out error are those over all pixels. The paper's own loop, on the padded grid, is
+`tests/reference/full_grid.py`; tests hold this one to it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.cancellation import check_stopped
+from ..._runtime.compiling import inner
+from ...data.blocks import Block
+from ...data.frame import RGBDFrame
+from ...data.parameters import Parameters
+from ...data.results import PassBandRecord, deviation, held_out_of, l1_norm
+from ..snapshot import Snapshot
+from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
+
+# Schedules of the cut-off radius: how the pass band grows while the iteration goes on (section 3).
+
+Radii = tuple[float, float]
+
+
+class Schedule(Protocol):
+    """State of one block's pass band."""
+
+    stage: int
+    """Number of different pass bands so far, from 1."""
+
+    @property
+    def radii(self) -> Radii:
+        """(r_y, r_x) of the next iteration, in cycles per padded grid."""
+        ...
+
+    def advance(self, steady: bool) -> bool:
+        """Take note of an iteration; True when the schedule has come to its end."""
+        ...
+
+
+class StagedSchedule:
+    """The paper's text: iterate until steady, then enlarge the radius.
+
+    The cut-off frequency, equal in all directions of the image, starts at `staged_start` basebands (by default
+    0: the mean alone, which lifts the defective area from 0 m), passes the baseband 1 / longest length and
+    1 / shortest length, and rises by `stage_step` basebands a stage to 1 / `shortest_wavelength`, or to
+    1 / shortest length where the block is narrower than that. The stages divide the way evenly, so the last one
+    ends exactly there.
+
+    Parameters
+    ----------
+    grid : tuple of int
+        Padded grid (H, W).
+    lengths : tuple of float
+        Longest and shortest length of the block [px].
+    parameters : Parameters
+    """
+
+    def __init__(self, grid: tuple[int, int], lengths: tuple[float, float], parameters: Parameters) -> None:
+        longest, shortest = lengths
+        self._grid = grid
+        self._first = parameters.staged_start / longest
+        self._last = max(1.0 / parameters.shortest_wavelength, min(1.0 / shortest, 0.5), self._first)
+        self._steps = math.ceil((self._last - self._first) * longest / parameters.stage_step)
+        self.stage = 1
+
+    @property
+    def radii(self) -> Radii:
+        share = (self.stage - 1) / self._steps if self._steps else 0.0
+        frequency = self._first + share * (self._last - self._first)
+        return self._grid[0] * frequency, self._grid[1] * frequency
+
+    def advance(self, steady: bool) -> bool:
+        if steady and self.stage > self._steps:
+            return True
+        self.stage += steady
+        return False
+
+
+class LinearSchedule:
+    """The released code: r = start * (H/h, W/w) + (H, W) / (wavelength * iterations) * (i - 1)."""
+
+    def __init__(self, grid: tuple[int, int], block: tuple[int, int], parameters: Parameters) -> None:
+        start = parameters.linear_start
+        self._start = start * grid[0] / block[0], start * grid[1] / block[1]
+        span = parameters.shortest_wavelength * parameters.max_iterations
+        self._growth = grid[0] / span, grid[1] / span
+        self._iterations = parameters.max_iterations
+        self.stage = 1
+
+    @property
+    def radii(self) -> Radii:
+        done = self.stage - 1
+        return self._start[0] + self._growth[0] * done, self._start[1] + self._growth[1] * done
+
+    def advance(self, steady: bool) -> bool:
+        at_end = self.stage >= self._iterations
+        self.stage += not at_end
+        return at_end
+
+
+# Longest and shortest length of a block, from which the pass band starts (section 3).
+
+
+def principal_lengths(mask: NDArray[np.bool_]) -> tuple[float, float]:
+    """Extent of a block along the two principal axes of its pixel coordinates.
+
+    Parameters
+    ----------
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels; at least one.
+
+    Returns
+    -------
+    longest, shortest : float
+        Lengths [px]; a single pixel has length 1 both ways.
+    """
+    coordinates = np.argwhere(mask).astype(np.float64)
+    coordinates -= coordinates.mean(axis=0)
+    _, axes = np.linalg.eigh(coordinates.T @ coordinates)
+    along = coordinates @ axes
+    extents = along.max(axis=0) - along.min(axis=0) + 1.0
+    return float(extents.max()), float(extents.min())
+
+
+_GROWTH = 1.06
+"""By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""
+
+_OVERSHOOT = 2.0
+"""A field of the band is nowhere larger than this times its largest sample: sqrt(2) per axis, at 4 r + 1 points
+(Ehlich and Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
+
+
+class PassBandIteration(Iterator[PassBandRecord]):
+    """The `Stepper` of filter "ideal": every `next()` is one iteration of one block and gives its record.
+
+    The iterator ends when sigma_i < S_criteria and the schedule has reached its last radius, Eq. (1), or
+    after `max_iterations`.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+        The pixels to iterate on, at least one of them with known depth.
+    parameters : Parameters
+    """
+
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+        self._start = time.perf_counter()
+        self._parameters = parameters
+        self._mask = block.mask
+        height, width = block.mask.shape
+        grid = math.ceil(parameters.padding * height), math.ceil(parameters.padding * width)
+        self._grid = grid
+        self._pixels = int(np.count_nonzero(block.mask))
+
+        raw = frame.depth[block.box].astype(np.float64)
+        known = block.mask & np.isfinite(raw)
+        held_out = held_out_of(known, parameters.hold_out)
+        taken = known & ~held_out
+        self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
+        self._known = _Values(taken, grid, raw - self._mean)
+        self._held_out = _Values(held_out, grid, raw - self._mean) if held_out.any() else None
+        self._truth: _Values | None = None
+        self._judged: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
+        self._block = _Values(block.mask, grid)
+        self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
+        self._weight: NDArray[Any] | None = None  # its part on the small grid
+        if parameters.rgb_iterations:
+            self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
+        check_stopped()
+        self._schedule: Schedule
+        if parameters.schedule == "staged":
+            self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
+        else:
+            self._schedule = LinearSchedule(grid, (height, width), parameters)
+
+        self._dtype = np.dtype(parameters.precision)
+        self._use_band(Band(grid, (0, 0), self._dtype))
+        self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
+        self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
+        self._samples = self._band.samples(self._coefficients)  # kept up to date for `_misfit` alone
+        self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
+        self._iterations = 0
+        self.settled = False
+        """Whether the last iteration was the schedule's end: steady at the last radius, or the last of a linear one."""
+        self.remark = ""
+        self.explained = False
+        self.network: str | None = None
+        self.notes: tuple[str, ...] = ()
+        self._ended = False
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
+        return self.snapshot().surface
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands: its coefficients, which later iterations leave as they are."""
+        coefficients = self._coefficients
+        work_out = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
+        return Snapshot(work_out, coefficients.nbytes, self._mask.nbytes)
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let records tell the error against a truth from now on, see `Stepper`."""
+        if self._dtype == np.float32:  # differences of sums of squares would be too coarse
+            self._judged = pixels, truth
+            return
+        at = np.zeros(self._mask.shape, bool)
+        at[self._mask] = pixels
+        values = np.zeros(self._mask.shape)
+        values[at] = truth - self._mean
+        self._truth = _Values(at, self._grid, values)
+        self._truth.use_band(self._band, self._dtype)
+        self._samples = self._band.samples(self._coefficients)
+
+    def __next__(self) -> PassBandRecord:
+        if self._ended:
+            raise StopIteration
+        self._iterations += 1
+        stage, radii = self._schedule.stage, self._schedule.radii
+        if self._iterations > self._parameters.rgb_iterations:
+            self._colour = self._weight = None
+        self._make_room(radii)
+
+        band = self._band
+        coefficients = self._coefficients + self._missed
+        coefficients *= self._filter(radii)
+        change = band.samples(coefficients - self._coefficients)
+        part = self._block.mask * change
+        sigma = self._compare(coefficients, change, part)
+        np.multiply(self._known.mask, change, out=part)
+        self._missed = self._missed - band.coefficients_of(part)
+        # one assignment, so that another thread may look at the surface while an iteration is under way
+        self._coefficients = coefficients
+        residual = self._residual()
+        if self._held_out is not None or self._truth is not None:
+            self._samples += change
+        l1 = self._l1_norm()
+        self._note(sigma)
+        return PassBandRecord(
+            i=self._iterations,
+            stage=stage,
+            sigma_i=sigma,
+            l1=l1,
+            residual=residual,
+            held_out=self._misfit(self._held_out),
+            seconds=time.perf_counter() - self._start,
+            error=self._error(),
+            radii=radii,
+            weighted=self._colour is not None,
+        )
+
+    def _use_band(self, band: Band) -> None:
+        """Bring everything that lives on the small grid to a band's."""
+        self._band = band
+        self._squared = band.squared_wave_numbers()
+        self._passed: tuple[tuple[float, float], bool] | None = None  # what the filter at hand is for
+        if self._colour is not None:
+            self._weight = band.cut(self._colour)
+        for values in (self._known, self._block, self._held_out, self._truth):
+            if values is not None:
+                values.use_band(band, self._dtype)
+
+    def _make_room(self, radii: tuple[float, float]) -> None:
+        """Move to a larger small grid if the pass band has outgrown the present one."""
+        needed = [math.floor(radius * (1 + 1e-9)) for radius in radii]
+        old = self._band
+        if old.holds((needed[0], needed[1])):
+            return
+        reach_y, reach_x = (fast_reach(math.ceil(_GROWTH * least)) for least in needed)
+        band = Band(old.grid, (reach_y, reach_x), self._dtype)
+        self._use_band(band)
+        self._coefficients = band.moved_from(old, self._coefficients)
+        self._samples = band.samples(self._coefficients)
+        self._missed = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
+
+    def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
+        """G_i, times W while it is on."""
+        weight = self._weight
+        if self._passed != (radii, weight is not None):
+            inside = inside_ellipse(self._squared, radii)
+            # complex, or the product with coefficients would be converted in pieces
+            self._gain = (inside if weight is None else weight * inside).astype(self._missed.dtype)
+            self._passed = radii, weight is not None
+        return self._gain
+
+    def _compare(
+        self, coefficients: NDArray[np.complexfloating], change: NDArray[np.floating], part: NDArray[np.floating]
+    ) -> float:
+        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Moves the lower bound of P_i, too."""
+        weight = self._band.weight
+        squares = inner(part, change) / weight
+        if self._iterations == 1:  # P_0 is U_0, which is not in the band: so far, the change is from 0
+            squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
+        low, high = float(change.min()) / weight, float(change.max()) / weight
+        self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
+        return math.sqrt(max(squares, 0.0) / self._pixels)
+
+    def _residual(self) -> float:
+        """Root mean square of P_i - raw over the known pixels: with P_i in the band, sum(M P_i (raw - P_i)) is, too."""
+        known = self._known
+        explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
+        return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
+
+    def _error(self) -> float:
+        """Root mean square of P_i - truth over the judged pixels; NaN if there are none."""
+        if self._judged is None:
+            return self._misfit(self._truth)
+        pixels, truth = self._judged
+        return deviation(self.surface[pixels], truth)
+
+    def _misfit(self, values: _Values | None) -> float:
+        """Root mean square of P_i - values over the pixels that have them; NaN if there are none."""
+        band = self._band
+        if values is None:
+            return math.nan
+        squares = inner(values.mask * self._samples, self._samples) / band.weight
+        squares += values.squares - 2 * band.sum_of_product(values.coefficients, self._coefficients)
+        return math.sqrt(max(squares, 0.0) / values.pixels)
+
+    def _l1_norm(self) -> float:
+        """L1 norm of P_i over the block [m]: a plain sum as long as no value can be negative."""
+        if self._least <= 0:
+            values = self.surface
+            self._least = float(values.min())
+            if self._least <= 0:
+                return l1_norm(values)
+        return self._band.sum_of_product(self._block.coefficients, self._coefficients) + self._pixels * self._mean
+
+    def _note(self, sigma: float) -> None:
+        """Decide whether to stop, and let the schedule go on."""
+        self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
+        stop = self.settled and self._parameters.stop_when_steady
+        self._ended = stop or self._iterations >= self._parameters.max_iterations
+
+
+def _on_block(
+    coefficients: NDArray[np.complexfloating], grid: Grid, mask: NDArray[np.bool_], mean: float
+) -> NDArray[np.float64]:
+    """The field with such coefficients at the block's pixels, with the mean [m]."""
+    values = synthesise(grid, coefficients, *mask.shape)[mask].astype(np.float64, copy=False)
+    values += mean
+    return values
+
+
+class _Values:
+    """Values at some of the block's pixels, and 0 elsewhere, as the band sees them.
+
+    Parameters
+    ----------
+    pixels : ndarray of bool, shape (h, w)
+    grid : tuple of int
+        Padded grid (H, W).
+    raw : ndarray of float64, shape (h, w), optional
+        Where the values stand among others; all of them are 1 if left out.
+    """
+
+    def __init__(
+        self, pixels: NDArray[np.bool_], grid: tuple[int, int], raw: NDArray[np.float64] | None = None
+    ) -> None:
+        self._mask_spectrum = self._spectrum = half_spectrum(pixels.astype(np.float64), grid)
+        self.pixels = int(np.count_nonzero(pixels))
+        self.squares = float(self.pixels)
+        """Sum of the values' squares."""
+        if raw is not None:
+            values = np.where(pixels, raw, 0.0)
+            self._spectrum = half_spectrum(values, grid)
+            self.squares = float(np.sum(values * values))
+
+    def use_band(self, band: Band, dtype: np.dtype) -> None:
+        """Bring the mask and the values to a band."""
+        self.mask = band.low_passed(self._mask_spectrum)
+        """1 at the pixels and 0 elsewhere, at the small grid's points."""
+        self.coefficients = band.cut(self._spectrum).astype(np.result_type(dtype, np.complex64), copy=False)
+        """The values' part in the band."""

@@ -1,0 +1,1 @@
+"""The data that everything works on: frames, cameras, blocks, parameters, results, points and meshes."""

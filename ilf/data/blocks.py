@@ -1,0 +1,107 @@
+"""An operation block, cut out of the label map."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .frame import checked_mask
+
+Box = tuple[slice, slice]
+"""Rows and columns of a bounding box."""
+
+_DENSE = 1 << 20
+"""Label maps with larger numbers have many that are no block's."""
+
+
+def within(inside: Box, outside: Box) -> Box:
+    """Where a box lies in one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
+
+
+def union(one: Box, other: Box) -> Box:
+    """The smallest box around two."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
+    return rows, columns
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One label's pixels on their bounding box.
+
+    Attributes
+    ----------
+    label : int
+        Value in the label map, > 0.
+    box : tuple of slice
+        Rows and columns of the bounding box in the frame.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels inside the box.
+    """
+
+    label: int
+    box: Box
+    mask: NDArray[np.bool_]
+
+
+def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """The label map as int32; raises InputError if it does not fit a frame of this shape (H, W)."""
+    array = np.asarray(labels)
+    if array.shape != shape:
+        raise InputError(
+            f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
+            "Use blocks that were extracted from this frame."
+        )
+    if array.dtype.kind not in "iu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
+        raise InputError("A label map holds whole numbers: 0 for no block, 1, 2, ... for blocks.")
+    return array.astype(np.int32, copy=False)
+
+
+def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
+    """A mask of drawn borders that nobody can write to, None if there are none; raises InputError if it does not fit a
+    frame of this shape (H, W)."""
+    if drawn is None:
+        return None
+    mask = checked_mask(drawn, shape, "drawn borders")
+    return mask if mask.any() else None
+
+
+def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+    """What a block sees of the mask of drawn borders: its own pixels' values, in the order of `block.mask`'s True
+    values; None if none of them is drawn."""
+    own = None if drawn is None else drawn[block.box][block.mask]
+    return own if own is not None and own.any() else None
+
+
+def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
+    """All blocks of a label map, by label in rising order; or just some, in the order of `only` if that has one.
+
+    Examples
+    --------
+    >>> labels = np.array([[0, 7, 7], [3, 3, 7]], np.int32)
+    >>> blocks = find_blocks(labels)
+    >>> list(blocks)
+    [3, 7]
+    >>> blocks[7].box, blocks[7].mask.tolist()
+    ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [False, True]])
+    >>> list(find_blocks(labels, [7, 5]))
+    [7]
+    """
+    from scipy.ndimage import find_objects
+
+    if labels.size and labels.max() < _DENSE:
+        present: Iterator[int] = itertools.count(1)
+        found = find_objects(labels)
+    else:
+        numbers = np.unique(labels)
+        offset = 0 if numbers.size and numbers[0] == 0 else 1
+        present, found = iter(numbers[1 - offset :].tolist()), find_objects(np.searchsorted(numbers, labels) + offset)
+    boxes = {label: (box[0], box[1]) for label, box in zip(present, found, strict=False) if box is not None}
+    wanted = boxes if only is None else (only if isinstance(only, Sequence) else sorted(only))
+    return {label: Block(label, boxes[label], labels[boxes[label]] == label) for label in wanted if label in boxes}

@@ -1,0 +1,251 @@
+"""Camera intrinsics: what they are, presets of common depth cameras, and the forms in which programs hold theirs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+
+_SHORTEST, _LARGEST = 1e-3, 1e6
+"""Focal length [px] below which, and intrinsics above which, points and normals would leave what float32 holds."""
+
+WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
+
+
+@dataclass(frozen=True)
+class CameraIntrinsics:
+    """Pinhole intrinsics of the (registered) depth image, in pixels.
+
+    Parameters
+    ----------
+    fx, fy : float
+        Focal lengths [px].
+    cx, cy : float
+        Principal point [px], measured from the centre of the top left pixel.
+    name : str
+        Preset or file that the numbers came from; for display only.
+
+    Examples
+    --------
+    >>> CameraIntrinsics(525.0, 525.0, 319.5, 239.5).fx
+    525.0
+    >>> INTRINSICS["kinect-v2"].cx
+    254.878
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy)
+        if not all(np.isfinite(numbers)):
+            raise InputError(f"Camera intrinsics must be finite numbers, not {numbers}.")
+        if self.fx <= 0 or self.fy <= 0:
+            raise InputError(
+                f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
+                "Give intrinsics as fx,fy,cx,cy."
+            )
+        if min(self.fx, self.fy) < _SHORTEST or max(map(abs, numbers)) > _LARGEST:
+            raise InputError(
+                f"Camera intrinsics must be pixels of a camera: focal lengths from {_SHORTEST:g} on, and none above "
+                f"{_LARGEST:g}, not fx={self.fx:g}, fy={self.fy:g}, cx={self.cx:g}, cy={self.cy:g}."
+            )
+
+    def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
+        """Where pixels with depth lie in space.
+
+        Parameters
+        ----------
+        columns, rows : array_like, shape (N,)
+            Pixels, whole numbers at their centres.
+        depth : array_like, shape (N,)
+            Depth along the optical axis [m]; where it is NaN, so is the point.
+
+        Returns
+        -------
+        ndarray of float64, shape (N, 3)
+            x to the right, y down, z forward [m].
+
+        Examples
+        --------
+        >>> CameraIntrinsics(100.0, 100.0, 50.0, 40.0).points([0], [40], [2.0]).tolist()
+        [[-1.0, 0.0, 2.0]]
+        """
+        z = np.asarray(depth, np.float64)
+        x = (np.asarray(columns) - self.cx) / self.fx * z
+        y = (np.asarray(rows) - self.cy) / self.fy * z
+        return np.stack([x, y, z], axis=-1)
+
+
+# name -> fx, fy, cx, cy and the (width, height) that they are for
+_PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
+    # colour camera of NYU Depth V2 (toolbox, camera_params.m), onto which its depth is registered
+    "nyu-kinect-v1": (518.8579, 519.4696, 325.5824, 253.7362, (640, 480)),
+    # infrared camera, as libfreenect2 reads it from a typical device
+    "kinect-v2": (365.456, 365.456, 254.878, 205.395, (512, 424)),
+    # depth aligned to colour, as RGB-D frames have it: nominal, from the colour camera's field of view (69.4 degrees
+    # at 16:9, of which 4:3 keeps the middle)
+    "realsense-d435": (616.1, 616.1, 319.5, 239.5, (640, 480)),
+    # native depth stream of a factory-calibrated device, for depth that is not aligned to colour
+    "realsense-d435-depth": (385.134, 385.134, 321.635, 241.618, (640, 480)),
+    # colour camera of the freiburg1 sequences
+    "tum-fr1": (517.3, 516.5, 318.6, 255.3, (640, 480)),
+    # colour cameras of the other TUM sequences, and that of Bonn's dynamic ones
+    "tum-fr2": (520.9, 521.0, 325.1, 249.7, (640, 480)),
+    "tum-fr3": (535.4, 539.2, 320.1, 247.6, (640, 480)),
+    "bonn": (542.822841, 542.57687, 315.59352, 237.756098, (640, 480)),
+    # depth camera of a factory-calibrated device, mode NFOV unbinned
+    "azure-kinect": (503.9276, 503.9787, 332.0643, 325.8806, (640, 576)),
+}
+
+INTRINSICS: dict[str, CameraIntrinsics] = {
+    name: CameraIntrinsics(*numbers[:4], name=name) for name, numbers in _PUBLISHED.items()
+}
+"""Preset name -> intrinsics, at the image size of `IMAGE_SIZES`."""
+
+IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in _PUBLISHED.items()}
+"""Preset name -> (width, height) in pixels that the numbers are for."""
+
+
+def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
+    """A motion of points as a matrix (4, 4) that nobody can write to; InputError, which begins with what it is called,
+    if it is none that turns and shifts."""
+    try:
+        motion = np.array(matrix, np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{what} must be a 4 x 4 matrix of numbers.") from error
+    if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
+        raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
+    turn = motion[:3, :3]
+    is_small = np.abs(turn).max() < 2  # what is not has no products
+    if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
+        raise InputError(f"{what} must turn and shift, and neither scale nor flip.")
+    motion.setflags(write=False)
+    return motion
+
+
+def camera_text(camera: CameraIntrinsics | None) -> str:
+    """Intrinsics in words."""
+    if camera is None:
+        return "not known"
+    name = f" ({camera.name})" if camera.name else ""
+    return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
+
+
+def is_preset(text: str) -> bool:
+    """Whether a text names one of the presets, in letters of any case."""
+    return text.strip().lower() in INTRINSICS
+
+
+def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
+    """Intrinsics from what a caller of the library holds in their place; or InputError.
+
+    Parameters
+    ----------
+    given : CameraIntrinsics, str, sequence, mapping or ndarray
+        Intrinsics as they are; the name of a preset; or what `camera_of` takes.
+    shape : (int, int), optional
+        (H, W) of the frame, to which numbers are scaled whose own image size is known.
+
+    Examples
+    --------
+    >>> as_camera([[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]], None)
+    CameraIntrinsics(fx=525.0, fy=525.0, cx=319.5, cy=239.5, name='')
+    """
+    if isinstance(given, CameraIntrinsics):
+        return given
+    if not isinstance(given, str):
+        return camera_of(given, shape, name="")
+    if not is_preset(given):
+        raise InputError(
+            f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. Give one of these, four "
+            "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
+        )
+    name = given.strip().lower()
+    return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
+
+
+def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
+    """Intrinsics from parsed JSON, or from what a caller of the library holds in its place; or InputError."""
+    if not isinstance(data, Mapping):
+        return camera_from_numbers(data, name)
+    if "intrinsic_matrix" in data:
+        matrix = _array(data["intrinsic_matrix"])
+        found = camera_from_numbers(matrix.reshape(3, 3).T if matrix.shape == (9,) else matrix, name)
+    elif "K" in data:
+        found = camera_from_numbers(data["K"], name)
+    else:
+        missing = [key for key in ("fx", "fy", "cx", "cy") if key not in data]
+        if missing:
+            raise InputError(
+                f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
+            )
+        found = camera_from_numbers([data[key] for key in ("fx", "fy", "cx", "cy")], name)
+    if "width" not in data or "height" not in data:
+        return found
+    size = _array([data["width"], data["height"]])
+    if size.shape != (2,) or not (np.isfinite(size).all() and (size >= 1).all()):
+        raise InputError("The width and height that belong to the intrinsics must be positive whole numbers.")
+    return fitted(found, (int(size[0]), int(size[1])), shape)
+
+
+def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
+    """Intrinsics from fx, fy, cx, cy or a 3 x 3 camera matrix; InputError if they make no camera."""
+    array = _array(numbers).astype(float)
+    if array.shape == (4,):
+        fx, fy, cx, cy = array.tolist()
+    elif array.shape in {(9,), (3, 3)}:
+        (fx, skew, cx), (below, fy, cy), last = array.reshape(3, 3).tolist()
+        if skew or below or last != [0, 0, 1]:
+            raise InputError(
+                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. " + WAY_OUT
+            )
+    else:
+        raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {WAY_OUT}")
+    return CameraIntrinsics(fx, fy, cx, cy, name)
+
+
+def _array(numbers: Any) -> NDArray[Any]:
+    try:
+        array = np.asarray(numbers)
+    except ValueError as error:
+        raise InputError(f"Intrinsics must be plain numbers. {WAY_OUT}") from error
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {WAY_OUT}")
+    return array
+
+
+def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
+    """Intrinsics for `size` (width, height), scaled to a frame of `shape` (H, W).
+
+    Examples
+    --------
+    >>> fitted(CameraIntrinsics(500.0, 500.0, 319.5, 239.5), (640, 480), (240, 320))
+    CameraIntrinsics(fx=250.0, fy=250.0, cx=159.5, cy=119.5, name='')
+    """
+    if shape is None or size == (shape[1], shape[0]):
+        return intrinsics
+    scale = shape[1] / size[0]
+    if not math.isclose(shape[0], scale * size[1], abs_tol=1.0):
+        raise InputError(
+            f"The intrinsics {intrinsics.name or 'given'} are for {size[0]} x {size[1]} pixels and cannot "
+            f"be scaled to a frame of {shape[1]} x {shape[0]}, which has another aspect ratio. "
+            "Give the frame's own numbers as fx,fy,cx,cy."
+        )
+    # the principal point is measured from the centre of a pixel, the image scales about a pixel's corner
+    return CameraIntrinsics(
+        intrinsics.fx * scale,
+        intrinsics.fy * scale,
+        (intrinsics.cx + 0.5) * scale - 0.5,
+        (intrinsics.cy + 0.5) * scale - 0.5,
+        intrinsics.name,
+    )

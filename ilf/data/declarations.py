@@ -1,0 +1,259 @@
+"""Parameters declared once: range, unit, default, help and source stand beside the name.
+
+The form in the window, the flags of the command line, validation and every saved file read these
+declarations; nothing about a parameter is written anywhere else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Self
+
+from .._runtime.formatting import as_float
+from ..errors import ParameterError
+
+Value = bool | int | float | str
+
+_LONGEST_TEXT = 100
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What there is to know about one parameter.
+
+    Attributes
+    ----------
+    name : str
+        Name in code; the flag is the same with dashes.
+    default : bool, int, float or str
+        Its type is the parameter's type.
+    label, help : str
+        For people; `help` is one or two sentences.
+    group : str
+        Heading under which forms show it.
+    unit : str
+        "" where it has none.
+    minimum, maximum : float or None
+        Inclusive range of a number.
+    step : float
+        A sensible step for a spin box.
+    choices : tuple of str
+        The values that a text parameter may take.
+    offers : callable or None
+        Finds the values that there are to choose from at the time, for a text parameter without `choices`. Others
+        pass the check: what a file from another computer names may be missing here, which shows when it is used.
+    special : str
+        What the minimum means where it is not a quantity ("auto").
+    source : str
+        Where it comes from: an equation or section of the paper, or the released code.
+    scale : str
+        "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
+    when : tuple
+        (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
+        empty for always.
+    aliases : mapping
+        Other names of choices, which older records and habits have, to the choice that they mean.
+    """
+
+    name: str
+    default: Value
+    label: str
+    help: str
+    group: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    step: float = 1.0
+    choices: tuple[str, ...] = ()
+    offers: Callable[[], tuple[str, ...]] | None = None
+    special: str = ""
+    source: str = ""
+    scale: str = "linear"
+    when: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
+    aliases: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> type:
+        """bool, int, float or str."""
+        return type(self.default)
+
+    @property
+    def flag(self) -> str:
+        """Name on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    def in_words(self, value: Value) -> str:
+        """A value as people write it, with its unit.
+
+        Examples
+        --------
+        >>> from ilf.data.parameters import Parameters
+        >>> noise = Parameters.declarations()["noise"]
+        >>> noise.in_words(0.0), noise.in_words(0.004)
+        ('auto', '0.004 m')
+        """
+        if self.special and value == self.minimum:
+            return self.special
+        number = f"{value:g}" if isinstance(value, float) else in_words(value)
+        return f"{number} {self.unit}".strip()
+
+    def checked(self, value: object) -> Value:
+        """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
+        if self.choices:
+            if isinstance(value, str):
+                value = self.aliases.get(value, value)
+            if value not in self.choices:
+                raise self._refusal(f"one of {', '.join(self.choices)}", value)
+            return str(value)
+        if self.kind is str:
+            if not isinstance(value, str) or not 1 <= len(value) <= _LONGEST_TEXT:
+                raise self._refusal(f"a text of 1 to {_LONGEST_TEXT} characters", value)
+            return value
+        if self.kind is bool:
+            if not isinstance(value, bool):
+                raise self._refusal("true or false", value)
+            return value
+        if isinstance(value, bool) or not hasattr(value, "__float__"):
+            raise self._refusal("a number", value)
+        number = as_float(value)
+        if not math.isfinite(number) or (self.kind is int and number != int(number)):
+            raise self._refusal("a whole number" if self.kind is int else "a finite number", value)
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if not low <= number <= high:
+            raise ParameterError(
+                f"{self.name} must lie between {low:g} and {high:g}{' ' + self.unit if self.unit else ''}, "
+                f"not {number:g}."
+            )
+        return int(number) if self.kind is int else number
+
+    def _refusal(self, wanted: str, value: object) -> ParameterError:
+        return ParameterError(f"{self.name} must be {wanted}, not {value!r:.60}.")
+
+
+def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:
+    """A dataclass field that carries its Declaration."""
+    return dataclasses.field(default=default, metadata={"declaration": (default, label, help, group, details)})
+
+
+_found: dict[type, Mapping[str, Declaration]] = {}
+"""Class -> its declarations, which forms and checks ask for all the time."""
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """Base of the parameter dataclasses: immutable plain data, checked when made."""
+
+    def __post_init__(self) -> None:
+        for name, declaration in self.declarations().items():
+            object.__setattr__(self, name, declaration.checked(getattr(self, name)))
+
+    @classmethod
+    def declarations(cls) -> Mapping[str, Declaration]:
+        """Name -> Declaration, in the order of the form."""
+        if cls not in _found:
+            declarations = {}
+            for item in dataclasses.fields(cls):
+                default, label, text, group, details = item.metadata["declaration"]
+                declarations[item.name] = Declaration(item.name, default, label, text, group, **details)
+            _found[cls] = MappingProxyType(declarations)
+        return _found[cls]
+
+    def matters(self, name: str) -> bool:
+        """Whether a parameter has any effect with the other values as they are."""
+        return not self._unmet(name)
+
+    def without_effect(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Those of some parameters that have no effect with the values as they are: a sentence on each, and why.
+
+        Examples
+        --------
+        >>> from ilf.data.parameters import Parameters
+        >>> Parameters(filter="edge-aware").without_effect(["padding", "smoothness"])
+        ('padding has no effect with filter edge-aware; it belongs to filter ideal.',)
+        """
+        sentences = []
+        for name in names:
+            if condition := self._unmet(name):
+                other, *values = condition
+                present, wanted = in_words(getattr(self, other)), " or ".join(map(in_words, values))
+                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {wanted}.")
+        return tuple(sentences)
+
+    def unlike(self, other: Self) -> dict[str, Value]:
+        """Name -> value of the parameters that have other values in another set.
+
+        Examples
+        --------
+        >>> from ilf.data.parameters import Parameters
+        >>> Parameters(smoothness=3).unlike(Parameters())
+        {'smoothness': 3.0}
+        """
+        others = other.to_dict()
+        return {name: value for name, value in self.to_dict().items() if value != others[name]}
+
+    def same_effect(self, other: Self) -> bool:
+        """Whether two sets differ at most in values that have no effect."""
+        return all(
+            getattr(self, name) == getattr(other, name) or not self.matters(name) for name in self.declarations()
+        )
+
+    def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
+        """What must hold for a parameter to have any effect and does not, the outermost condition; empty if all do."""
+        known = self.declarations()
+        unmet: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
+        condition = known[name].when
+        while condition:
+            other, *values = condition
+            if getattr(self, other) not in values:
+                unmet = condition
+            condition = known[other].when
+        return unmet
+
+    def changed(self, /, **changes: object) -> Self:
+        """A copy with values that somebody has chosen, each of which must therefore count for something.
+
+        Raises
+        ------
+        ParameterError
+            As `replace` does, and for parameters that have no effect with the values as they are then.
+        """
+        result = self.replace(**changes)
+        if sentences := result.without_effect(changes):
+            raise ParameterError(" ".join(sentences))
+        return result
+
+    def replace(self, /, **changes: object) -> Self:
+        """A copy with other values, whether or not they have any effect.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name (with the nearest known one) or a value out of range.
+        """
+        known = self.declarations()
+        for name in changes:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                hint = f" Did you mean {near[0]}?" if near else f" Known: {', '.join(known)}."
+                raise ParameterError(f"There is no parameter {name!r}.{hint}")
+        return dataclasses.replace(self, **changes)
+
+    def to_dict(self) -> dict[str, Value]:
+        """Name -> value, ready for JSON."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, object]) -> Self:
+        """Inverse of `to_dict`; names that are left out keep their defaults."""
+        return cls().replace(**values)
+
+
+def in_words(value: Value) -> str:
+    """A value as people write it."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

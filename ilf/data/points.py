@@ -1,0 +1,266 @@
+"""Depth and intrinsics -> coloured point cloud."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, ParameterError
+from .camera import CameraIntrinsics
+
+AXES = ("camera", "y-up")
+"""camera: x right, y down, z forward. y-up: x right, y up, z towards the viewer."""
+
+LENGTHS = ("expected_error",)
+"""Scalars that are lengths [m], and written in the unit of the points."""
+
+NEAREST, FARTHEST = 1e-6, 1e6
+"""Depth [m] outside which a pixel gives no point, so that whatever follows from its depth is finite."""
+
+_AT_ONCE = 1 << 18  # points, so that intermediate arrays in double precision stay small
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Coloured points, and what else is known of each.
+
+    Parameters
+    ----------
+    points : ndarray
+        float32 (N, 3) [m], all finite.
+    colours : ndarray
+        uint8 (N, 3), red first.
+    normals : ndarray, optional
+        float32 (N, 3), of length 1.
+    scalars : mapping, optional
+        Name -> ndarray (N,): "expected_error" float32 [m], 0 where depth was measured; "filled" bool; "unvouched" bool;
+        "block" int32, 0 = none. Others under any name of letters, digits and underscores; all are written as float32.
+    image_shape : (int, int), optional
+        Rows and columns of the image, where every one of its pixels has a point: an organised cloud, row by row.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, a name is none, or a number is not finite.
+    """
+
+    points: NDArray[np.float32]
+    colours: NDArray[np.uint8]
+    normals: NDArray[np.float32] | None = None
+    scalars: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    image_shape: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or self.points.shape != self.colours.shape:
+            raise InputError(
+                f"A cloud needs points and colours of one shape (N, 3), not {self.points.shape} "
+                f"and {self.colours.shape}."
+            )
+        if self.normals is not None and self.normals.shape != self.points.shape:
+            raise InputError(f"The cloud's normals must have shape {self.points.shape}, not {self.normals.shape}.")
+        if self.image_shape is not None and self.image_shape[0] * self.image_shape[1] != len(self.points):
+            raise InputError(f"An image of shape {self.image_shape} has not {len(self.points)} pixels.")
+        for name, values in self.scalars.items():
+            if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+                raise InputError(f"A scalar's name has letters, digits and underscores, which {name!r:.60} has not.")
+            if values.shape != (len(self.points),):
+                raise InputError(f"The scalar {name} must have shape ({len(self.points)},), not {values.shape}.")
+        for what, numbers in {"points": self.points, "normals": self.normals, **self.scalars}.items():
+            if numbers is not None and numbers.dtype.kind == "f" and not _all_finite(numbers):
+                raise InputError(f"The {what} of a cloud must be finite: leave out what is not.")
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def _all_finite(numbers: NDArray[Any]) -> bool:
+    return all(np.isfinite(numbers[start : start + _AT_ONCE]).all() for start in range(0, len(numbers), _AT_ONCE))
+
+
+def point_cloud(
+    depth: ArrayLike,
+    rgb: ArrayLike,
+    intrinsics: CameraIntrinsics | None,
+    *,
+    only: NDArray[np.bool_] | None = None,
+    normals: NDArray[np.float32] | None = None,
+    scalars: Mapping[str, NDArray[Any]] | None = None,
+) -> PointCloud:
+    """Back-project every known pixel through the pinhole camera.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
+        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
+    rgb : array_like
+        uint8 (H, W, 3).
+    intrinsics : CameraIntrinsics
+        Of this image.
+    only : ndarray, optional
+        bool (H, W): pixels that may give points.
+    normals : ndarray, optional
+        float32 (H, W, 3), as `surface_normals` finds them.
+    scalars : mapping, optional
+        Name -> ndarray (H, W) of what else is known of every pixel; see `PointCloud`. Where lengths are NaN, as the
+        expected error is where depth was measured, they become 0.
+
+    Returns
+    -------
+    PointCloud
+        In camera axes, row by row; organised if every pixel gives a point.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics, or if the shapes do not fit.
+
+    Examples
+    --------
+    >>> depth, rgb = np.array([[2.0, np.nan]]), np.zeros((1, 2, 3), np.uint8)
+    >>> point_cloud(depth, rgb, CameraIntrinsics(100.0, 100.0, 50.0, 0.0)).points.tolist()
+    [[-1.0, 0.0, 2.0]]
+    """
+    z_image, colour = np.asarray(depth), np.asarray(rgb)
+    if z_image.ndim != 2 or colour.shape != (*z_image.shape, 3) or colour.dtype != np.uint8:
+        raise InputError(
+            f"A point cloud needs depth (H, W) and uint8 colour (H, W, 3), not {z_image.shape} and "
+            f"{colour.dtype} {colour.shape}."
+        )
+    images = dict(scalars or {})
+    if normals is not None and normals.shape != colour.shape:
+        raise InputError(f"The normals must have shape {colour.shape}, not {normals.shape}.")
+    for name, image in images.items():
+        if image.shape != z_image.shape:
+            raise InputError(f"The scalar {name} must have shape {z_image.shape}, not {image.shape}.")
+    points, pixels = back_project(z_image, intrinsics, only)
+    of_points = {name: image.reshape(-1)[pixels] for name, image in images.items()}
+    for name in of_points.keys() & set(LENGTHS):
+        np.nan_to_num(of_points[name], copy=False, nan=0.0)
+    return PointCloud(
+        points,
+        colour.reshape(-1, 3)[pixels],
+        None if normals is None else normals.reshape(-1, 3)[pixels],
+        of_points,
+        z_image.shape if len(points) == z_image.size else None,
+    )
+
+
+def back_project(
+    depth: ArrayLike, intrinsics: CameraIntrinsics | None, only: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Points of the known pixels, and which pixels they are.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
+        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
+    intrinsics : CameraIntrinsics
+        Of this image.
+    only : ndarray, optional
+        bool (H, W): pixels that may give points.
+
+    Returns
+    -------
+    points : ndarray
+        float32 (N, 3) [m] in camera axes, row by row.
+    pixels : ndarray
+        int32 (N,), rising: index of each point's pixel, its row times W plus its column.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics.
+
+    Examples
+    --------
+    >>> points, pixels = back_project([[2.0, np.nan], [1.0, 4.0]], CameraIntrinsics(100.0, 100.0, 1.0, 0.0))
+    >>> points[:, 2].tolist(), pixels.tolist()
+    ([2.0, 1.0, 4.0], [0, 2, 3])
+    """
+    camera = required(intrinsics)
+    image = np.asarray(depth)
+    known = known_pixels(image)
+    if only is not None:
+        known &= only
+    pixels = np.flatnonzero(known).astype(np.int32)
+    points = np.empty((len(pixels), 3), np.float32)
+    for start in range(0, len(pixels), _AT_ONCE):
+        some = pixels[start : start + _AT_ONCE]
+        rows, columns = np.divmod(some, np.int32(image.shape[1]))
+        points[start : start + _AT_ONCE] = camera.points(columns, rows, image.reshape(-1)[some])
+    return points, pixels
+
+
+def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Pixels with a depth that gives a point, bool (H, W)."""
+    with np.errstate(invalid="ignore"):
+        known = depth > NEAREST
+        known &= depth < FARTHEST
+    return np.asarray(known)
+
+
+def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
+    """The intrinsics, which a cloud cannot be without; InputError if they are not known."""
+    if intrinsics is None:
+        raise InputError(
+            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
+            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
+        )
+    return intrinsics
+
+
+def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:
+    """A cloud in camera axes, moved to where its camera was.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    pose : ndarray of float64, shape (4, 4)
+        See `RGBDFrame.pose`.
+
+    Examples
+    --------
+    >>> cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
+    >>> pose = np.eye(4)
+    >>> pose[0, 3] = 10
+    >>> in_world(cloud, pose).points.tolist()
+    [[11.0, 2.0, 3.0]]
+    """
+    turn, shift = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
+    normals = None if cloud.normals is None else cloud.normals @ turn.T
+    return replace(cloud, points=cloud.points @ turn.T + shift, normals=normals)
+
+
+def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
+    """A cloud in camera axes, turned into one of `AXES`.
+
+    Raises
+    ------
+    ParameterError
+        For unknown axes.
+
+    Examples
+    --------
+    >>> cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
+    >>> in_axes(cloud, "y-up").points.tolist()
+    [[1.0, -2.0, -3.0]]
+    """
+    if axes == "camera":
+        return cloud
+    signs = np.array(axes_signs(axes), np.float32)
+    normals = None if cloud.normals is None else cloud.normals * signs
+    return replace(cloud, points=cloud.points * signs, normals=normals)
+
+
+def axes_signs(axes: str) -> tuple[int, int, int]:
+    """What x, y and z in camera axes are multiplied with to be in one of `AXES`; ParameterError for others."""
+    if axes not in AXES:
+        raise ParameterError(f"axes must be one of {', '.join(AXES)}, not {axes!r}.")
+    return (1, 1, 1) if axes == "camera" else (1, -1, -1)

@@ -1,0 +1,390 @@
+"""The surface through a depth image as triangles, cut where depth jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.cancellation import check_stopped
+from ..errors import InputError
+from .camera import CameraIntrinsics
+from .points import PointCloud, known_pixels, point_cloud, required
+
+# Where the surface goes on from a pixel to the next, and where it is cut because depth jumps.
+
+_STEEPEST = 5.7
+"""Tangent of 80 degrees: how steeply a surface may lie to the image for the step to the next pixel to be no jump."""
+
+_NOISE = 0.010
+"""Share of depth that a step may be at 1 m whatever the angle, and in proportion farther away, as sensors' noise is."""
+
+_LEAST, _MOST = 0.01, 0.04
+"""Share of depth that a step may always be, and above which it is a jump whatever the angle."""
+
+_ON = 2
+"""Steeper steps are no jump if the inverse depth goes on alike for so many pixels on both sides: a floor far away."""
+
+_ALIKE = 0.5
+"""Share of a step by which those beside it may differ."""
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """Which neighbours lie on one surface.
+
+    Parameters
+    ----------
+    right : ndarray of bool, shape (H, W - 1)
+        Each pixel and the one to its right.
+    down : ndarray of bool, shape (H - 1, W)
+        Each pixel and the one below.
+    """
+
+    right: Mask
+    down: Mask
+
+
+def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
+    """Find which neighbours lie on one surface.
+
+    Neighbours do unless the surface between them would be seen at a grazing angle (80 degrees), which in depth images
+    is nearly always a jump, and the step is larger than noise. There they do if the surface goes on like that for two
+    pixels on both sides, as a floor far away does.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing, and linked to nothing.
+    intrinsics : CameraIntrinsics
+        Of this image.
+
+    Examples
+    --------
+    >>> links = surface_links([[2.0, 2.01, 3.0, np.nan]], CameraIntrinsics(500.0, 500.0, 2.0, 0.0))
+    >>> links.right.tolist(), links.down.shape
+    ([[True, False, False]], (0, 4))
+    """
+    image = np.asarray(depth, np.float32)
+    inverse = np.full(image.shape, np.nan, np.float32)
+    np.divide(1, image, out=inverse, where=known_pixels(image))
+    return Links(_along_rows(inverse, intrinsics.fx), _along_rows(inverse.T, intrinsics.fy).T)
+
+
+def _along_rows(inverse: NDArray[np.float32], focal: float) -> Mask:
+    """Whether the surface goes on from each pixel to the next of its row; inverse depth [1/m], NaN = missing."""
+    if inverse.shape[1] < 2:
+        return np.zeros((inverse.shape[0], 0), bool)
+    step = np.diff(inverse, axis=1)
+    size = np.abs(step)
+    nearer, farther = np.maximum(inverse[:, 1:], inverse[:, :-1]), np.minimum(inverse[:, 1:], inverse[:, :-1])
+    share = size / farther  # that of the depth's step in the nearer depth
+    linked = share <= np.clip(np.maximum(_STEEPEST / focal, _NOISE / nearer), _LEAST, _MOST)
+    goes_on = ~linked & np.isfinite(share)
+    for away in range(1, _ON + 1):
+        alike = np.abs(step[:, away:] - step[:, :-away])
+        goes_on[:, :away] = goes_on[:, -away:] = False
+        goes_on[:, away:] &= alike <= _ALIKE * size[:, away:]
+        goes_on[:, :-away] &= alike <= _ALIKE * size[:, :-away]
+    return np.asarray(linked | goes_on)
+
+
+_BAND = 128  # rows at a time, so that intermediate arrays stay small
+_AT_ONCE = 1 << 20  # triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles between points.
+
+    Parameters
+    ----------
+    vertices : PointCloud
+        With whatever is known of each.
+    faces : ndarray
+        int32 (M, 3): three vertices each, counter-clockwise as the camera sees them, so that they face it.
+    """
+
+    vertices: PointCloud
+    faces: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        if self.faces.ndim != 2 or self.faces.shape[1] != 3:
+            raise InputError(f"A mesh needs faces of shape (M, 3), not {self.faces.shape}.")
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+
+def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
+    """Triangles between neighbouring pixels that are linked.
+
+    Of four pixels that are all linked, the diagonal with the smaller step in depth parts the two triangles; of three,
+    there is one.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth [m], (H, W).
+    links : Links
+        Of that depth.
+
+    Returns
+    -------
+    ndarray of int32, shape (M, 3)
+        Pixels, each its row times W plus its column, counter-clockwise as the camera sees them.
+    """
+    image = np.asarray(depth, np.float32)
+    height, width = image.shape
+    found = np.empty((2 * max(height - 1, 0) * max(width - 1, 0), 3), np.int32)
+    count = 0
+    for top in range(0, height - 1, _BAND):
+        for triangles in _triangles(image, links, slice(top, min(top + _BAND, height - 1))):
+            found[count : count + len(triangles)] = triangles
+            count += len(triangles)
+    return found[:count]
+
+
+def _triangles(depth: NDArray[np.float32], links: Links, rows: slice) -> Iterator[NDArray[np.int32]]:
+    """Triangles between the pixels of some rows and those below them: a, b; c, d below."""
+    below = slice(rows.start + 1, rows.stop + 1)
+    top, bottom = links.right[rows], links.right[below]
+    left, right = links.down[rows, :-1], links.down[rows, 1:]
+    rising = (top & left).view(np.uint8) + (right & bottom)
+    falling = (top & right).view(np.uint8) + (left & bottom)
+    here, under = depth[rows], depth[below]
+    with np.errstate(invalid="ignore"):
+        shorter = np.abs(here[:, 1:] - under[:, :-1]) <= np.abs(here[:, :-1] - under[:, 1:])
+    rises = (rising > falling) | ((rising == falling) & shorter)
+    width = depth.shape[1]
+    for corner, (first, second, third) in (
+        (rises & top & left, (0, width, 1)),  # a, c, b
+        (rises & right & bottom, (width + 1, 1, width)),  # d, b, c
+        (~rises & top & right, (1, 0, width + 1)),  # b, a, d
+        (~rises & left & bottom, (width, width + 1, 0)),  # c, d, a
+    ):
+        y, x = np.nonzero(corner)
+        a = ((y + rows.start) * width + x).astype(np.int32)
+        yield np.stack([a + first, a + second, a + third], axis=1)
+
+
+def surface_mesh(
+    depth: ArrayLike,
+    rgb: ArrayLike,
+    intrinsics: CameraIntrinsics | None,
+    *,
+    only: Mask | None = None,
+    normals: NDArray[np.float32] | None = None,
+    scalars: Mapping[str, NDArray[Any]] | None = None,
+) -> Mesh:
+    """The surface through the known pixels, cut where depth jumps.
+
+    Parameters
+    ----------
+    depth, rgb, intrinsics, only, normals, scalars
+        As `point_cloud` takes them. Pixels without a neighbour on the same surface give no vertex.
+
+    Returns
+    -------
+    Mesh
+        In camera axes, vertices row by row.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics, or if the shapes do not fit.
+
+    Examples
+    --------
+    >>> camera = CameraIntrinsics(100.0, 100.0, 1.0, 0.5)
+    >>> mesh = surface_mesh([[1.0, 1.0, 3.0], [1.0, 1.0, 3.0]], np.zeros((2, 3, 3), np.uint8), camera)
+    >>> len(mesh.vertices), mesh.faces.tolist()
+    (4, [[0, 2, 1], [3, 1, 2]])
+    """
+    image = np.asarray(depth, np.float32)
+    if only is not None:
+        image = np.where(only, image, np.float32(np.nan))
+    faces = surface_faces(image, surface_links(image, required(intrinsics)))
+    check_stopped()
+    used = np.zeros(image.size, bool)
+    used[faces.reshape(-1)] = True
+    numbers = np.cumsum(used, dtype=np.int32)
+    numbers -= 1
+    for start in range(0, len(faces), _AT_ONCE):
+        part = faces[start : start + _AT_ONCE]
+        part[...] = numbers[part]
+    check_stopped()
+    shown = used.reshape(image.shape)
+    return Mesh(point_cloud(image, rgb, intrinsics, only=shown, normals=normals, scalars=scalars), faces)
+
+
+# Which way the surface faces at every pixel, from the slope of its inverse depth.
+
+_RADIUS, _ROUNDS = 4, 2
+"""Slopes are averaged so often with those of linked pixels so far away, against the noise of sensors."""
+
+_NORMALS_BAND = 256  # rows at a time, so that intermediate arrays stay small
+
+Array = NDArray[np.float32]
+Double = NDArray[np.float64]
+
+
+def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Array:
+    """Which way the surface faces at every pixel.
+
+    The inverse depth of a plane is linear across the image, so its slope gives the normal. It is averaged over linked
+    neighbours, a few pixels around (sigma 3.7 px), but never across a jump.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing.
+    intrinsics : CameraIntrinsics
+        Of this image.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W, 3)
+        Unit vectors in camera axes, towards the camera; 0, 0, -1 where a pixel is linked to none or depth is missing.
+
+    Examples
+    --------
+    >>> normals = surface_normals(np.full((3, 4), 2.0), CameraIntrinsics(100.0, 100.0, 1.5, 1.0))
+    >>> bool(np.allclose(normals, (0, 0, -1)))
+    True
+    """
+    image = np.asarray(depth, np.float32)
+    links = surface_links(image, intrinsics)
+    height = len(image)
+    found = np.empty((*image.shape, 3), np.float32)
+    for top in range(0, height, _NORMALS_BAND):
+        bottom = min(top + _NORMALS_BAND, height)
+        first, last = max(top - _ROUNDS * _RADIUS - 1, 0), min(bottom + _ROUNDS * _RADIUS + 1, height)
+        around = Links(links.right[first:last], links.down[first : last - 1])
+        normals = _normals(image[first:last], around, intrinsics, first)
+        found[top:bottom] = normals[top - first : bottom - first]
+    return found
+
+
+def _normals(depth: Array, links: Links, intrinsics: CameraIntrinsics, first_row: int) -> Array:
+    known = known_pixels(depth)
+    inverse = np.divide(1, depth, out=np.zeros(depth.shape, np.float32), where=known)
+    across, along = _slopes(inverse, links), _slopes(inverse.T, Links(links.down.T, links.right.T)).T
+    rows, columns = np.arange(depth.shape[0], dtype=np.float32)[:, None], np.arange(depth.shape[1], dtype=np.float32)
+    sight_x = (columns - np.float32(intrinsics.cx)) / np.float32(intrinsics.fx)
+    sight_y = (rows + np.float32(first_row - intrinsics.cy)) / np.float32(intrinsics.fy)
+    # a plane n . P = 1 has the inverse depth n_x x / z + n_y y / z + n_z
+    normal = np.empty((*depth.shape, 3), np.float32)
+    np.multiply(across, np.float32(-intrinsics.fx), out=normal[..., 0])
+    np.multiply(along, np.float32(-intrinsics.fy), out=normal[..., 1])
+    normal[..., 2] = -inverse - normal[..., 0] * sight_x - normal[..., 1] * sight_y
+    normal[~known] = (0, 0, -1)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    return normal
+
+
+def _slopes(inverse: Array, links: Links) -> Array:
+    """Mean step along the rows, in the middle of linked pixels; 0 where there is none."""
+    total, count = np.zeros(inverse.shape), np.zeros(inverse.shape)
+    step = np.where(links.right, np.diff(inverse, axis=1), 0)
+    for side in (np.s_[:, :-1], np.s_[:, 1:]):
+        total[side] += step
+        count[side] += links.right
+    along, across = _reach(links.right), _reach(links.down.T)
+    for _ in range(_ROUNDS):
+        total, count = (_box_sums(_box_sums(values, *along).T, *across).T for values in (total, count))
+    return np.divide(total, count, out=np.zeros(inverse.shape), where=count > 0).astype(np.float32)
+
+
+def _reach(linked: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First pixel of each pixel's row that it is averaged with, and the one after the last: near by, and linked."""
+    height, width = linked.shape[0], linked.shape[1] + 1
+    here = np.arange(width)
+    first, last = np.zeros((height, width), np.intp), np.full((height, width), width - 1)
+    first[:, 1:] = np.where(linked, 0, here[1:])
+    last[:, :-1] = np.where(linked, width - 1, here[:-1])
+    np.maximum.accumulate(first, axis=1, out=first)
+    np.minimum.accumulate(last[:, ::-1], axis=1, out=last[:, ::-1])
+    return np.maximum(first, here - _RADIUS), np.minimum(last, here + _RADIUS) + 1
+
+
+def _box_sums(values: Double, first: NDArray[np.intp], end: NDArray[np.intp]) -> Double:
+    """Sum of the values of each row from `first` to before `end`."""
+    sums = np.zeros((len(values), values.shape[1] + 1))
+    np.cumsum(values, axis=1, out=sums[:, 1:])
+    return np.asarray(np.take_along_axis(sums, end, 1) - np.take_along_axis(sums, first, 1))
+
+
+# Points in mid-air: between surfaces, on none of them.
+
+_FEW = 24
+"""Linked pixels, fewer of which are no surface."""
+
+_REACH = 5
+"""Side [px] of the square that says whether depth is dense there."""
+
+_DENSE = 9
+"""Known pixels in that square, fewer of which say nothing of the pixel in the middle."""
+
+
+def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.bool_]:
+    """Pixels whose points hang in mid-air, as sensors and filters put some between two surfaces.
+
+    These are pixels cut off (`surface_links`) from both neighbours of their row, or their column, one of which is
+    nearer and the other farther; and small pieces that are cut off from all around where depth is dense.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing.
+    intrinsics : CameraIntrinsics
+        Of this image.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+
+    Examples
+    --------
+    >>> depth = np.repeat([[1.0] * 6 + [1.5] + [2.0] * 6], 5, axis=0)
+    >>> np.argwhere(flying_points(depth, CameraIntrinsics(500.0, 500.0, 6.0, 2.0))).tolist()
+    [[0, 6], [1, 6], [2, 6], [3, 6], [4, 6]]
+    """
+    image = np.asarray(depth, np.float32)
+    known = known_pixels(image)
+    image = np.where(known, image, np.float32(np.nan))
+    links = surface_links(image, intrinsics)
+    around = cv2.boxFilter(
+        known.view(np.uint8), cv2.CV_16U, (_REACH, _REACH), normalize=False, borderType=cv2.BORDER_CONSTANT
+    )
+    flying = known & (around >= _DENSE) & (_piece_sizes(known, links) < _FEW)
+    flying[:, 1:-1] |= _between(image, links.right)
+    flying[1:-1] |= _between(image.T, links.down.T).T
+    return np.asarray(flying)
+
+
+def _between(depth: NDArray[np.float32], right: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels, all but the first and the last of each row, cut off from a nearer neighbour and from a farther one."""
+    before, here, after = depth[:, :-2], depth[:, 1:-1], depth[:, 2:]
+    with np.errstate(invalid="ignore"):
+        within = ((before < here) & (here < after)) | ((before > here) & (here > after))
+    return np.asarray(within & ~right[:, :-1] & ~right[:, 1:])
+
+
+def _piece_sizes(known: NDArray[np.bool_], links: Links) -> NDArray[np.int32]:
+    """How many pixels each known one is linked to, over others, itself among them; of others 0."""
+    height, width = known.shape
+    # pixels on a grid with their links between them: its connected components are the pieces
+    grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
+    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = known, links.right, links.down
+    _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)
+    pieces = np.ascontiguousarray(labels[::2, ::2])
+    sizes = np.bincount(pieces.reshape(-1)).astype(np.int32)
+    sizes[0] = 0
+    return np.asarray(sizes[pieces])

@@ -1,0 +1,167 @@
+"""Numbers to 8-bit indices for lookup tables, and the levels between which they lie."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+_SAMPLES = 50_000
+_SMALLEST_DIFFERENCE = 1.0
+
+
+def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
+    """Indices 1-255 for values from low to high (beyond: the ends), 0 for NaN (missing)."""
+    scaled = (values - np.float32(low)) * np.float32(254 / (high - low))
+    np.clip(scaled, 0, 254, out=scaled)
+    scaled += np.float32(1.5)
+    scaled[np.isnan(scaled)] = 0
+    return scaled.astype(np.uint8)
+
+
+def log_indices(error: NDArray[np.floating], levels: tuple[float, float]) -> NDArray[np.uint8]:
+    """Indices 1-255 of errors [m] on a logarithmic scale between two levels [mm], 0 for NaN (missing)."""
+    indices = np.zeros(error.shape, np.uint8)
+    known = np.isfinite(error)
+    low, high = np.log(levels)
+    indices[known] = to_indices(np.log(error[known] * np.float32(1000)), low, high)
+    return indices
+
+
+def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
+    """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
+    known = _known_sample(depth)
+    if known.size == 0:
+        return 0.0, 1.0
+    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
+
+
+def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
+    """Levels [mm] of a logarithmic scale: 1st and 99th percentile, widened to 1, 2 or 5 times a power of ten."""
+    known = _known_sample(error)
+    if known.size == 0:
+        return 1.0, 10.0
+    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    low, high = 1 / _round_up(1 / low), _round_up(high)
+    return low, max(high, 10 * low)
+
+
+def robust_difference_level(difference: NDArray[np.floating]) -> float:
+    """Symmetric level [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a power of ten.
+
+    The rounding keeps the colours steady while a run refreshes the view.
+    """
+    known = _known_sample(difference)
+    level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
+    if level <= _SMALLEST_DIFFERENCE:
+        return _SMALLEST_DIFFERENCE
+    return _round_up(level)
+
+
+def _round_up(value: float) -> float:
+    """The next 1, 2 or 5 times a power of ten. Its inverse, of an inverse, is the one before."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
+
+
+def sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """About `_SAMPLES` of an array's values, spread evenly: enough for percentiles, quick enough for live refresh.
+
+    Arrays of one shape give values of the same places; of what was sampled, all is taken.
+    """
+    flat = values.ravel()
+    # an odd stride does not fall in step with even image widths
+    return flat[:: (flat.size // _SAMPLES) | 1]
+
+
+def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    few = sample(values)
+    return few[np.isfinite(few)]
+
+
+# Lookup tables from 8-bit indices, as `levels` makes them, to colours. Index 0, missing, is grey in all of them.
+
+Colour = tuple[int, int, int]
+"""Red, green, blue, 0-255."""
+
+MISSING: Colour = (178, 182, 189)
+
+_BELOW, _ZERO, _ABOVE = (33, 84, 176), (246, 246, 244), (186, 32, 42)
+
+
+def depth_colours() -> NDArray[np.uint8]:
+    """Colours of depth, uint8 (256, 3): turbo, near is blue."""
+    return _of_map(cv2.COLORMAP_TURBO)
+
+
+def error_colours() -> NDArray[np.uint8]:
+    """Colours of the size of errors, uint8 (256, 3): inferno, small is dark."""
+    return _of_map(cv2.COLORMAP_INFERNO)
+
+
+def difference_colours() -> NDArray[np.uint8]:
+    """Colours of signed differences, uint8 (256, 3): blue below zero, near white at it, red above."""
+    below, zero, above = (np.array(colour, np.float64) for colour in (_BELOW, _ZERO, _ABOVE))
+    t = np.linspace(-1, 1, 255)[:, None]
+    return _with_missing(np.round(zero + np.abs(t) ** 0.8 * (np.where(t < 0, below, above) - zero)))
+
+
+def _of_map(number: int) -> NDArray[np.uint8]:
+    column = np.round(np.linspace(0, 255, 255)).astype(np.uint8)[:, None]
+    return _with_missing(cv2.applyColorMap(column, number)[:, 0, ::-1])
+
+
+def _with_missing(colours: NDArray[np.number]) -> NDArray[np.uint8]:
+    return np.vstack([MISSING, colours]).astype(np.uint8)
+
+
+# The spectrum of a block's depth, as it is looked at beside the pass band that filtered it.
+
+
+def depth_spectrum(
+    depth: NDArray[np.floating], padding: float, reach: tuple[int, int] | None = None
+) -> NDArray[np.float32]:
+    """Log magnitude of the spectrum of a block's depth on the padded grid, with wave number 0 in the middle.
+
+    The mean of the known depth is taken off, and what is missing counts as 0: the mean alone would outshine the rest.
+
+    Parameters
+    ----------
+    depth : ndarray of float, shape (h, w)
+        Depth on the block's bounding box [m], NaN outside the block and where it is missing.
+    padding : float
+        Side of the grid in sides of the bounding box, as in `Parameters.padding`.
+    reach : tuple of int, optional
+        Largest wave numbers (k_y, k_x) that are kept, in cycles per grid; all if left out.
+
+    Returns
+    -------
+    ndarray of float32
+        In [0, 1]. In row k_y + rows // 2 and column k_x + columns // 2 there is wave number (k_y, k_x).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> waves = 2 + np.cos(2 * np.pi * 3 * np.arange(32) / 32) * np.ones((32, 1))
+    >>> spectrum = depth_spectrum(waves, 1.0, (2, 5))
+    >>> spectrum.shape, np.flatnonzero(spectrum[2] > 0.5).tolist()
+    ((5, 11), [2, 8])
+    """
+    known = np.isfinite(depth)
+    values = np.where(known, depth - (depth[known].mean() if known.any() else 0.0), 0.0)
+    grid = tuple(math.ceil(padding * side) for side in depth.shape)
+    magnitude = np.fft.fftshift(np.log1p(np.abs(scipy.fft.fft2(values, s=grid))))
+    if reach is not None:
+        rows, columns = (
+            slice(max(side // 2 - most, 0), side // 2 + most + 1)
+            for side, most in zip(magnitude.shape, reach, strict=True)
+        )
+        magnitude = magnitude[rows, columns]
+    low, high = float(magnitude.min()), float(magnitude.max())
+    if high <= low:
+        return np.zeros(magnitude.shape, np.float32)
+    return ((magnitude - low) / (high - low)).astype(np.float32)

@@ -1,0 +1,1 @@
+"""How good depth and blocks are: ground truth, hold-out, comparison, quality checks, measuring."""

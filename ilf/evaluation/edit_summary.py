@@ -1,0 +1,168 @@
+"""Whether an edit was for the better: by the truth, expected error, and error on depth hidden near the border."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion.confidence.expected_error import expected_error, summarised
+from ..data.results import Completion
+from ..errors import InputError
+from ..run.run import Run
+from ..segmentation.editing.patches import LabelPatch
+
+_BAND = 5
+"""All known depth is hidden up to so many pixels from those that have changed hands. The few samples of a random share
+that is left would decide what the depth between comes to, and they lie on either side of the border in question."""
+
+_FEWEST = 20
+"""Pixels below which an error is not worth saying."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What an edit has done.
+
+    Attributes
+    ----------
+    moved : int
+        Pixels that have changed hands.
+    filled : (int, int) or None
+        Pixels of the touched blocks that are filled, before and after; None where these have not been run.
+    expected : (float, float) or None
+        Root mean square of the expected error [m], before and after, of those that are filled both times; None where
+        they are too few.
+    by_truth : (float, float) or None
+        Root mean square error [m] against the frame's truth, before and after, of the pixels of the touched blocks that
+        are filled both times; None where the frame has no truth, or the truth is known at too few of them.
+    held_out : (float, float) or None
+        Mean absolute error [m] on the hidden depth, before and after; None where there is too little known depth.
+    hidden : int
+        Pixels that `held_out` is over.
+    """
+
+    moved: int
+    filled: tuple[int, int] | None = None
+    expected: tuple[float, float] | None = None
+    held_out: tuple[float, float] | None = None
+    hidden: int = 0
+    by_truth: tuple[float, float] | None = None
+
+
+def edit_effect(
+    before: Run, after: Run, patch: LabelPatch, completed: tuple[Completion | None, Completion | None] = (None, None)
+) -> Effect:
+    """What an edit of the label map has done to the depth around it.
+
+    Known depth near the pixels that have changed hands is hidden, and the blocks there are completed without it, once
+    as they were and once as they are.
+
+    Parameters
+    ----------
+    before, after : Run
+        Of the same frame; their blocks differ by the edit.
+    patch : LabelPatch
+        The edit, in either direction.
+    completed : (Completion or None, Completion or None)
+        What the blocks were completed to before and after, where they have been; of no use where the touched blocks had
+        other pixels.
+
+    Returns
+    -------
+    Effect
+    """
+    changed = np.zeros(after.blocks.shape, bool)
+    changed[patch.box] = patch.before != patch.after
+    moved = int(np.count_nonzero(changed))
+    touched = {*np.unique(before.blocks[changed]).tolist(), *np.unique(after.blocks[changed]).tolist()} - {0}
+    filled, expected = None, None
+    if completed[0] is not None and completed[1] is not None:
+        filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
+    effect = Effect(moved, filled, expected, by_truth=_by_truth((before, after), completed, touched))
+    errors = _errors((before, after), _near(changed) & after.frame.known)
+    both = np.isfinite(errors[0]) & np.isfinite(errors[1])
+    count = int(np.count_nonzero(both))
+    if count < _FEWEST:
+        return effect
+    return replace(effect, held_out=(_mean(errors[0][both]), _mean(errors[1][both])), hidden=count)
+
+
+def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _BAND + 1, 2 * _BAND + 1))
+    return cv2.dilate(changed.astype(np.uint8), disk).astype(bool)
+
+
+def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
+    """Errors [m] of the hidden pixels, completed without them by each run; NaN where they come to no depth."""
+    frame = runs[0].frame
+    truth = frame.depth[hidden]
+    try:  # one for both runs, so that what is worked out once for a frame is
+        without = frame.also_distrusting(hidden)
+    except InputError:  # nothing would be left
+        return [np.full(truth.shape, np.nan, np.float32)] * len(runs)
+    alone = [
+        replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, dense=False)
+        for run in runs
+    ]
+    return [run.complete(threads=1).depth[hidden] - truth for run in alone]
+
+
+def _filled_and_expected(
+    before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
+) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
+    states = before, after
+    if not all(_is_of(run, completion, touched) for run, completion in states):
+        return None, None
+    there = _pixels_of(touched, (before[0], after[0]))
+    first, second = (there & completion.filled_by_blocks for _, completion in states)
+    filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
+    both = first & second
+    if np.count_nonzero(both) < _FEWEST:
+        return filled, None
+    one, other = (summarised(expected_error(run.frame, completion)[both]).rms for run, completion in states)
+    return filled, (one, other)
+
+
+def _by_truth(
+    runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
+) -> tuple[float, float] | None:
+    """Root mean square errors of what the touched blocks fill in both runs; they are completed where they are not."""
+    truth = runs[0].frame.truth
+    if truth is None:
+        return None
+    both, errors = np.isfinite(truth) & _pixels_of(touched, runs), []
+    for run, done in zip(runs, completed, strict=True):
+        if done is None or not _is_of(run, done, touched):
+            there = frozenset(touched & set(np.unique(run.blocks).tolist()))
+            done = replace(run, only=there, dense=False).complete(threads=1)
+        both &= done.filled_by_blocks
+        errors.append(done.depth - truth)
+    if np.count_nonzero(both) < _FEWEST:
+        return None
+    return _rms(errors[0][both]), _rms(errors[1][both])
+
+
+def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
+    """Pixels that these blocks have in one of the runs."""
+    return np.isin(runs[0].blocks, list(touched)) | np.isin(runs[1].blocks, list(touched))
+
+
+def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
+    """Whether the results of these blocks, as far as there are any, are of the very pixels that the run gives them."""
+    return all(
+        np.array_equal(run.blocks[result.block.box] == label, result.block.mask)
+        and np.count_nonzero(run.blocks == label) == result.depth.size
+        for label, result in completion.results.items()
+        if label in touched
+    )
+
+
+def _rms(values: NDArray[np.float32]) -> float:
+    return float(np.sqrt(np.mean(np.square(values, dtype=np.float64))))
+
+
+def _mean(errors: NDArray[np.float32]) -> float:
+    return float(np.mean(np.abs(errors), dtype=np.float64))

@@ -1,0 +1,443 @@
+"""How far completed depth is from a truth: over any pixels, over blocks, over a frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.blocks import Box, checked_labels
+from ..data.frame import RGBDFrame, checked_mask
+from ..data.results import Completion, NanEqual
+from ..errors import InputError
+from ..run.run import Run
+from .metrics import measure_errors, share_within
+
+Depth = NDArray[np.floating]
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement(NanEqual):
+    """How far depth is from the truth, over a set of pixels. NaN equals NaN when judgements are compared.
+
+    Attributes
+    ----------
+    pixels : int
+        Pixels where both are known; with 0 of them the errors are NaN.
+    rmse, mae, median : float
+        Root mean square, mean absolute and median absolute error [m].
+    bias : float
+        Mean error [m], positive where the depth is too large.
+    within : float or None
+        Share of the pixels with an expected error whose error is at most that, 0-1; None where there are none.
+    """
+
+    pixels: int = 0
+    rmse: float = math.nan
+    mae: float = math.nan
+    median: float = math.nan
+    bias: float = math.nan
+    within: float | None = None
+
+
+def judge(
+    depth: Depth, truth: Depth, mask: NDArray[np.bool_] | None = None, expected: Depth | None = None
+) -> Judgement:
+    """Compare depth with the truth, over the pixels where both are known.
+
+    Parameters
+    ----------
+    depth, truth : ndarray of float
+        Depth [m] of the same shape, NaN = not known.
+    mask : ndarray of bool, optional
+        Only these pixels.
+    expected : ndarray of float, optional
+        Expected error [m], NaN where there is none.
+
+    Returns
+    -------
+    Judgement
+
+    Raises
+    ------
+    InputError
+        If shapes differ.
+
+    Examples
+    --------
+    >>> truth = np.full((1, 4), 2.0)
+    >>> judgement = judge(truth + [[0.0, 0.2, -0.1, np.nan]], truth, expected=np.full((1, 4), 0.15))
+    >>> judgement.pixels, round(judgement.mae, 3), round(judgement.bias, 3), round(judgement.within, 2)
+    (3, 0.1, 0.033, 0.67)
+    """
+    given = {"depth": depth, "truth": truth, "mask": mask, "expected error": expected}
+    if len({values.shape for values in given.values() if values is not None}) > 1:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
+        raise InputError(f"What is compared must show the same pixels: {shapes}.")
+    judged = np.isfinite(depth) & np.isfinite(truth)
+    if mask is not None:
+        judged &= mask
+    if not judged.any():
+        return Judgement()
+    errors = measure_errors(depth, truth, judged)
+    return Judgement(
+        pixels=errors.pixels,
+        rmse=errors.rmse,
+        mae=errors.mae,
+        median=errors.median,
+        bias=errors.acc,
+        within=None if expected is None else _within(depth[judged], truth[judged], expected[judged]),
+    )
+
+
+def judge_completion(
+    frame: RGBDFrame,
+    completion: Completion,
+    area: NDArray[np.bool_] | Box | None = None,
+    *,
+    every: bool = False,
+    expected: Depth | None = None,
+) -> Judgement:
+    """Compare what was filled in the depth camera's view with the frame's truth.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed; it has a truth.
+    completion : Completion
+    area : ndarray of bool, shape (H, W), or Box, optional
+        Only there.
+    every : bool
+        Judge the depth that was known before, too.
+    expected : ndarray of float, shape (H, W), optional
+        `ilf.expected_error` of the completion, for `Judgement.within`.
+
+    Raises
+    ------
+    InputError
+        If the frame has no truth, or shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
+    >>> judgement = judge_completion(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> judgement.pixels, round(judgement.rmse, 3), round(judgement.bias, 3)
+    (40, 0.01, -0.01)
+    """
+    judged = _judged(frame, completion, every)
+    if isinstance(area, tuple):
+        inside = np.zeros(frame.shape, bool)
+        inside[area] = True
+        judged &= inside
+    elif area is not None:
+        judged &= checked_mask(area, frame.shape, "the area to judge")
+    return judge(completion.depth, _truth(frame), judged, expected)
+
+
+def judge_blocks(
+    frame: RGBDFrame,
+    completion: Completion,
+    labels: NDArray[np.integer],
+    *,
+    every: bool = False,
+    expected: Depth | None = None,
+) -> dict[int, Judgement]:
+    """`judge_completion` of every block that has pixels to judge.
+
+    Parameters
+    ----------
+    frame, completion, every, expected
+        As there.
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+
+    Returns
+    -------
+    dict
+        Label -> Judgement, in rising order of labels.
+
+    Raises
+    ------
+    InputError
+        If the frame has no truth, or shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
+    >>> blocks = np.repeat([[1, 2]], 20, axis=0).repeat(15, axis=1)
+    >>> found = judge_blocks(frame, ilf.complete(frame, blocks), blocks)
+    >>> {label: judgement.pixels for label, judgement in found.items()}
+    {1: 20, 2: 20}
+    """
+    truth, owners = _truth(frame), checked_labels(labels, frame.shape)
+    judged = _judged(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(truth) & (owners > 0)
+    everywhere = np.flatnonzero(judged)
+    return {
+        label: judge(
+            completion.depth.ravel()[places],
+            truth.ravel()[places],
+            expected=None if expected is None else expected.ravel()[places],
+        )
+        for label, chosen in by_label(owners, everywhere)
+        for places in [everywhere[chosen]]
+    }
+
+
+def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
+    """Which of some flat places of a label map belong to each label, by their numbers, in rising order of labels."""
+    owners = labels.ravel()[places]
+    order = np.argsort(owners, kind="stable")
+    found, starts = np.unique(owners[order], return_index=True)
+    yield from zip(found.tolist(), np.split(order, starts[1:]), strict=False)
+
+
+def _truth(frame: RGBDFrame) -> NDArray[np.float32]:
+    if frame.truth is None:
+        raise InputError(f"{frame.name} has no truth to be judged by. Load one, or test on hidden depth.")
+    return frame.truth
+
+
+def _judged(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
+    if completion.depth.shape != frame.shape:
+        raise InputError(f"The completion has shape {completion.depth.shape}, but the frame has {frame.shape}.")
+    return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
+
+
+def _within(depth: Depth, truth: Depth, expected: Depth) -> float | None:
+    said = np.isfinite(expected)
+    if not said.any():
+        return None
+    # as the bench has it, in the depth's own precision
+    return share_within(depth[said] - truth[said], expected[said])
+
+
+# Errors pixel by pixel, and what they come to: together, part by part, block by block.
+
+ENOUGH = 0.9
+"""Who fills a smaller share of what the best fills is not compared: the others would be judged on the easy pixels only
+that are left."""
+
+Values = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class PixelErrors:
+    """Pixels that should have been filled, what they came to, and what would have been right.
+
+    Attributes
+    ----------
+    places : ndarray of int, shape (N,)
+        Where they lie in the flattened frame, in rising order.
+    depth, truth, expected : ndarray of float32, shape (N,)
+        Completed depth and truth [m] and the expected error [m]; NaN where the pixel was left open.
+    """
+
+    places: NDArray[np.intp]
+    depth: Values
+    truth: Values
+    expected: Values
+
+    @property
+    def error(self) -> Values:
+        """Completed depth - truth [m], NaN where the pixel was left open."""
+        return self.depth - self.truth
+
+    @property
+    def filled(self) -> NDArray[np.bool_]:
+        """Which of the pixels have come to any depth."""
+        return np.isfinite(self.depth)
+
+    def among(self, places: NDArray[np.intp]) -> PixelErrors:
+        """The same, as if only these places had been filled."""
+        there = np.isin(self.places, places, assume_unique=True)
+        return replace(self, depth=np.where(there, self.depth, np.float32(np.nan)))
+
+    def only(self, chosen: NDArray[np.intp]) -> PixelErrors:
+        """Some of the pixels, by their number in `places`."""
+        return PixelErrors(self.places[chosen], self.depth[chosen], self.truth[chosen], self.expected[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What a completion, or several of the same blocks with other depth hidden, were judged on.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        The blocks.
+    parts : tuple of PixelErrors
+        One per completion.
+    shared : tuple of PixelErrors or None
+        Those of the pixels that others have filled, too, which alone are judged; None for all.
+    """
+
+    labels: NDArray[np.int32]
+    parts: tuple[PixelErrors, ...]
+    shared: tuple[PixelErrors, ...] | None = None
+
+    @property
+    def pixels(self) -> int:
+        """How many there are to be filled."""
+        return sum(part.places.size for part in self.parts)
+
+    @property
+    def coverage(self) -> float:
+        """Share of them that were filled, 0-1; 0 if there are none."""
+        return sum(int(np.count_nonzero(part.filled)) for part in self.parts) / max(self.pixels, 1)
+
+    @cached_property
+    def whole(self) -> Judgement:
+        """All together."""
+        return _judgement(self._judged)
+
+    @cached_property
+    def by_part(self) -> tuple[Judgement, ...]:
+        """Every completion by itself."""
+        return tuple(_judgement([part]) for part in self._judged)
+
+    @cached_property
+    def blocks(self) -> dict[int, Judgement]:
+        """Every block with pixels to be filled, all completions together; label -> Judgement in rising order."""
+        found: dict[int, list[PixelErrors]] = {}
+        for part in self._judged:
+            for label, chosen in by_label(self.labels, part.places):
+                found.setdefault(label, []).append(part.only(chosen))
+        return {label: _judgement(found[label]) for label in sorted(found)}
+
+    @property
+    def _judged(self) -> tuple[PixelErrors, ...]:
+        return self.parts if self.shared is None else self.shared
+
+
+@dataclass(frozen=True, eq=False)
+class RunJudged:
+    """What a run was judged to be.
+
+    Attributes
+    ----------
+    run : Run
+    judged : Judged
+        Error by error.
+    seconds : float
+        That it took.
+    """
+
+    run: Run
+    judged: Judged
+    seconds: float
+
+    @property
+    def whole(self) -> Judgement:
+        """Over all blocks."""
+        return self.judged.whole
+
+    @property
+    def blocks(self) -> dict[int, Judgement]:
+        """Label -> Judgement of every block with pixels to be filled."""
+        return self.judged.blocks
+
+    @property
+    def errors(self) -> tuple[PixelErrors, ...]:
+        """Error by error, a part for every completion."""
+        return self.judged.parts
+
+    @property
+    def coverage(self) -> float:
+        """Share of the pixels to be filled that were, 0-1."""
+        return self.judged.coverage
+
+
+def over_shared(several: Sequence[Judged]) -> list[Judged]:
+    """The same, each judged over the pixels that all of them have filled.
+
+    Those that leave more than a tenth of what the best fills open have no say in which pixels these are.
+
+    Parameters
+    ----------
+    several : sequence of Judged
+        Of as many parts each, which belong together.
+    """
+    leading = [judged for judged in several if fills_enough(judged, several)]
+    if not leading:
+        return list(several)
+    shared = [
+        reduce(np.intersect1d, (part.places[part.filled] for part in parts))
+        for parts in zip(*(judged.parts for judged in leading), strict=True)
+    ]
+    return [
+        replace(judged, shared=tuple(part.among(places) for part, places in zip(judged.parts, shared, strict=True)))
+        for judged in several
+    ]
+
+
+def fills_enough(judged: Judged, several: Sequence[Judged]) -> bool:
+    """Whether it fills enough, beside others, for its errors to be compared with theirs."""
+    return judged.coverage > 0 and judged.coverage >= ENOUGH * max(other.coverage for other in several)
+
+
+def _judgement(parts: Sequence[PixelErrors]) -> Judgement:
+    if not parts:
+        return Judgement()
+    depth, truth, expected = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("depth", "truth", "expected")
+    )
+    return judge(depth, truth, expected=expected)
+
+
+# How far a judgement that takes a while has come.
+
+T = TypeVar("T")
+S = TypeVar("S")
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a judgement.
+
+    Attributes
+    ----------
+    share : float
+        How much of all is done, 0-1.
+    text : str
+        What is under way.
+    """
+
+    share: float
+    text: str
+
+
+def part_of(steps: Generator[Step, None, T], start: float, width: float, before: str = "") -> Generator[Step, None, T]:
+    """The same steps as a part of more, which takes `width` of its share from `start` on; returns what they come to."""
+    with closing(steps):
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            yield Step(start + width * step.share, before + step.text)
+
+
+def run_out(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:
+    """Go through all steps; what they come to. What `on_step` raises ends them."""
+    with closing(steps):
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                result: T = end.value
+                return result
+            if on_step is not None:
+                on_step(step)

@@ -1,0 +1,132 @@
+"""How well a run does against its frame's truth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion.confidence.expected_error import expected_error
+from ..data.frame import RGBDFrame
+from ..data.frame_cache import once_per_frame
+from ..data.results import Completion
+from ..errors import InputError
+from ..run.run import Run
+from .evaluation import ENOUGH, Judged, PixelErrors, RunJudged, Step
+from .hold_out import completion_steps
+
+
+@dataclass(frozen=True, eq=False)
+class TruthResult(RunJudged):
+    """How well a run did against the truth, where depth was missing in the blocks that were run.
+
+    Attributes
+    ----------
+    completion : Completion
+        Nothing in it is guessed, and its history tells no error of the iterations, which would take longer.
+    """
+
+    completion: Completion
+
+
+def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None, TruthResult]:
+    """Complete a run's blocks and compare them with the truth; nothing is guessed, even if the run is dense.
+
+    Parameters
+    ----------
+    run : Run
+        Its frame has a truth.
+    threads : int, optional
+        As for `Run.steps`.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    TruthResult
+
+    Raises
+    ------
+    InputError
+        If the frame has no truth where depth is missing in the blocks that are run.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
+    >>> steps = truth_steps(ilf.Run(frame, np.ones((20, 30), np.int32)))
+    >>> next(steps).text
+    '0 of 1 blocks'
+    >>> steps.close()
+    """
+    wanted, started = pixels_with_truth(run), time.perf_counter()
+    frame, truth = _without_truth(run.frame), run.frame.truth
+    assert truth is not None
+    completion = yield from completion_steps(replace(run, frame=frame, dense=False), threads)
+    expected = expected_error(frame, completion)
+    errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], truth[wanted], expected[wanted])
+    return TruthResult(run, Judged(run.blocks, (errors,)), time.perf_counter() - started, completion)
+
+
+def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
+    """Pixels in view, bool (H, W), without depth but with a truth in the blocks that are run; InputError if there are
+    none."""
+    frame = run.frame
+    if frame.truth is not None:
+        there = run.blocks > 0 if run.only is None else np.isin(run.blocks, list(run.only))
+        wanted = there & frame.missing & np.isfinite(frame.truth)
+        if wanted.any():
+            return wanted
+    raise InputError(
+        f"{frame.name} has no truth where depth is missing in the blocks that are run. Load one, or test on hidden "
+        "depth."
+    )
+
+
+@once_per_frame
+def _without_truth(frame: RGBDFrame) -> RGBDFrame:
+    """Once, so that its edges are found once for all runs."""
+    return frame.with_truth(None)
+
+
+# Where several completions of a frame can be compared: over the pixels that all of them have filled.
+
+
+def shared_pixels(completions: Sequence[Completion], *, every: bool = False) -> NDArray[np.bool_]:
+    """Pixels that all completions have filled.
+
+    Those that leave more than a tenth of what the best one fills open have no say.
+
+    Parameters
+    ----------
+    completions : sequence of Completion
+        Of one frame, at least one.
+    every : bool
+        Pixels where all have depth, whether it was filled or known.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> whole = ilf.complete(frame, np.ones((20, 30), np.int32))
+    >>> half = ilf.complete(frame, np.repeat([[1, 0]], 20, axis=0).repeat(15, axis=1))
+    >>> int(shared_pixels([whole, whole]).sum()), int(shared_pixels([whole, half]).sum())
+    (40, 40)
+    """
+    counts = [int(np.count_nonzero(completion.filled)) for completion in completions]
+    leading = [one for one, count in zip(completions, counts, strict=True) if count >= ENOUGH * max(counts)]
+    there = [np.isfinite(completion.depth) if every else completion.filled for completion in leading]
+    return np.logical_and.reduce(there)

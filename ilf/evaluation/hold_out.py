@@ -1,0 +1,421 @@
+"""How well a run does on depth that is hidden from it."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from collections.abc import Callable, Collection, Generator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion.confidence.expected_error import expected_error
+from ..data.frame import RGBDFrame
+from ..data.frame_cache import once_per_frame
+from ..data.results import Completion
+from ..errors import InputError, ParameterError
+from ..run.run import Run
+from .evaluation import Judged, Judgement, PixelErrors, RunJudged, Step, over_shared, part_of, run_out
+
+# Which known depth is hidden to see how well it comes back: the same pixels whenever frame and seed are the same.
+
+RANDOM_KEPT = 0.4277
+"""Share of the known depth that the pattern "random" keeps; that of the paper's Table 1."""
+
+AREAS_HIDDEN = 0.25
+"""Share of the known depth that the pattern "areas" hides."""
+
+AREA_SEMI_AXES = (0.03, 0.12)
+"""Shortest and longest semi-axis of its ellipses, in widths of the frame."""
+
+HIDDEN_PATTERNS = {
+    "random": f"{RANDOM_KEPT:.2%} of the known depth kept, pixel by pixel",
+    "areas": f"{AREAS_HIDDEN:.0%} of the known depth hidden in ellipses",
+}
+"""Name -> what it is."""
+
+
+def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.bool_]:
+    """Pixels whose depth a pattern hides.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        Its name and where depth was measured decide; which depth is distrusted does not.
+    pattern : str
+        One of `HIDDEN_PATTERNS`.
+    seed : int
+        Not negative.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+        Some of the pixels with measured depth.
+
+    Raises
+    ------
+    InputError
+        For another pattern.
+
+    Examples
+    --------
+    >>> frame = RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> int(hidden_pixels(frame, "areas").sum()), int(hidden_pixels(frame, "random", seed=3).sum())
+    (500, 1145)
+    """
+    if pattern not in HIDDEN_PATTERNS:
+        raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
+    return _hidden_pixels(frame, pattern, seed)
+
+
+def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
+    """A frame of the same colour that has never had what a pattern hides, nor what is distrusted, nor a truth.
+
+    Parameters
+    ----------
+    frame, pattern, seed
+        As for `hidden_pixels`.
+
+    Raises
+    ------
+    InputError
+        If nothing would be left, or for another pattern.
+
+    Examples
+    --------
+    >>> frame = RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> frame_without(frame, "areas").missing_share
+    0.25
+    """
+    return _frame_without(frame, pattern, seed)
+
+
+@once_per_frame
+def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
+    measured = np.isfinite(frame.measured)
+    rng = _generator(frame.name, pattern, seed)
+    return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
+
+
+@once_per_frame
+def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
+    """Once, so that its edges are found once for all that is run on it."""
+    depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.depth)
+    if not np.isfinite(depth).any():
+        raise InputError("Too little depth is known: all of it would be hidden.")
+    return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide, outside_view=frame.outside_view)
+
+
+def _generator(name: str, pattern: str, seed: int) -> np.random.Generator:
+    digest = hashlib.sha256(f"{pattern}:{name}".encode()).digest()
+    return np.random.default_rng([seed, *np.frombuffer(digest, "<u4").tolist()])
+
+
+def _random(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bool_]:
+    places = np.flatnonzero(known)
+    hidden = np.zeros(known.size, bool)
+    hidden[rng.permutation(places)[round(RANDOM_KEPT * places.size) :]] = True
+    return hidden.reshape(known.shape)
+
+
+def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Ellipses around known pixels; the last one is as small as the share asks for."""
+    rows, columns = np.indices(known.shape, np.float32)
+    visible = known.copy()
+    left = round(AREAS_HIDDEN * np.count_nonzero(known))
+    while left > 0:
+        row, column = divmod(int(rng.choice(np.flatnonzero(visible))), known.shape[1])
+        semi_axes = np.maximum(rng.uniform(*AREA_SEMI_AXES, 2) * known.shape[1], 1.0)
+        angle = rng.uniform(0, math.pi)
+        along = (columns - column) * math.cos(angle) + (rows - row) * math.sin(angle)
+        across = (rows - row) * math.cos(angle) - (columns - column) * math.sin(angle)
+        distance = (along / semi_axes[0]) ** 2 + (across / semi_axes[1]) ** 2
+        inside = np.flatnonzero(visible & (distance <= 1))
+        nearest = inside[np.argsort(distance.ravel()[inside], kind="stable")[:left]]
+        visible.ravel()[nearest] = False
+        left -= nearest.size
+    return known & ~visible
+
+
+# Several runs of one frame, judged one after the other and then over the same pixels.
+
+R = TypeVar("R", bound=RunJudged)
+
+
+def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Step, None, list[R]]:
+    """Judge runs one after the other; returns what they come to, over the pixels that all of them have filled.
+
+    Runs that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+
+    Parameters
+    ----------
+    several : sequence of generators
+        `hidden_steps` of every run with the same test, or `truth_steps` of every run.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    list
+        What these return, in their order.
+    """
+    width = 1 / max(len(several), 1)
+    results = []
+    for number, steps in enumerate(several):
+        text = f"run {number + 1} of {len(several)}, "
+        result = yield from part_of(steps, number * width, width, text)
+        results.append(result)
+    shared = over_shared([result.judged for result in results])
+    return [replace(result, judged=judged) for result, judged in zip(results, shared, strict=True)]
+
+
+# A run, step by step, with the share that is done.
+
+
+def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Completion]:
+    """Complete a run's blocks, a step per iteration of one of them; returns what they come to."""
+    with run.steps(threads) as steps:
+        sizes = {label: int(np.count_nonzero(block.mask)) for label, block in steps.blocks.items()}
+        total, done = max(sum(sizes.values()), 1), 0
+        for progress in steps:
+            if progress.result is not None:
+                done += sizes[progress.label]
+            yield Step(done / total, f"{len(steps.results)} of {len(sizes)} blocks")
+        return steps.completion()
+
+
+@dataclass(frozen=True)
+class HiddenTest:
+    """Which known depth is hidden.
+
+    Parameters
+    ----------
+    pattern : str
+        "areas", holes as large as those that cameras leave, or "random", pixel by pixel (`HIDDEN_PATTERNS`).
+    seeds : tuple of int
+        Not negative; the test is made once for each, and the errors are pooled.
+
+    Raises
+    ------
+    ParameterError
+        For another pattern, or if there is no seed or one that is not a whole number from 0 on.
+    """
+
+    pattern: str = "areas"
+    seeds: tuple[int, ...] = (0, 1, 2)
+
+    def __post_init__(self) -> None:
+        if self.pattern not in HIDDEN_PATTERNS:
+            raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
+        object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
+        if not self.seeds or not all(type(seed) is int and seed >= 0 for seed in self.seeds):
+            raise ParameterError(
+                f"A test on hidden depth needs seeds: whole numbers from 0 on, not {self.seeds!r:.40}."
+            )
+
+    def hidden(self, frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
+        """Pixels, bool (H, W), that are hidden for one of the seeds; the same for all runs of a frame."""
+        return hidden_pixels(frame, self.pattern, seed)
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenResult(RunJudged):
+    """How well a run did on depth that was hidden from it; errors have a part for every seed.
+
+    Attributes
+    ----------
+    test : HiddenTest
+    """
+
+    test: HiddenTest
+
+    @property
+    def by_seed(self) -> tuple[Judgement, ...]:
+        """Over all blocks, for every seed."""
+        return self.judged.by_part
+
+    @property
+    def hidden(self) -> int:
+        """Pixels that were hidden in the blocks, over all seeds."""
+        return self.judged.pixels
+
+
+def hidden_steps(
+    run: Run, test: HiddenTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
+) -> Generator[Step, None, HiddenResult]:
+    """`judge_hidden`, step by step, for those who show it or may stop it.
+
+    Parameters
+    ----------
+    run, test, only, threads
+        As there.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    HiddenResult
+
+    Raises
+    ------
+    InputError
+        If too little depth is known.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> steps = hidden_steps(ilf.Run(frame, np.ones((40, 50), np.int32)), HiddenTest("random", (0,)))
+    >>> step = next(steps)
+    >>> step.share, step.text
+    (0.0, 'seed 0: 0 of 1 blocks')
+    >>> steps.close()
+    """
+    chosen, started = test or HiddenTest(), time.perf_counter()
+    width = 1 / len(chosen.seeds)
+    parts = []
+    for number, seed in enumerate(chosen.seeds):
+        steps = _one_seed(run, chosen.pattern, seed, only, threads)
+        part = yield from part_of(steps, number * width, width, f"seed {seed}: ")
+        parts.append(part)
+    return HiddenResult(run, Judged(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
+
+
+def judge_hidden(
+    run: Run,
+    test: HiddenTest | None = None,
+    only: Collection[int] | None = None,
+    *,
+    threads: int | None = None,
+    on_step: Callable[[Step], None] | None = None,
+) -> HiddenResult:
+    """Hide some of a frame's known depth, complete its blocks without it, and see how far off it comes out.
+
+    The blocks stay as they are: where they end, the hidden depth may have had a say; it has none in anything else. On
+    eight real frames errors were 3 % (RMSE) and 7 % (MAE) smaller for that, in the median, than with blocks extracted
+    without that depth. Nothing is guessed, even if the run is dense.
+
+    Parameters
+    ----------
+    run : Run
+    test : HiddenTest, optional
+        In areas, with three seeds, if left out.
+    only : collection of int, optional
+        Just these blocks; those of the run if left out. Blocks in which nothing is hidden are not run.
+    threads : int, optional
+        As for `Run.steps`.
+    on_step : callable, optional
+        Called with every `Step`; what it raises ends the test.
+
+    Returns
+    -------
+    HiddenResult
+
+    Raises
+    ------
+    InputError
+        If too little depth is known.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> result = judge_hidden(ilf.Run(frame, np.ones((40, 50), np.int32)), HiddenTest("areas", (0, 1)))
+    >>> result.hidden, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
+    (1000, 1.0, 1000, True)
+    """
+    return run_out(hidden_steps(run, test, only, threads=threads), on_step)
+
+
+def comparison_steps(
+    runs: Sequence[Run],
+    test: HiddenTest | None = None,
+    only: Collection[int] | None = None,
+    *,
+    threads: int | None = None,
+) -> Generator[Step, None, list[HiddenResult]]:
+    """`compare_hidden`, step by step.
+
+    Parameters
+    ----------
+    runs, test, only, threads
+        As there.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    list of HiddenResult
+
+    Raises
+    ------
+    InputError
+        If too little depth is known.
+    """
+    chosen = test or HiddenTest()
+    return compared_steps([hidden_steps(run, chosen, only, threads=threads) for run in runs])
+
+
+def compare_hidden(
+    runs: Sequence[Run],
+    test: HiddenTest | None = None,
+    only: Collection[int] | None = None,
+    *,
+    threads: int | None = None,
+    on_step: Callable[[Step], None] | None = None,
+) -> list[HiddenResult]:
+    """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
+
+    Runs that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Of one frame; blocks, parameters and distrusted depth may differ.
+    test, only, threads, on_step
+        As for `judge_hidden`.
+
+    Returns
+    -------
+    list of HiddenResult
+        In the order of the runs.
+
+    Raises
+    ------
+    InputError
+        If too little depth is known.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = 2 + 0.01 * np.arange(50) * np.ones((40, 1))
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
+    >>> runs = [ilf.Run(frame, np.ones((40, 50), np.int32), ilf.preset(name)) for name in ("best", "paper")]
+    >>> best, paper = compare_hidden(runs, HiddenTest("areas", (0,)))
+    >>> best.whole.pixels == paper.whole.pixels, best.whole.rmse < paper.whole.rmse
+    (True, True)
+    """
+    return run_out(comparison_steps(runs, test, only, threads=threads), on_step)
+
+
+def _one_seed(
+    run: Run, pattern: str, seed: int, only: Collection[int] | None, threads: int | None
+) -> Generator[Step, None, PixelErrors]:
+    judged = hidden_pixels(run.frame, pattern, seed) & run.frame.known & (run.blocks > 0)
+    wanted = run.only if only is None else only
+    if wanted is not None:
+        judged &= np.isin(run.blocks, list(wanted))
+    labels = np.unique(run.blocks[judged]).tolist()
+    alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), dense=False)
+    completion = yield from completion_steps(alone, threads)
+    error = expected_error(alone.frame, completion)
+    return PixelErrors(np.flatnonzero(judged), completion.depth[judged], run.frame.depth[judged], error[judged])

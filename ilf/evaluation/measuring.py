@@ -1,0 +1,309 @@
+"""Distances, heights and angles between points of the image that have depth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..data.camera import CameraIntrinsics
+from ..errors import InputError
+from ..io.tables import csv_text
+from .statistics import PlaneFit
+
+# Depth along a line between two points of the image.
+
+ImagePoint = tuple[float, float]
+"""Image coordinates x, y: the pixel in row r, column c covers x in [c, c + 1), y in [r, r + 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class DepthProfile:
+    """Samples of depth along a line, one per pixel that it passes.
+
+    Attributes
+    ----------
+    columns, rows : ndarray of intp, shape (N,)
+        The pixels, from the line's start to its end.
+    pixels : ndarray of float64, shape (N,)
+        Distance from the first of them in the image [px].
+    metres : ndarray of float64, shape (N,), or None
+        Distance along the surface [m]: from each sample with depth straight to the next one in space. It is
+        interpolated where depth is missing, NaN before the first and after the last sample with depth, and None without
+        intrinsics.
+    depth : ndarray of float32, shape (N,)
+        Depth [m], NaN = missing.
+    others : dict of str to ndarray of float32, shape (N,)
+        Other maps at the same pixels.
+    """
+
+    columns: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    pixels: NDArray[np.float64]
+    metres: NDArray[np.float64] | None
+    depth: NDArray[np.float32]
+    others: dict[str, NDArray[np.float32]]
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def to_csv(self) -> str:
+        """A table with a line per sample; the cell of what is missing is empty."""
+        metres = {} if self.metres is None else {"surface_m": self.metres}
+        lengths = {"distance_px": self.pixels, **metres}
+        depths = {"depth_m": self.depth, **self.others}
+        rows: list[list[object]] = [["x", "y", *lengths, *depths]]
+        for n, (x, y) in enumerate(zip(self.columns.tolist(), self.rows.tolist(), strict=True)):
+            cells = [float(f"{values[n]:.6g}") for values in lengths.values()]
+            cells += [float(f"{values[n]:.7g}") for values in depths.values()]
+            rows.append([x, y, *("" if np.isnan(cell) else cell for cell in cells)])
+        return csv_text(rows)
+
+
+def depth_profile(
+    depth: ArrayLike,
+    start: ImagePoint,
+    end: ImagePoint,
+    intrinsics: CameraIntrinsics | None = None,
+    others: Mapping[str, ArrayLike] | None = None,
+) -> DepthProfile:
+    """Depth along the straight line between two points, at the pixels that it passes: nothing is interpolated.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth [m], (H, W). What is not finite and positive is missing.
+    start, end : (float, float)
+        Image coordinates x, y. What lies off the image is left out.
+    intrinsics : CameraIntrinsics, optional
+        Needed for distances along the surface.
+    others : mapping of str to array_like, optional
+        Other maps (H, W) by name, to be read at the same pixels as they are.
+
+    Raises
+    ------
+    InputError
+        If shapes differ or no part of the line lies on the image.
+
+    Examples
+    --------
+    >>> depth = np.array([[2.0, np.nan, 2.0, 2.0]])
+    >>> profile = depth_profile(depth, (0.5, 0.5), (3.5, 0.5), CameraIntrinsics(100.0, 100.0, 0.0, 0.0))
+    >>> profile.depth.tolist(), profile.pixels.tolist()
+    ([2.0, nan, 2.0, 2.0], [0.0, 1.0, 2.0, 3.0])
+    >>> profile.metres.round(3).tolist()
+    [0.0, 0.02, 0.04, 0.06]
+    """
+    image = np.asarray(depth, np.float32)
+    if image.ndim != 2:
+        raise InputError(f"A profile needs depth of shape (H, W), not {image.shape}.")
+    columns, rows = _pixels(start, end)
+    height, width = image.shape
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    if not inside.any():
+        raise InputError("No part of the line lies on the image. Draw it across the frame.")
+    columns, rows = columns[inside], rows[inside]
+    found = image[rows, columns]
+    found = np.where(np.isfinite(found) & (found > 0), found, np.float32(np.nan))
+    pixels = np.hypot(columns - columns[0], rows - rows[0])
+    metres = None if intrinsics is None else _along(intrinsics.points(columns, rows, found), pixels)
+    return DepthProfile(columns, rows, pixels, metres, found, _others(others or {}, image.shape, rows, columns))
+
+
+def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Columns and rows of the pixels between two, one per step along the longer side."""
+    if not np.isfinite([*start, *end]).all():
+        raise InputError(f"The ends of a line must be finite image coordinates, not {start} and {end}.")
+    (x0, y0), (x1, y1) = np.floor(start), np.floor(end)
+    steps = int(max(abs(x1 - x0), abs(y1 - y0)))
+    return (
+        np.rint(np.linspace(x0, x1, steps + 1)).astype(np.intp),
+        np.rint(np.linspace(y0, y1, steps + 1)).astype(np.intp),
+    )
+
+
+def _along(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Length of the way through points (N, 3) up to each of them; pixels say where missing ones lie between."""
+    known = np.isfinite(points[:, 2])
+    if not known.any():
+        return np.full(len(points), np.nan)
+    steps = np.linalg.norm(np.diff(points[known], axis=0), axis=1)
+    lengths = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.interp(pixels, pixels[known], lengths, left=np.nan, right=np.nan)
+
+
+def _others(
+    maps: Mapping[str, ArrayLike], shape: tuple[int, ...], rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> dict[str, NDArray[np.float32]]:
+    arrays = {name: np.asarray(values) for name, values in maps.items()}
+    for name, array in arrays.items():
+        if array.shape != shape:
+            raise InputError(f"The map {name!r} of shape {array.shape} does not belong to depth of shape {shape}.")
+    return {name: array[rows, columns].astype(np.float32) for name, array in arrays.items()}
+
+
+CAMERA_UP = (0.0, -1.0, 0.0)
+"""Up in the image: the camera's y points down."""
+
+NEEDS_CAMERA = "Lengths and angles in space need the camera's intrinsics, and this frame has none. Open it with them."
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A chain of points in space.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (N, 3)
+        In camera axes [m]: x right, y down, z forward; NaN where there is no depth.
+    distances : ndarray of float64, shape (N - 1,)
+        From each point straight to the next [m].
+    heights : ndarray of float64, shape (N - 1,)
+        How much higher the next point lies [m].
+    angles : ndarray of float64, shape (N,)
+        Between the ways to the points before and after [degrees]; NaN at the ends of the chain.
+    """
+
+    points: NDArray[np.float64]
+    distances: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    angles: NDArray[np.float64]
+
+    @property
+    def length(self) -> float:
+        """Of the whole chain [m]; NaN if a point has no depth."""
+        return float(self.distances.sum())
+
+
+def place_of(
+    depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics | None
+) -> NDArray[np.float64]:
+    """Where the pixel at image coordinates x, y lies in space [m]: the centre of the pixel, at its depth.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics, off the image, or where depth is missing.
+
+    Examples
+    --------
+    >>> place_of(np.full((9, 9), 2.0), (5.9, 4.1), CameraIntrinsics(100.0, 100.0, 0.0, 4.0)).tolist()
+    [0.1, 0.0, 2.0]
+    """
+    if intrinsics is None:
+        raise InputError(NEEDS_CAMERA)
+    column, row = math.floor(point[0]), math.floor(point[1])
+    height, width = depth.shape
+    if not (0 <= row < height and 0 <= column < width):
+        raise InputError(f"The point x {column}, y {row} lies off the image. Choose one on it.")
+    z = float(depth[row, column])
+    if not (math.isfinite(z) and z > 0):
+        raise InputError(f"There is no depth at x {column}, y {row}. Choose a pixel beside it, or complete the block.")
+    return intrinsics.points(column, row, z)
+
+
+def measure(
+    depth: ArrayLike,
+    chain: Sequence[ImagePoint],
+    intrinsics: CameraIntrinsics | None,
+    up: tuple[float, float, float] = CAMERA_UP,
+) -> Measured:
+    """Distances, heights and angles along a chain of points of the image.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth [m], (H, W). What is not finite and positive is missing.
+    chain : sequence of (float, float)
+        Image coordinates x, y.
+    intrinsics : CameraIntrinsics
+    up : (float, float, float)
+        Where heights are measured along, in camera axes: the image's upright unless given, or a `PlaneFit.normal`.
+
+    Returns
+    -------
+    Measured
+        With NaN for what depends on a point without depth, which may have lost it since it was chosen.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics, or if `up` has no direction.
+
+    Examples
+    --------
+    >>> camera = CameraIntrinsics(100.0, 100.0, 0.0, 0.0)
+    >>> found = measure(np.full((9, 9), 2.0), [(0.5, 3.5), (0.5, 0.5), (4.5, 0.5)], camera)
+    >>> found.distances.round(3).tolist(), found.heights.round(3).tolist()
+    ([0.06, 0.08], [0.06, 0.0])
+    >>> found.angles.round(1).tolist()
+    [nan, 90.0, nan]
+    """
+    if intrinsics is None:
+        raise InputError(NEEDS_CAMERA)
+    axis = np.asarray(up, np.float64)
+    size = float(np.linalg.norm(axis))
+    if not (math.isfinite(size) and size > 0):
+        raise InputError(f"Heights are measured along a direction, which {up} is not.")
+    image = np.asarray(depth)
+    points = np.array([_place_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
+    ways = np.diff(points, axis=0)
+    angles = np.full(len(points), np.nan)
+    for n in range(1, len(points) - 1):
+        angles[n] = _angle(-ways[n - 1], ways[n])
+    return Measured(points, np.linalg.norm(ways, axis=1), ways @ axis / size + 0.0, angles)
+
+
+def angle_between(one: PlaneFit, other: PlaneFit) -> float:
+    """Angle between two planes [degrees], 0 for parallel ones, at most 90.
+
+    Raises
+    ------
+    InputError
+        If one of them was fitted without intrinsics.
+
+    Examples
+    --------
+    >>> floor, wall = PlaneFit(0.0, 0.0, (0.0, -1.0, 0.0), 90.0), PlaneFit(0.0, 0.0, (0.0, 0.0, -1.0), 0.0)
+    >>> angle_between(floor, wall)
+    90.0
+    """
+    if one.normal is None or other.normal is None:
+        raise InputError(NEEDS_CAMERA)
+    angle = _angle(np.array(one.normal), np.array(other.normal))
+    return min(angle, 180.0 - angle)
+
+
+def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], Measured]]) -> str:
+    """A table with a line per point: where it is, how far from the one before and how much higher, and the angle there.
+
+    What is missing is an empty cell.
+    """
+    names = ["x_m", "y_m", "z_m", "distance_m", "height_m", "angle_deg"]
+    rows: list[list[object]] = [["measurement", "point", "x", "y", *names]]
+    for number, (chain, measured) in enumerate(chains, 1):
+        for n, (x, y) in enumerate(chain):
+            since = [measured.distances[n - 1], measured.heights[n - 1]] if n else [math.nan, math.nan]
+            values = [*measured.points[n], *since, measured.angles[n]]
+            cells = ["" if math.isnan(value) else f"{value:.5f}" for value in values]
+            rows.append([number, n + 1, math.floor(x), math.floor(y), *cells])
+    return csv_text(rows)
+
+
+def _place_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:
+    try:
+        return place_of(depth, point, intrinsics)
+    except InputError:
+        return np.full(3, np.nan)
+
+
+def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Between two directions [degrees]; NaN if one of them has none."""
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    if not size > 0:
+        return math.nan
+    # well conditioned for small angles, too
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other)))

@@ -1,0 +1,181 @@
+"""Measures of completed depth against a truth (section 7). Metres throughout."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+DELTA_BASE = 1.25
+"""Base of the threshold accuracies delta < 1.25^k."""
+
+
+@dataclass(frozen=True)
+class ErrorMeasures:
+    """How far depth is from the truth, over a set of pixels. The error of a pixel is depth - truth.
+
+    Attributes
+    ----------
+    pixels : int
+        Number of pixels compared.
+    rmse, mae : float
+        Root mean square error [m], Eq. (5), and mean absolute error [m], Eq. (6).
+    median : float
+        Median absolute error [m].
+    rel : float
+        Mean of |error| / truth, Eq. (7).
+    delta : tuple of float
+        Shares of pixels with max(depth / truth, truth / depth) < 1.25^k, for k = 1, 2, 3.
+    acc : float
+        Accuracy ACC, Eq. (3): the mean error [m], with its sign.
+    prs : float
+        Precision PRS, Eq. (4): the standard deviation of the error [m], over N and not N - 1 pixels. As printed,
+        Eq. (4) squares the whole sum of the deviations, which is always 0; the deviations are squared here.
+    """
+
+    pixels: int
+    rmse: float
+    mae: float
+    median: float
+    rel: float
+    delta: tuple[float, float, float]
+    acc: float
+    prs: float
+
+
+def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mask: NDArray[np.bool_]) -> ErrorMeasures:
+    """Compare depth with the truth over a mask.
+
+    Parameters
+    ----------
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m].
+    truth : ndarray of float, shape (H, W)
+        True depth [m].
+    mask : ndarray of bool, shape (H, W)
+        The pixels to compare; both depths must be known and positive there.
+
+    Raises
+    ------
+    InputError
+        If shapes differ, the mask is empty, or a depth under it is missing.
+
+    Examples
+    --------
+    >>> truth = np.full((1, 4), 2.0)
+    >>> errors = measure_errors(truth + [[0.0, 0.2, -0.2, 1.0]], truth, np.array([[True, True, True, False]]))
+    >>> errors.pixels, round(errors.rmse, 3), round(errors.mae, 3), round(errors.acc, 3)
+    (3, 0.163, 0.133, 0.0)
+    """
+    if not depth.shape == truth.shape == mask.shape:
+        raise InputError(
+            f"Depth {depth.shape}, truth {truth.shape} and mask {mask.shape} must have the same shape to be compared."
+        )
+    measured, true = depth[mask].astype(np.float64), truth[mask].astype(np.float64)
+    if measured.size == 0:
+        raise InputError("No pixel is chosen to be compared with the truth.")
+    for name, values in (("depth", measured), ("truth", true)):
+        lacking = np.count_nonzero(~(np.isfinite(values) & (values > 0)))
+        if lacking:
+            raise InputError(f"The {name} is missing at {lacking} of {values.size} pixels that are to be compared.")
+    error = measured - true
+    size = np.abs(error)
+    ratio = np.maximum(measured / true, true / measured)
+    delta_1, delta_2, delta_3 = (float(np.mean(ratio < DELTA_BASE**power)) for power in (1, 2, 3))
+    return ErrorMeasures(
+        pixels=error.size,
+        rmse=float(np.sqrt(np.mean(error**2))),
+        mae=float(np.mean(size)),
+        median=float(np.median(size)),
+        rel=float(np.mean(size / true)),
+        delta=(delta_1, delta_2, delta_3),
+        acc=float(np.mean(error)),
+        prs=float(np.std(error)),
+    )
+
+
+def fill_rate(depth: NDArray[np.floating], wanted: NDArray[np.bool_]) -> float:
+    """Share of the wanted pixels that have depth, 0-1.
+
+    Parameters
+    ----------
+    depth : ndarray of float, shape (H, W)
+        Depth [m]; what is not finite and positive is missing.
+    wanted : ndarray of bool, shape (H, W)
+        Pixels that should have depth, usually those that were missing before.
+
+    Raises
+    ------
+    InputError
+        If shapes differ or no pixel is wanted.
+
+    Examples
+    --------
+    >>> fill_rate(np.array([[1.5, np.nan, 2.0]]), np.array([[False, True, True]]))
+    0.5
+    """
+    if depth.shape != wanted.shape:
+        raise InputError(f"Depth {depth.shape} and mask {wanted.shape} must have the same shape.")
+    values = depth[wanted]
+    if values.size == 0:
+        raise InputError("No pixel is wanted, so there is no share of them that is filled.")
+    return float(np.mean(np.isfinite(values) & (values > 0)))
+
+
+# How good an expected error is, once the true errors are known: how many lie within it, and how it ranks pixels.
+
+Values = NDArray[np.floating]
+
+
+def share_within(error: Values, expected: Values, times: float = 1.0) -> float:
+    """Share of the errors, 0-1, that are at most so many times the expected ones.
+
+    Parameters
+    ----------
+    error, expected : ndarray of float, shape (N,)
+        True and expected errors [m], of either sign and positive; at least one.
+    times : float
+
+    Examples
+    --------
+    >>> share_within(np.array([0.1, -0.3, 0.5]), np.array([0.2, 0.2, 0.2]))
+    0.3333333333333333
+    """
+    return float(np.mean(np.abs(error) <= times * expected))
+
+
+def sparsification_error(error: Values, expected: Values) -> float:
+    """How much worse than the true errors the expected ones say which pixels to do without: 0 is perfect.
+
+    Pixels leave one by one, those with the largest expected error first, and the RMSE of the rest is taken each time;
+    so is that of pixels that leave by their true errors, which no other order can beat. The mean difference of these
+    two curves, over the RMSE of all pixels, is what is told. An order without any sense has 0.6 where errors are
+    normal, and more where few are large. It depends on the order of the expected errors alone, not on their size.
+
+    Parameters
+    ----------
+    error, expected : ndarray of float, shape (N,)
+        True and expected errors [m], of either sign and positive; at least one. Pixels of the same expected error leave
+        together: their squared errors are taken for the mean of them.
+
+    Examples
+    --------
+    >>> error = np.array([0.1, 0.2, 0.4])
+    >>> sparsification_error(error, error), round(sparsification_error(error, 1 - error), 2)
+    (0.0, 0.58)
+    """
+    squares = np.square(error, dtype=np.float64)
+    _, ranks, counts = np.unique(expected, return_inverse=True, return_counts=True)
+    by_expected = np.repeat(np.bincount(ranks, squares) / counts, counts)
+    total = float(np.sqrt(squares.mean()))
+    if total == 0:
+        return 0.0
+    return float(np.mean(_rmse_of_first(by_expected) - _rmse_of_first(np.sort(squares)))) / total
+
+
+def _rmse_of_first(squares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """RMSE of the first, the first two, ... of some squared errors."""
+    return np.sqrt(np.cumsum(squares) / np.arange(1, squares.size + 1))

@@ -1,0 +1,356 @@
+"""Blocks that hold more than one surface: depth that jumps inside of them, seen or hidden in missing depth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects
+from skimage.measure import label as connected_regions
+
+from ...data.pixel_grids import Pairs, apart, long_lines, mark, sides
+from ...segmentation.edges.relief import JUMP_LENGTH
+from .places import Ground, Group, Place, largest_groups, number_groups
+
+_REACH = 24
+"""How far [px] from a fault filled depth is spoilt by it: all the way where it runs, and less and less away from it."""
+
+_LEAST_KNOWN = 0.03
+"""What a pixel of known depth beside a fault counts, of one that is to be filled."""
+
+_BESIDE = 2
+"""How far [px] from a jump the depth on its sides is looked at: right beside it, pixels may lie on neither."""
+
+
+_FAR = 20.0
+"""Distance [px] between two known pixels at which a difference between their surfaces counts half: across a wide gap,
+it may as well be a bend."""
+
+_FOUND, _AROUND = 0.5, 7
+"""Edge strength that bears out what lies hidden, and how far [px] from where it is thought to be."""
+
+_UNSEEN = 0.3
+"""What two surfaces count with no edge of colour between them."""
+
+
+def find_faults(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+    """Depth jumps inside blocks, and blocks with two surfaces that only missing depth parts."""
+    jumps, hidden = _jumps(ground), _hidden(ground, strength)
+    step = np.maximum(jumps, hidden)
+    numbers = number_groups(step > 0, ground.labels)
+    if not numbers.any():
+        return
+    for group in largest_groups(numbers, _harm(ground, numbers, step), ground.labels):
+        seen = jumps[group.rows, group.columns]
+        kind = "jump" if np.count_nonzero(seen) * 2 > seen.size else "surfaces"
+        yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(ground, group, kind, step))
+
+
+def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of every group: what is to be filled around it, times the step [m] at the nearest of its pixels."""
+    away, nearest = cv2.distanceTransformWithLabels(
+        (numbers == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    at = np.zeros(int(nearest.max()) + 1, np.int64)
+    on = numbers > 0
+    at[nearest[on]] = np.flatnonzero(on)
+    reached = at[nearest[away < _REACH]]
+    labels = ground.labels
+    counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
+        ground.missing[away < _REACH], 1.0, _LEAST_KNOWN
+    )
+    faded = 1 - away[away < _REACH] / _REACH
+    weights = counts * faded * step.ravel()[reached]
+    harm = np.bincount(numbers.ravel()[reached], weights, minlength=int(numbers.max()) + 1)
+    return np.asarray(harm, np.float64)
+
+
+def _jumps(ground: Ground) -> NDArray[np.float64]:
+    """Height [m] of the jumps in known depth inside blocks, 0 elsewhere."""
+    height, width = ground.labels.shape
+    found = np.zeros((height, width))
+    jumps = ground.relief.jumps
+    inner = long_lines((jumps[0] & ground.inner[:, :-1], jumps[1] & ground.inner[:-1]), JUMP_LENGTH)
+    for side, (dy, dx) in enumerate(((0, 1), (1, 0))):
+        rows, columns = np.nonzero(inner[side])
+        one = (
+            np.clip(rows - _BESIDE * dy, 0, height - 1),
+            np.clip(columns - _BESIDE * dx, 0, width - 1),
+        )
+        other = (
+            np.clip(rows + (1 + _BESIDE) * dy, 0, height - 1),
+            np.clip(columns + (1 + _BESIDE) * dx, 0, width - 1),
+        )
+        step = np.abs(ground.depth[one].astype(np.float64) - ground.depth[other])
+        found[rows, columns] = np.maximum(found[rows, columns], step)
+    return found
+
+
+def _hidden(ground: Ground, strength: NDArray[np.float32]) -> NDArray[np.float64]:
+    """How far apart [m] the surfaces are that meet in missing depth inside a block, 0 elsewhere; less where it is in
+    doubt that they do."""
+    found = np.zeros(ground.labels.shape)
+    pieces = ground.pieces.ravel()
+    width = ground.labels.shape[1]
+    square = np.ones((2 * _AROUND + 1,) * 2, np.uint8)
+    edge = cv2.dilate(np.where(ground.inner, strength, np.float32(0)), square)
+    seen = _UNSEEN + (1 - _UNSEEN) * np.minimum(edge / _FOUND, 1.0)
+    for side, (one, other) in enumerate(sides(ground.source)):
+        rows, columns = np.nonzero(_inside(ground)[side] & (one != other) & (one >= 0) & (other >= 0))
+        near, far = one[rows, columns], other[rows, columns]
+        parted = pieces[near] != pieces[far]
+        rows, columns, near, far = rows[parted], columns[parted], near[parted], far[parted]
+        gap = np.hypot(near // width - far // width, near % width - far % width)
+        by = ground.apart(near, far) * seen[rows, columns] / (1 + (gap / _FAR) ** 2)
+        found[rows, columns] = np.maximum(found[rows, columns], by)
+    # what known depth says for itself is a jump or none
+    return np.where(ground.missing, found, 0.0)
+
+
+def _inside(ground: Ground) -> Pairs:
+    right, below = apart(ground.labels)
+    return ~right & (ground.labels[:, 1:] > 0), ~below & (ground.labels[1:] > 0)
+
+
+def _step_reason(ground: Ground, group: Group, kind: str, step: NDArray[np.float64]) -> str:
+    if kind == "jump":
+        height = float(np.median(step[group.rows, group.columns]))
+        return f"Depth jumps by {height:.2f} m inside Block {group.label}."
+    near, far = _beside(ground, group)
+    return f"Block {group.label} holds two surfaces, {near:.2f} m and {far:.2f} m."
+
+
+def _beside(ground: Ground, group: Group) -> tuple[float, float]:
+    """Depth [m] of the nearer and of the farther surface along a fault that lies hidden."""
+    height, width = ground.labels.shape
+    corners = []
+    for down, right in ((0, 0), (0, 1), (1, 0)):
+        rows, columns = np.minimum(group.rows + down, height - 1), np.minimum(group.columns + right, width - 1)
+        depth = ground.depth.ravel()[ground.source[rows, columns]]
+        corners.append(np.where(ground.labels[rows, columns] == group.label, depth, np.nan))
+    return float(np.median(np.nanmin(corners, axis=0))), float(np.median(np.nanmax(corners, axis=0)))
+
+
+# Borders between surfaces at different depths that lie where nothing in the picture asks for one.
+
+_STRONG, _WEAK = 0.5, 0.25
+"""Edge strength from which on a border may well be there, and below which it hardly is."""
+
+"""An edge within so many pixels of a border is under it."""
+
+"""How far [px] from a border that is off the right place may be."""
+
+_BLAME = 0.3
+"""How sure it is that a border without an edge is wrong: in missing depth, colours of two surfaces may be alike."""
+
+_NOWHERE = 4
+"""How far [px] a border is taken to be off if there is no edge in reach that it might belong to."""
+
+
+def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+    """Stretches of borders through missing depth, off any edge, between blocks whose depths differ there."""
+    off, apart_by, one, other = _stretches(ground, strength)
+    harm = _BLAME * off * apart_by
+    pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
+    numbers = np.asarray(connected_regions(pair, background=0, connectivity=2), np.int32)
+    totals = np.bincount(numbers.ravel(), harm.ravel(), minlength=int(numbers.max()) + 1)
+    for group in largest_groups(numbers, totals, one):
+        beyond = int(other[group.rows[0], group.columns[0]])
+        difference = float(np.median(apart_by[group.rows, group.columns]))
+        reason = (
+            f"Block {group.label} and Block {beyond} are {difference:.2f} m apart, and meet where nothing in colour or "
+            "depth parts them."
+        )
+        yield Place("border", group.box, (group.label, beyond), group.point, group.harm, reason)
+
+
+def _stretches(
+    ground: Ground, strength: NDArray[np.float32]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    """At the pixels of weak borders: how far [px] they may be off, how far apart [m] their blocks are, and the lower
+    and the higher label of these; 0 elsewhere."""
+    square = np.ones((2 * _BESIDE + 1,) * 2, np.uint8)
+    under = cv2.dilate(strength, square)
+    weak = (under < _WEAK) & ~ground.relief.near
+    edges = (strength >= _STRONG).astype(np.uint8)
+    away = cv2.distanceTransform(1 - edges, cv2.DIST_L2, 5) if edges.any() else np.full(edges.shape, np.inf)
+    share = cv2.blur(ground.missing.astype(np.float64), (_REACH + 1,) * 2)
+    off = share * np.where(away <= _REACH, away, _NOWHERE)
+    found, difference = np.zeros(weak.shape), np.zeros(weak.shape)
+    lower, higher = np.zeros(weak.shape, np.int64), np.zeros(weak.shape, np.int64)
+    for parted, labels, sources, weaknesses in zip(
+        apart(ground.labels), sides(ground.labels), sides(ground.source), sides(weak), strict=True
+    ):
+        both = parted & (labels[0] > 0) & (labels[1] > 0) & weaknesses[0] & weaknesses[1]
+        rows, columns = np.nonzero(both)
+        by = ground.apart(sources[0][rows, columns], sources[1][rows, columns])
+        better = by > difference[rows, columns]
+        rows, columns = rows[better], columns[better]
+        difference[rows, columns] = by[better]
+        found[rows, columns] = off[rows, columns]
+        lower[rows, columns] = np.minimum(*labels)[rows, columns]
+        higher[rows, columns] = np.maximum(*labels)[rows, columns]
+    return found, difference, lower, higher
+
+
+# Parts that lie apart from their block or inside another one, and parts too thin to be a surface.
+
+_KNOWN = 0.2
+"""Error [m] that a pixel of an island is charged with at least: its shape is wrong whatever its depth is."""
+
+_OWN_SHARE, _FRAME_SHARE = 0.2, 0.01
+"""A part of a block that is larger than this share of it, or of the frame, is no island but a half of it; nor is a
+block that is larger than this share of the one around it, or of the frame."""
+
+_ENCLOSED = 0.9
+"""A block lies inside another one if that is beyond so much of its border."""
+
+_EDGE = 0.35
+"""Mean edge strength along the border of an enclosed block above which it is a thing of its own."""
+
+_THIN = 2.5
+"""Nowhere farther [px] from a border than that, and it is a sliver."""
+
+_SMALLEST = 6
+"""Parts of fewer pixels are not worth going to, one by one."""
+
+
+class _Parts(NamedTuple):
+    """4-connected parts of equal label, by number from 1 on."""
+
+    numbers: NDArray[np.int32]
+    label: NDArray[np.int64]
+    pixels: NDArray[np.int64]
+    width: NDArray[np.float64]
+    """Largest distance to a border [px]."""
+
+
+class _Shores(NamedTuple):
+    """Borders between parts, each from both sides."""
+
+    part: NDArray[np.int64]
+    beyond: NDArray[np.int64]
+    """Label beyond."""
+    edge: NDArray[np.float64]
+    """Edge strength, 1 where depth jumps."""
+    apart: NDArray[np.float64]
+    """How far apart the two sides' depths are [m]."""
+
+
+def find_islands(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+    """Islands, holes and slivers."""
+    parts = _find_parts(ground)
+    shores = _find_shores(ground, parts, strength)
+    count = parts.label.size
+    length = np.maximum(np.bincount(shores.part, minlength=count), 1)
+    edge = np.bincount(shores.part, shores.edge, minlength=count) / length
+    step = np.bincount(shores.part, shores.apart, minlength=count) / length
+    main_beyond, beyond_share = _main_neighbour(shores, count)
+    missing = np.bincount(parts.numbers[ground.missing], minlength=count)
+    total = np.bincount(parts.label, parts.pixels)
+    largest = np.zeros(total.size, np.int64)
+    np.maximum.at(largest, parts.label, parts.pixels)
+    small = np.minimum(_OWN_SHARE * total, _FRAME_SHARE * parts.numbers.size)
+    stray = (parts.pixels < largest[parts.label]) & (parts.pixels < small[parts.label])
+    stray |= (parts.label == 0) & ~_at_rim(parts)
+    inside = ~stray & (beyond_share >= _ENCLOSED) & (edge < _EDGE) & (main_beyond > 0)
+    inside &= ~_at_rim(parts) & (parts.pixels < small[main_beyond])
+    thin = ~stray & ~inside & (parts.width <= _THIN) & (parts.label > 0) & (edge < _EDGE)
+    harm = _KNOWN * parts.pixels + step * missing
+    boxes = find_objects(parts.numbers)
+    for number in np.flatnonzero((stray | inside | thin) & (parts.pixels >= _SMALLEST)).tolist():
+        if number == 0:
+            continue
+        kind = "sliver" if parts.width[number] <= _THIN else "island"
+        label, pixels, other = int(parts.label[number]), int(parts.pixels[number]), int(main_beyond[number])
+        down, along = boxes[number - 1]
+        box = down, along
+        rows, columns = np.nonzero(parts.numbers[box] == number)
+        group = Group(label, box, rows + down.start, columns + along.start, float(harm[number]))
+        reason = _island_reason(kind, label, pixels, other, bool(stray[number]))
+        # of what belongs to no block, the block around it is the one to choose
+        labels = (label, other) if label else (other,)
+        yield Place(kind, box, tuple(one for one in labels if one), group.point, group.harm, reason)
+
+
+def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) -> str:
+    around = f"Block {other}" if other else "no block"
+    if label == 0:
+        return f"A hole of {pixels:,} px in {around} belongs to no block."
+    if kind == "sliver":
+        return f"A sliver of {pixels:,} px of Block {label} lies along {around}."
+    if stray:
+        return f"An island of {pixels:,} px of Block {label} lies in {around}, apart from the rest."
+    return f"Block {label}, {pixels:,} px, lies inside {around}, and nothing parts them."
+
+
+def _find_parts(ground: Ground) -> _Parts:
+    numbers = np.asarray(connected_regions(ground.labels, background=-1, connectivity=1), np.int32)
+    count = int(numbers.max()) + 1
+    label = np.zeros(count, np.int64)
+    label[numbers] = ground.labels
+    borders = mark(apart(numbers))
+    borders[:, 1:] |= apart(numbers)[0]
+    borders[1:] |= apart(numbers)[1]
+    depth = cv2.distanceTransform((~borders).astype(np.uint8), cv2.DIST_L2, 3)
+    width = np.zeros(count)
+    np.maximum.at(width, numbers.ravel(), depth.ravel())
+    return _Parts(numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1)
+
+
+def _find_shores(ground: Ground, parts: _Parts, strength: NDArray[np.float32]) -> _Shores:
+    columns = []
+    jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(ground.relief.jumps))
+    for numbers, labels, sources, edges in zip(
+        sides(parts.numbers), sides(ground.labels), sides(ground.source), sides(jumps), strict=True
+    ):
+        parted = numbers[0] != numbers[1]
+        by = ground.apart(sources[0][parted], sources[1][parted])
+        edge = np.maximum(edges[0][parted], edges[1][parted])
+        for this, that in ((0, 1), (1, 0)):
+            columns.append((numbers[this][parted], labels[that][parted], edge, by))
+    part, beyond, edge, by = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return _Shores(part, beyond, edge, by)
+
+
+def _main_neighbour(shores: _Shores, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The label along most of every part's border, and along which share of it."""
+    main, share = np.zeros(count, np.int64), np.zeros(count)
+    if shores.part.size == 0:
+        return main, share
+    top = int(shores.beyond.max()) + 1
+    keys, lengths = np.unique(shores.part.astype(np.int64) * top + shores.beyond, return_counts=True)
+    order = np.argsort(lengths, kind="stable")
+    main[keys[order] // top] = keys[order] % top
+    share[keys[order] // top] = lengths[order]
+    return main, share / np.maximum(np.bincount(shores.part, minlength=count), 1)
+
+
+def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
+    numbers = parts.numbers
+    rim = np.zeros(parts.label.size, bool)
+    rim[np.concatenate([numbers[0], numbers[-1], numbers[:, 0], numbers[:, -1]])] = True
+    return rim
+
+
+# Filled depth that may be far off.
+
+_HIGH, _HIGH_SHARE = 0.1, 0.05
+"""An expected error is high above the larger of the two [m, share of the depth around]."""
+
+_ERROR_BLAME = 0.1
+"""How much of a high expected error is to be put down to blocks: most of it is there because so much is missing."""
+
+
+def find_high_errors(ground: Ground, error: NDArray[np.float32]) -> Iterator[Place]:
+    """Areas of high expected error [m], float32 (H, W), NaN where nothing was filled."""
+    high = ground.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * ground.depth))
+    numbers = number_groups(high, ground.labels)
+    totals = np.bincount(numbers[high], error[high], minlength=int(numbers.max()) + 1)
+    for group in largest_groups(numbers, _ERROR_BLAME * totals, ground.labels):
+        typical = float(np.median(error[group.rows, group.columns]))
+        reason = f"Expected error {1000 * typical:.0f} mm over {group.rows.size:,} px of Block {group.label}."
+        yield Place("error", group.box, (group.label,), group.point, group.harm, reason)

@@ -1,0 +1,163 @@
+"""Known depth that is likely wrong: flying pixels, speckles, and what is seen through glass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_fill_holes, find_objects
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ...completion.edge_aware.view import flying_pixels
+from ...data.blocks import Box
+from ...data.frame import RGBDFrame
+from ...data.pixel_grids import both, sides
+from ...errors import InputError
+
+Mask = NDArray[np.bool_]
+
+_JUMP, _JUMP_SHARE = 0.04, 0.04
+"""Neighbours that differ by less than the larger of the two [m, share of the depth] hang together."""
+
+_SPECKLE = 0.0001
+"""Largest share of the frame that a speckle has."""
+
+_STANDS_OUT = 2.0
+"""By how many such differences a speckle stands out from the nearest surface; what does not is a piece of it."""
+
+_BESIDE = 12
+"""How far [px] that surface may be from a speckle: farther away, nothing gainsays it."""
+
+_EDGES = (0.3, 0.5, 0.7)
+"""Edge strengths at which contours are looked for: things that touch come apart at one of them."""
+
+_LEAST, _MOST = 0.0005, 0.04
+"""Shares of the frame between which things lie that may be of glass."""
+
+_RING = 10
+"""Width [px] of the ring around a thing in which there is what lies behind it."""
+
+_RUNS_ON, _RUNS_ON_SHARE = 0.012, 0.6
+"""Depth runs on through a thing if it is within this share of its value of the plane around for so much of it."""
+
+_CALM, _DISTURBED = 0.5, 0.1
+"""Share of the ring that has depth at least, and by how much smaller that of the thing is: glass is seen through in
+parts only."""
+
+_LIKE = 60.0
+"""Difference of colour (Lab, 8 bits) between a thing and what lies around it up to which it may be seen through."""
+
+
+def suggest_distrust(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
+    """Known depth that is likely wrong, for somebody to look at.
+
+    These are flying pixels; speckles, which stand out from the surface around them; and things of glass, as far as they
+    give themselves away: a closed contour around colours that are those around it, where some depth is missing, but
+    what there is runs on from behind.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1], as by `ilf.edge_strength`.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+        Only pixels with known depth.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> depth = np.full((40, 60), 2.0)
+    >>> depth[20:22, 30:32] = 1.2
+    >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
+    >>> np.argwhere(suggest_distrust(frame, np.zeros((40, 60), np.float32))).tolist()
+    [[20, 30], [20, 31], [21, 30], [21, 31]]
+    """
+    if strength.shape != frame.shape:
+        raise InputError(f"The edge strength has shape {strength.shape}, but the frame has {frame.shape}.")
+    found = flying_pixels(frame) | _speckles(frame)
+    for box, thing in _glass(frame, strength):
+        found[box] |= thing
+    return found & frame.known
+
+
+def _speckles(frame: RGBDFrame) -> Mask:
+    """Small pieces of known depth that stand out from the surface beside them."""
+    known, depth = frame.known, frame.depth
+    near_by = np.maximum(_JUMP, _JUMP_SHARE * depth)
+    index = np.arange(depth.size).reshape(depth.shape)
+    links = []
+    for (one, other), (start, end), (limit, _), pair in zip(
+        sides(depth), sides(index), sides(near_by), both(known), strict=True
+    ):
+        linked = pair & (np.abs(one - other) <= limit)
+        links.append(np.stack([start[linked], end[linked]]))
+    rows, columns = np.concatenate(links, axis=1)
+    graph = coo_array((np.ones(rows.size, np.uint8), (rows, columns)), shape=(depth.size, depth.size))
+    _, pieces = connected_components(graph, directed=False)
+    small = known & (np.bincount(pieces)[pieces] <= max(_SPECKLE * depth.size, 4)).reshape(depth.shape)
+    large = known & ~small
+    if not (small.any() and large.any()):
+        return np.zeros(depth.shape, bool)
+    away, nearest = cv2.distanceTransformWithLabels(
+        (~large).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    at = np.zeros(int(nearest.max()) + 1, np.int64)
+    at[nearest[large]] = index[large]
+    surface = depth.ravel()[at[nearest]]
+    return np.asarray(small & (away <= _BESIDE) & (np.abs(depth - surface) > _STANDS_OUT * near_by))
+
+
+def _glass(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
+    """Boxes, and in them the things that the depth behind shows through."""
+    lab = cv2.cvtColor(np.ascontiguousarray(frame.rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
+    for least in _EDGES:
+        for box, thing, inside in _things(strength >= least):
+            if _is_seen_through(frame.depth[box], lab[box], thing, inside):
+                yield box, thing
+
+
+def _things(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
+    """What closed contours surround: boxes with some room around, and in them contour with inside, and inside alone."""
+    height, width = edges.shape
+    _, contours = cv2.connectedComponents(edges.astype(np.uint8), connectivity=8, ltype=cv2.CV_32S)
+    for number, (rows, columns) in enumerate(find_objects(np.asarray(contours, np.int32)), 1):
+        area = (rows.stop - rows.start) * (columns.stop - columns.start)
+        cut_off = rows.start == 0 or columns.start == 0 or rows.stop == height or columns.stop == width
+        if cut_off or not _LEAST <= area / edges.size <= 2 * _MOST:
+            continue
+        box = (
+            slice(max(rows.start - _RING, 0), min(rows.stop + _RING, height)),
+            slice(max(columns.start - _RING, 0), min(columns.stop + _RING, width)),
+        )
+        contour = contours[box] == number
+        thing = np.asarray(binary_fill_holes(contour), bool)
+        inside = thing & ~contour
+        if not _LEAST <= np.count_nonzero(inside) / edges.size <= _MOST:
+            continue
+        yield box, thing, inside
+
+
+def _is_seen_through(depth: NDArray[np.float32], lab: NDArray[np.float32], thing: Mask, inside: Mask) -> bool:
+    known = np.isfinite(depth)
+    ring = cv2.dilate(thing.astype(np.uint8), np.ones((2 * _RING + 1,) * 2, np.uint8)) > 0
+    ring &= cv2.dilate(thing.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0
+    behind, shown = ring & known, inside & known
+    calm = float(np.mean(known[ring])) if ring.any() else 0.0
+    if calm < _CALM or np.mean(known[thing]) > calm - _DISTURBED or not shown.any():
+        return False
+    if np.linalg.norm(np.median(lab[inside], axis=0) - np.median(lab[ring], axis=0)) > _LIKE:
+        return False
+    terms = np.stack([np.ones(depth.shape), *np.indices(depth.shape)], axis=-1)
+    plane = np.linalg.lstsq(terms[behind], 1 / depth[behind], rcond=None)[0]
+    off = np.abs(depth * (terms @ plane) - 1)
+    return bool(np.mean(off[shown] < _RUNS_ON) >= _RUNS_ON_SHARE and np.median(off[behind]) < _RUNS_ON)

@@ -1,0 +1,130 @@
+"""All suspicious places of a frame, the worst first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.cancellation import check_stopped
+from ...data.blocks import checked_labels
+from ...data.frame import RGBDFrame
+from ...errors import InputError
+from .checks import find_faults, find_high_errors, find_islands, find_weak_borders
+from .places import Place, survey
+
+LEAST_HARM = 1.0
+"""Score below which a place is not worth looking at: ten pixels that are ten centimetres off."""
+
+_SAME = 20.0
+"""Places of one block that are closer [px] than this are one."""
+
+
+def suspicious_places(
+    frame: RGBDFrame,
+    labels: NDArray[np.integer],
+    strength: NDArray[np.float32],
+    error: NDArray[np.float32] | None = None,
+    *,
+    least: float = LEAST_HARM,
+) -> list[Place]:
+    """Where the blocks of a frame, or its filled depth, look wrong; the most harmful places first.
+
+    What counts is the depth that is to be filled: a border between two parts of one plane does no harm wherever it
+    runs, and is none of them.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1], as by `ilf.edge_strength`.
+    error : ndarray of float32, shape (H, W), optional
+        Expected error [m] of filled depth, NaN where nothing was filled; without it, no place is there because of it.
+    least : float
+        Score that a place has at least.
+
+    Returns
+    -------
+    list of Place
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit.
+
+    Examples
+    --------
+    >>> depth = np.full((40, 60), 1.0)
+    >>> depth[:, 30:] = 1.5
+    >>> depth[10:30, 26:34] = np.nan
+    >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
+    >>> for place in suspicious_places(frame, np.ones((40, 60), np.int32), np.zeros((40, 60), np.float32)):
+    ...     print(place.kind, place.reason)
+    jump Depth jumps by 0.50 m inside Block 1.
+    """
+    blocks = checked_labels(labels, frame.shape)
+    for array, name in ((strength, "edge strength"), (error, "expected error")):
+        if array is not None and array.shape != frame.shape:
+            raise InputError(f"The {name} has shape {array.shape}, but the frame has {frame.shape}.")
+    ground = survey(frame, blocks)
+    found: list[Place] = []
+    for find in (find_faults, find_weak_borders, find_islands):
+        check_stopped()
+        found += find(ground, strength)
+    if error is not None:
+        found += find_high_errors(ground, error)
+    return _distinct(place for place in found if place.score >= least)
+
+
+def _distinct(places: Iterable[Place]) -> list[Place]:
+    """From the highest score down, without those that a higher one stands for."""
+    kept: list[Place] = []
+    for place in sorted(places, key=lambda place: (-place.score, place.point)):
+        if not any(math.dist(place.point, other.point) < _SAME and {*place.labels} & {*other.labels} for other in kept):
+            kept.append(place)
+    return kept
+
+
+# Blocks that came from another frame, and need a look.
+
+_NO_REASON = "it came from another frame."
+
+
+def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> list[Place]:
+    """The blocks that need a look as places, the largest first; they come before all others, whose harm can be judged.
+
+    Parameters
+    ----------
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    reasons : mapping of int to str
+        Block label -> why, a sentence; "" where that is not known. Blocks that are not there are left out.
+
+    Examples
+    --------
+    >>> place = carried_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
+    >>> place.kind, place.point, place.reason
+    ('carried', (2.5, 0.5), 'Block 2 was carried here: it is new.')
+    """
+    places: list[tuple[int, Place]] = []
+    for label, reason in reasons.items():
+        inside = labels == label
+        rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+        if rows.size:
+            box = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+            why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
+            text = f"Block {label} was carried here: {why}"
+            size = int(np.count_nonzero(inside))
+            places.append((size, Place("carried", box, (label,), _middle(inside, box), math.inf, text)))
+    return [place for _, place in sorted(places, key=lambda one: -one[0])]
+
+
+def _middle(inside: NDArray[np.bool_], box: tuple[slice, slice]) -> tuple[float, float]:
+    """The centre of the pixel of a block that is nearest to its mean."""
+    rows, columns = np.nonzero(inside[box])
+    nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
+    return float(columns[nearest] + box[1].start + 0.5), float(rows[nearest] + box[0].start + 0.5)

@@ -1,0 +1,324 @@
+"""Depth of a surface in numbers: what is missing, how it spreads, how flat and how noisy it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..completion.edge_aware.shape import noise_of
+from ..data.camera import CameraIntrinsics
+from ..data.frame import checked_mask
+from ..errors import InputError
+
+# Planes and quadrics through known depth, by least squares that outliers have no pull on.
+
+Array = NDArray[np.float64]
+
+_PER_COEFFICIENT = 4
+"""Least number of points per coefficient of a surface."""
+
+_LEAST_WIDTH = 0.75, 1.05
+"""Least deviation of the pixels across their strip for a plane and for a quadric [px]: three and four side by side."""
+
+_MOST = 40_000
+"""A surface is fitted to at most so many points, evenly chosen."""
+
+_ROUNDS = 12
+_PULL = 2.385
+"""Cauchy's weights halve at so many robust deviations."""
+
+_OUTLIER = 3.5
+"""What is off by more than so many robust deviations is an outlier."""
+
+_ROUNDING = 1e-6
+"""Deviations below this share of depth are those of float32 numbers."""
+
+
+@dataclass(frozen=True)
+class PlaneFit:
+    """The plane that most points lie on.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square of the points' distances from it [m], outliers left out: at right angles to it in camera space,
+        along the optical axis without intrinsics.
+    outliers : float
+        Share of the points that are farther off than 3.5 robust deviations, 0-1.
+    normal : (float, float, float) or None
+        Unit vector at right angles to it, towards the camera; None without intrinsics.
+    tilt : float
+        Angle between normal and optical axis [degrees], 0 for a plane that faces the camera; NaN without intrinsics.
+    """
+
+    rms: float
+    outliers: float
+    normal: tuple[float, float, float] | None
+    tilt: float
+
+
+@dataclass(frozen=True)
+class QuadricFit:
+    """The quadric, as a height over the fitted plane, that most points lie on.
+
+    Attributes
+    ----------
+    rms, outliers : float
+        As `PlaneFit`; distances are along the plane's normal.
+    """
+
+    rms: float
+    outliers: float
+
+
+def fit_plane(points: Array, pixels: Array) -> PlaneFit:
+    """The plane through points in camera space.
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, 3)
+        [m].
+    pixels : ndarray, shape (N, 2)
+        Where they are in the image [px].
+
+    Raises
+    ------
+    InputError
+        If there are too few of them, or if they form too narrow a strip.
+    """
+    check_support(pixels, 3, _LEAST_WIDTH[0], "plane")
+    return _plane(points)[0]
+
+
+def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
+    """The quadric through points in camera space; as `fit_plane`."""
+    check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
+    _, axes, centre = _plane(points)
+    local = (points - centre) @ axes.T
+    return _height_fit(local[:, 2], local[:, :2], _quadratic, np.abs(points[:, 2]).max())
+
+
+def fit_depth_plane(depth: Array, pixels: Array) -> PlaneFit:
+    """Depth [m], shape (N,), as a linear function of pixel coordinates, for want of intrinsics; as `fit_plane`."""
+    check_support(pixels, 3, _LEAST_WIDTH[0], "plane")
+    fit = _height_fit(depth, pixels, _linear, np.abs(depth).max())
+    return PlaneFit(fit.rms, fit.outliers, None, float("nan"))
+
+
+def fit_depth_quadric(depth: Array, pixels: Array) -> QuadricFit:
+    """Depth [m], shape (N,), as a quadratic function of pixel coordinates; as `fit_plane`."""
+    check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
+    return _height_fit(depth, pixels, _quadratic, np.abs(depth).max())
+
+
+def check_support(pixels: Array, coefficients: int, width: float, what: str) -> None:
+    """Raise InputError if a surface of so many coefficients would not be held by these pixels (N, 2)."""
+    least = _PER_COEFFICIENT * coefficients
+    if len(pixels) < least:
+        raise InputError(f"A {what} needs at least {least} pixels with depth; here are {len(pixels)}.")
+    across = np.linalg.eigvalsh(np.cov(pixels.T))[0]
+    if across < width**2:
+        raise InputError(f"The pixels with depth form too narrow a strip for a {what}.")
+
+
+def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
+    """Fit, axes (3, 3) with the normal last, and centre, by total least squares."""
+    few = _thinned(points)
+    weights = np.ones(len(few))
+    floor = _ROUNDING * float(np.abs(few[:, 2]).max())
+    for _ in range(_ROUNDS):
+        axes, centre = _principal(few, weights)
+        offsets = (few - centre) @ axes[2]
+        weights = _cauchy(offsets, floor)
+    good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
+    axes, centre = _principal(few[good], np.ones(np.count_nonzero(good)))
+    offsets = (points - centre) @ axes[2]
+    rms, outliers = _judged(offsets, floor)
+    x, y, z = axes[2].tolist()
+    tilt = float(np.degrees(np.arccos(min(abs(z), 1.0))))
+    return PlaneFit(rms, outliers, (x, y, z), tilt), axes, centre
+
+
+def _principal(points: Array, weights: Array) -> tuple[Array, Array]:
+    """Axes of the widest, second and least spread, the last towards the camera, and the centre."""
+    centre = np.average(points, axis=0, weights=weights)
+    apart = points - centre
+    _, vectors = np.linalg.eigh((apart * weights[:, None]).T @ apart)
+    axes = vectors.T[::-1].copy()
+    if axes[2] @ centre > 0:
+        axes[2] *= -1
+    return axes, centre
+
+
+def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], depth: float) -> QuadricFit:
+    """Heights (N,) as a polynomial of places (N, 2), which are turned and scaled so that it is well conditioned."""
+    apart = places - places.mean(axis=0)
+    spread, turn = np.linalg.eigh(np.cov(apart.T))
+    design = terms(apart @ turn / np.sqrt(spread))
+    few, low = _thinned(design), _thinned(heights)
+    floor = _ROUNDING * depth
+    weights = np.ones(len(few))
+    for _ in range(_ROUNDS):
+        offsets = low - few @ _solved(few, low, weights)
+        weights = _cauchy(offsets, floor)
+    good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
+    coefficients = _solved(few[good], low[good], np.ones(np.count_nonzero(good)))
+    return QuadricFit(*_judged(heights - design @ coefficients, floor))
+
+
+def _linear(places: Array) -> Array:
+    return np.column_stack([np.ones(len(places)), places])
+
+
+def _quadratic(places: Array) -> Array:
+    x, y = places.T
+    return np.column_stack([np.ones(len(places)), x, y, x * x, x * y, y * y])
+
+
+def _solved(design: Array, values: Array, weights: Array) -> Array:
+    weighted = design * weights[:, None]
+    return np.asarray(np.linalg.lstsq(weighted.T @ design, weighted.T @ values, rcond=None)[0], np.float64)
+
+
+def _thinned(rows: Array) -> Array:
+    return rows[:: max(-(-len(rows) // _MOST), 1)]
+
+
+def _cauchy(offsets: Array, floor: float) -> Array:
+    return 1.0 / (1.0 + (offsets / (_PULL * _deviation(offsets, floor))) ** 2)
+
+
+def _deviation(offsets: Array, floor: float) -> float:
+    """Robust standard deviation, not below a floor."""
+    return max(float(np.median(np.abs(offsets))) / 0.6745, floor)
+
+
+def _judged(offsets: Array, floor: float) -> tuple[float, float]:
+    """Root mean square without the outliers, and the outliers' share."""
+    good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
+    return float(np.sqrt(np.mean(offsets[good] ** 2))), 1.0 - float(np.mean(good))
+
+
+@dataclass(frozen=True)
+class SurfaceStatistics:
+    """Depth at some pixels in numbers, all in metres unless said otherwise; NaN where there is nothing to tell it by.
+
+    Attributes
+    ----------
+    pixels, known : int
+        Pixels that were asked for, and those of them with depth.
+    mean, median, deviation, least, largest : float
+        Of the known depth; the deviation is the standard deviation.
+    noise : float
+        Standard deviation of what differs from pixel to pixel, whatever the surface's shape: from the median size of
+        the second differences of three neighbours in a row or column, over 0.6745 and the root of 6. Depth that comes
+        in steps shows less than it has.
+    plane : PlaneFit or None
+    quadric : QuadricFit or None
+    reason : str
+        Why there is no plane or no quadric; "" if there are both.
+    """
+
+    pixels: int
+    known: int
+    mean: float
+    median: float
+    deviation: float
+    least: float
+    largest: float
+    noise: float
+    plane: PlaneFit | None
+    quadric: QuadricFit | None
+    reason: str
+
+    @property
+    def missing_share(self) -> float:
+        """Share of the pixels without depth, 0-1."""
+        return 1.0 - self.known / self.pixels
+
+
+def surface_statistics(
+    depth: ArrayLike, mask: ArrayLike | None = None, intrinsics: CameraIntrinsics | None = None
+) -> SurfaceStatistics:
+    """Statistics of the depth at the pixels of a mask, with the plane and the quadric that fit it best.
+
+    With intrinsics, both are fitted in camera space, a plane of the world being one there; else to depth over pixel
+    coordinates. A few outliers have no pull on them.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth [m], (H, W). What is not finite and positive is missing.
+    mask : array_like of bool, optional
+        The pixels, (H, W), such as a block's; all of them if not given.
+    intrinsics : CameraIntrinsics, optional
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit or the mask is empty.
+
+    Examples
+    --------
+    >>> rows, columns = np.mgrid[:20, :30]
+    >>> depth = 2.0 / (1.0 + 0.002 * columns)  # a slanted wall, in camera space
+    >>> depth[5, 5] = np.nan
+    >>> found = surface_statistics(depth, intrinsics=CameraIntrinsics(500.0, 500.0, 0.0, 0.0))
+    >>> found.pixels, found.known, round(found.mean, 3)
+    (600, 599, 1.944)
+    >>> round(found.plane.tilt, 3), found.plane.rms < 1e-6
+    (45.0, True)
+    >>> surface_statistics([[1.0, 2.0]]).reason
+    'A plane needs at least 12 pixels with depth; here are 2.'
+    """
+    image = np.asarray(depth, np.float32)
+    if image.ndim != 2:
+        raise InputError(f"Statistics need depth of shape (H, W), not {image.shape}.")
+    wanted = np.ones(image.shape, bool) if mask is None else checked_mask(mask, image.shape, "a surface")
+    count = int(np.count_nonzero(wanted))
+    if count == 0:
+        raise InputError("There is no pixel to take statistics of. Choose a block or draw a rectangle.")
+    inside = wanted & np.isfinite(image) & (image > 0)
+    rows, columns = np.nonzero(inside)
+    z = image[inside].astype(np.float64)
+    if z.size == 0:
+        none = math.nan
+        return SurfaceStatistics(
+            count, 0, none, none, none, none, none, none, None, None, "None of the pixels has depth."
+        )
+    box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+    plane, quadric, reason = _surfaces(z, rows, columns, intrinsics)
+    return SurfaceStatistics(
+        count,
+        z.size,
+        float(z.mean()),
+        float(np.median(z)),
+        float(z.std()),
+        float(z.min()),
+        float(z.max()),
+        noise_of(image[box], inside[box]),
+        plane,
+        quadric,
+        reason,
+    )
+
+
+def _surfaces(
+    z: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], intrinsics: CameraIntrinsics | None
+) -> tuple[PlaneFit | None, QuadricFit | None, str]:
+    """Plane, quadric, and why there is not one."""
+    pixels = np.column_stack([columns, rows]).astype(np.float64)
+    plane: PlaneFit | None = None
+    try:
+        if intrinsics is None:
+            plane = fit_depth_plane(z, pixels)
+            return plane, fit_depth_quadric(z, pixels), ""
+        points = intrinsics.points(columns, rows, z)
+        plane = fit_plane(points, pixels)
+        return plane, fit_quadric(points, pixels), ""
+    except InputError as error:
+        return plane, None, str(error)

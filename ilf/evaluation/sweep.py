@@ -1,0 +1,341 @@
+"""One parameter over a range, or two on a grid: what each value comes to, and which is best."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.declarations import Declaration, Value
+from ..data.parameters import Parameters, in_words
+from ..errors import InputError, ParameterError
+from ..run.run import Run
+from .evaluation import RunJudged, Step, fills_enough, over_shared, part_of, run_out
+from .ground_truth import pixels_with_truth, truth_steps
+from .hold_out import HiddenTest, completion_steps, hidden_steps
+
+MOST_POINTS = 150
+"""Of a sweep: the depth of every point is held until its end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Which values of which parameters are tried, and by what they are judged.
+
+    Parameters
+    ----------
+    run : Run
+        What is run with ever other values.
+    values : mapping of str to sequence
+        Name of a parameter of the filter -> its values; one name, or two for a grid.
+    criterion : HiddenTest, optional
+        By hidden depth; by the frame's truth, over the filled pixels, if left out.
+    only : collection of int, optional
+        Vary these blocks' own values, and run them alone. If left out, the common values are varied and all blocks are
+        run; those with values of their own keep them.
+
+    Raises
+    ------
+    ParameterError
+        If there are not one or two names or no values, more than `MOST_POINTS` points, a parameter is not known, a
+        value is out of range, or a parameter has no effect with any of the others' values.
+    InputError
+        If the frame has no truth where it is to be judged by that, or there are no such blocks.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> run = ilf.Run(frame, np.ones((40, 50), np.int32))
+    >>> sweep = Sweep(run, {"smoothness": [1, 3], "trend": [True, False]}, HiddenTest("areas", (0,)))
+    >>> len(sweep.points), sweep.points[1]
+    (4, {'smoothness': 1.0, 'trend': False})
+    """
+
+    run: Run
+    values: Mapping[str, Sequence[Value]]
+    criterion: HiddenTest | None = None
+    only: Collection[int] | None = None
+
+    def __post_init__(self) -> None:
+        known = Parameters.declarations()
+        if not 1 <= len(self.values) <= 2 or not all(len(values) for values in self.values.values()):
+            raise ParameterError("A sweep takes one or two parameters with at least one value each.")
+        if unknown := [name for name in self.values if name not in known]:
+            self.run.parameters.replace(**dict.fromkeys(unknown))
+        checked = {
+            name: tuple(dict.fromkeys(known[name].checked(value) for value in values))
+            for name, values in self.values.items()
+        }
+        object.__setattr__(self, "values", checked)
+        if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
+            raise InputError(f"There are no such blocks to vary the values of: {sorted(self.only)}.")
+        if (count := math.prod(map(len, checked.values()))) > MOST_POINTS:
+            raise ParameterError(
+                f"A sweep of {count} points would take too much memory: take fewer values, for {MOST_POINTS} at most."
+            )
+        bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
+        variants = [base.replace(**values) for base in bases for values in self.points]
+        for name in checked:
+            if not any(variant.matters(name) for variant in variants):
+                raise ParameterError(variants[0].without_effect([name])[0])
+        if self.criterion is None:
+            pixels_with_truth(self.run_with(self.points[0]))
+
+    @property
+    def points(self) -> tuple[dict[str, Value], ...]:
+        """The values of every point; of two parameters every pair, the second one changing fastest."""
+        return tuple(
+            dict(zip(self.values, combination, strict=True)) for combination in itertools.product(*self.values.values())
+        )
+
+    def run_with(self, values: Mapping[str, Value]) -> Run:
+        """The run with the values of a point."""
+        if self.only is None:
+            return replace(self.run, parameters=self.run.parameters.replace(**values), dense=False)
+        own = {label: self.run.parameters_of(label).replace(**values) for label in self.only}
+        return replace(self.run, own={**self.run.own, **own}, only=tuple(self.only), dense=False)
+
+
+@dataclass(frozen=True, eq=False)
+class SweepPoint(RunJudged):
+    """What came of some values; its run has them.
+
+    Attributes
+    ----------
+    values : dict
+        Name of parameter -> value.
+    depth : ndarray of float32, shape (H, W)
+        Completed depth [m], nothing being hidden; that of blocks that were not run is as it was measured.
+    """
+
+    values: dict[str, Value]
+    depth: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class SweepResult:
+    """All points of a sweep, judged over the pixels that all of them have filled.
+
+    Points that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+
+    Attributes
+    ----------
+    sweep : Sweep
+    points : tuple of SweepPoint
+        In the order of `Sweep.points`.
+    """
+
+    sweep: Sweep
+    points: tuple[SweepPoint, ...]
+
+    @property
+    def best(self) -> SweepPoint | None:
+        """The point with the smallest RMSE, the first of several; None if none filled anything."""
+        return self.best_by("rmse")
+
+    def best_by(self, measure: str) -> SweepPoint | None:
+        """The point with the smallest "rmse", "mae" or "median", of those that fill enough; None if there is none."""
+        everyone = [point.judged for point in self.points]
+        able = [point for point in self.points if point.whole.pixels and fills_enough(point.judged, everyone)]
+        return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
+
+
+def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
+    """`run_sweep`, step by step, for those who show it or may stop it.
+
+    Parameters
+    ----------
+    sweep, threads
+        As there.
+
+    Yields
+    ------
+    Step or SweepPoint
+        A point at its end, judged over all that it has filled itself; those of the result are judged over what all of
+        them have filled.
+
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        If too little depth is known for some of it to be hidden.
+    """
+    points: list[SweepPoint] = []
+    width = 1 / len(sweep.points)
+    for number, values in enumerate(sweep.points):
+        steps = _one_point(sweep, values, threads)
+        point = yield from part_of(steps, number * width, width, f"{', '.join(in_words(values))}: ")
+        points.append(point)
+        yield point
+    shared = over_shared([point.judged for point in points])
+    return SweepResult(
+        sweep, tuple(replace(point, judged=judged) for point, judged in zip(points, shared, strict=True))
+    )
+
+
+def run_sweep(
+    sweep: Sweep, *, threads: int | None = None, on_step: Callable[[Step | SweepPoint], None] | None = None
+) -> SweepResult:
+    """Try all values of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    threads : int, optional
+        As for `Run.steps`.
+    on_step : callable, optional
+        Called with every `Step` and with every `SweepPoint` at its end; what it raises ends the sweep.
+
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        If too little depth is known for some of it to be hidden.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> truth = 2 + 0.01 * np.arange(50, dtype=np.float32) * np.ones((40, 1), np.float32)
+    >>> depth = truth.copy()
+    >>> depth[10:30, 30:] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, truth=truth)
+    >>> result = run_sweep(Sweep(ilf.Run(frame, np.ones((40, 50), np.int32)), {"filter": ["ideal", "edge-aware"]}))
+    >>> [point.whole.pixels for point in result.points], result.best.values
+    ([400, 400], {'filter': 'edge-aware'})
+    """
+    return run_out(sweep_steps(sweep, threads=threads), on_step)
+
+
+def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:
+    started, run = time.perf_counter(), sweep.run_with(values)
+    if sweep.criterion is None:
+        found = yield from truth_steps(run, threads=threads)
+        judged, depth = found.judged, found.completion.depth
+    else:
+        width = 1 / (1 + len(sweep.criterion.seeds))
+        completion = yield from part_of(completion_steps(run, threads), 0, width)
+        hidden = yield from part_of(hidden_steps(run, sweep.criterion, threads=threads), width, 1 - width)
+        judged, depth = hidden.judged, completion.depth
+    return SweepPoint(run, judged, time.perf_counter() - started, values, depth)
+
+
+# Which values of a parameter are worth trying: a range around the present value, and values spread over it.
+
+LEAST_STEPS, MOST_STEPS = 2, 50
+"""Values that a range is spread over."""
+
+_FACTOR = 8.0
+"""A parameter whose size is felt by its ratio is tried from an eighth of its value to eight times it."""
+
+_LINEAR_STEPS = 20
+"""Another over so many of its own steps, or twice its distance from its minimum if that is more."""
+
+_DIGITS = 3
+"""Significant digits of values."""
+
+
+def can_be_swept(declaration: Declaration) -> bool:
+    """Whether a parameter is a number, which has a range."""
+    return declaration.kind in (int, float)
+
+
+def usual_range(declaration: Declaration, present: Value) -> tuple[float, float]:
+    """A range around the present value that is likely to show what the parameter does, within its bounds.
+
+    Examples
+    --------
+    >>> from ilf.data.parameters import Parameters
+    >>> usual_range(Parameters.declarations()["smoothness"], 1.0)
+    (0.125, 8.0)
+    >>> usual_range(Parameters.declarations()["boundary_strength"], 0.3)
+    (0.0, 1.0)
+    """
+    now, step = float(present), declaration.step
+    least = -math.inf if declaration.minimum is None else float(declaration.minimum)
+    most = math.inf if declaration.maximum is None else float(declaration.maximum)
+    if declaration.scale == "log":
+        # what has no ratio to the rest, as 0 for "auto", is left by as little as a person would
+        centre = now if now > 0 else max(step, least)
+        low, high = centre / _FACTOR, centre * _FACTOR
+    else:
+        span = _LINEAR_STEPS * step
+        if math.isfinite(least):
+            span = max(span, 2 * (now - least))
+        low = max(now - span / 2, least)
+        high = low + span
+    low, high = max(low, least), min(high, most)
+    if declaration.kind is int:
+        low, high = math.floor(low) if low >= 1 else max(least, round(low)), math.ceil(high)
+    return float(f"{low:.{_DIGITS}g}"), float(f"{high:.{_DIGITS}g}")
+
+
+def spread(
+    declaration: Declaration,
+    low: float,
+    high: float,
+    steps: int,
+    logarithmic: bool,
+    present: Value | None = None,
+) -> tuple[Value, ...]:
+    """Values from one end of a range to the other, rising, each once.
+
+    Parameters
+    ----------
+    declaration : Declaration
+        Of a number.
+    low, high : float
+        Both ends, which are among the values.
+    steps : int
+        How many values; fewer come where a whole number has not so many.
+    logarithmic : bool
+        Whether neighbours have equal ratios, and not equal differences.
+    present : int or float, optional
+        A value that is to be among them if it lies in the range.
+
+    Raises
+    ------
+    ParameterError
+        With a sentence that says what is wrong with the range.
+
+    Examples
+    --------
+    >>> from ilf.data.parameters import Parameters
+    >>> smoothness = Parameters.declarations()["smoothness"]
+    >>> spread(smoothness, 0.1, 10, 3, logarithmic=True, present=0.5)
+    (0.1, 0.5, 1.0, 10.0)
+    """
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"{declaration.label}: the range must rise, from {low:g} to {high:g} it does not.")
+    if not LEAST_STEPS <= steps <= MOST_STEPS:
+        raise ParameterError(f"A range is spread over {LEAST_STEPS} to {MOST_STEPS} values, not {steps}.")
+    if logarithmic and low <= 0:
+        raise ParameterError(
+            f"{declaration.label}: equal ratios cannot start at {low:g}. Start above 0, or take equal differences."
+        )
+    if logarithmic:
+        digits = _DIGITS + max(-math.floor(math.log10(high / low - 1)), 0)  # more where neighbours are closer
+        between = [float(f"{value:.{digits}g}") for value in np.geomspace(low, high, steps)[1:-1]]
+    else:
+        digits = _DIGITS - math.floor(math.log10(high - low))
+        between = [round(float(value), digits) for value in np.linspace(low, high, steps)[1:-1]]
+    inside = (min(max(value, low), high) for value in between)
+    found = {declaration.checked(_whole(declaration, value)) for value in (low, *inside, high)}
+    if present is not None and low <= float(present) <= high:
+        found.add(declaration.checked(present))
+    return tuple(sorted(found, key=float))
+
+
+def _whole(declaration: Declaration, value: float) -> float:
+    return round(value) if declaration.kind is int else value

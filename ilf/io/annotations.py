@@ -1,0 +1,309 @@
+"""COCO's JSON, and lists of masks like segment-anything's: polygons and run lengths, one file for many images."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from ..errors import FormatError, InputError
+from .images import image_header, read_image
+from .labels import UNNAMED, Candidate, LoadedBlocks, Part, cropped, stacked
+from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
+
+_IMAGES_SHOWN = 5
+
+
+def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], image: Path | None) -> LoadedBlocks:
+    """The blocks of a file's content: one per annotation of the image, named as its category.
+
+    Parameters
+    ----------
+    path : Path
+    content : dict
+        With `annotations`, and `images` or, as in SA-1B, one `image`.
+    shape : (int, int)
+        (H, W) of the frame.
+    image : Path, optional
+        The frame's colour file, by whose name the image is chosen if there are several.
+
+    Raises
+    ------
+    InputError
+        If there are several images and none of that name, if its size is another, or an annotation is damaged or off
+        the image.
+    """
+    images = content["images"] if "images" in content else [content["image"]] if "image" in content else []
+    if not isinstance(images, list) or not all(isinstance(one, dict) for one in images):
+        raise InputError(f"{path}: its images are no list of images. Export it again.")
+    annotations = _checked(path, content["annotations"])
+    if images:
+        chosen = _chosen_image(path, images, image)
+        stated = chosen.get("height"), chosen.get("width")
+        if None not in stated and stated != shape:
+            raise InputError(
+                f"{path}: its image {_name(chosen)!r} is {stated[1]!s:.20} x {stated[0]!s:.20}, the frame {shape[1]} x "
+                f"{shape[0]}. Use the file of this frame."
+            )
+        if "id" in chosen:
+            annotations = [one for one in annotations if one.get("image_id", chosen["id"]) == chosen["id"]]
+    return _stacked(path, annotations, shape, _categories(content.get("categories")))
+
+
+def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) -> LoadedBlocks:
+    """The blocks of a list of {"segmentation": ...}, as segment-anything writes it for an image.
+
+    Raises
+    ------
+    InputError
+        If it is for several images, or a mask is damaged or for an image of another size than `shape` (H, W).
+    """
+    annotations = _checked(path, content)
+    if len({str(one.get("image_id")) for one in annotations}) > 1:
+        raise InputError(f"{path} holds masks of several images and no list of them. Make a file for each image.")
+    # the ids of such masks count, if there are any, what the generator tried
+    return _stacked(path, [{**one, "id": None} for one in annotations], shape, {})
+
+
+def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, runs: bool) -> Any:
+    """A file's content: an annotation for every block, with the block's number as id and a category for its name."""
+    from scipy.ndimage import find_objects
+
+    boxes = find_objects(labels)
+    present = [label for label, box in enumerate(boxes, 1) if box is not None]
+    traced = {} if runs else outline_polygons(labels)
+    used = dict.fromkeys(names.get(label, UNNAMED) for label in present)
+    categories = {name: number for number, name in enumerate(used, 1)}
+    height, width = labels.shape
+    annotations = []
+    for label in present:
+        rows, columns = boxes[label - 1]
+        area = int(np.count_nonzero(labels[rows, columns] == label))
+        segmentation: Any = [points.astype(float).ravel().tolist() for points in traced.get(label, ())]
+        if runs:
+            segmentation = {"size": [height, width], "counts": compressed(run_lengths(labels == label))}
+        annotations.append({
+            "id": label,
+            "image_id": 1,
+            "category_id": categories[names.get(label, UNNAMED)],
+            "segmentation": segmentation,
+            "area": area,
+            "bbox": [columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start],
+            "iscrowd": 0,
+        })  # fmt: skip
+    return {
+        "images": [{"id": 1, "file_name": "" if image is None else image.name, "width": width, "height": height}],
+        "annotations": annotations,
+        "categories": [{"id": number, "name": name, "supercategory": ""} for name, number in categories.items()],
+    }
+
+
+def _checked(path: Path, annotations: Any) -> list[dict[str, Any]]:
+    if not isinstance(annotations, list) or not all(isinstance(one, dict) for one in annotations):
+        raise InputError(f"{path}: its annotations are no list of annotations. Export it again.")
+    return annotations
+
+
+def _chosen_image(path: Path, images: list[dict[str, Any]], image: Path | None) -> dict[str, Any]:
+    """The image whose name has most in common with that of the frame's colour file, from its end on."""
+    if len(images) == 1:
+        return images[0]
+    if image is not None:
+        alike = [_alike(_name(one), image) for one in images]
+        best = max(alike)
+        if best > 0 and alike.count(best) == 1:
+            return images[alike.index(best)]
+    shown = ", ".join(repr(_name(one)) for one in images[:_IMAGES_SHOWN])
+    more = f" and {len(images) - _IMAGES_SHOWN} more" if len(images) > _IMAGES_SHOWN else ""
+    sought = "the frame's" if image is None else f"the frame's, {image.name!r}"
+    raise InputError(
+        f"{path} holds {len(images)} images ({shown}{more}), and which is {sought}, is not clear. Export that image "
+        "alone, or name the colour file as it is named there."
+    )
+
+
+def _alike(name: str, image: Path) -> int:
+    """How far two paths agree from the end on; a name but for its suffix, or the folder's, counts least."""
+    stated = Path(name.replace("\\", "/"))
+    common = 0
+    for one, other in zip(reversed(stated.parts), reversed(image.parts), strict=False):
+        if one != other:
+            break
+        common += 1
+    return 2 * common if common else int(stated.stem in {image.stem, image.parent.name})
+
+
+def _name(image: dict[str, Any]) -> str:
+    return str(image.get("file_name", ""))[:200]
+
+
+def _categories(categories: Any) -> dict[object, str]:
+    """Number -> name."""
+    listed = categories if isinstance(categories, list) else []
+    return {
+        one["id"]: str(one["name"])
+        for one in listed
+        if isinstance(one, dict) and isinstance(one.get("id"), (int, str)) and "name" in one
+    }
+
+
+def _stacked(
+    path: Path, annotations: list[dict[str, Any]], shape: tuple[int, int], categories: Mapping[object, str]
+) -> LoadedBlocks:
+    outlined = [(number, one) for number, one in enumerate(annotations, 1) if one.get("segmentation")]
+    candidates = []
+    for number, one in outlined:
+        category, own = one.get("category_id"), one.get("id")
+        name = categories.get(category, "") if isinstance(category, (int, str)) else ""
+        where = f"{path}: annotation {own if type(own) is int else number}" + f" ({name!r:.40})" * bool(name)
+        parts = _coco_parts(one["segmentation"], where, shape)
+        candidates.append(Candidate(name, own if type(own) is int else None, parts))
+    boxes = len(annotations) - len(outlined)
+    notes = [f"{boxes} annotations without an outline, such as boxes, are left out."] if boxes else []
+    return stacked(path, shape, candidates, notes)
+
+
+def _coco_parts(segmentation: Any, where: str, shape: tuple[int, int]) -> Iterator[Part]:
+    if isinstance(segmentation, dict):
+        found = [part_of_runs(segmentation, where, shape)]
+    elif isinstance(segmentation, list):
+        found = [filled_polygon(points_of(one, where, shape), where, shape) for one in segmentation]
+    else:
+        raise InputError(f"{where} has an outline that is neither polygons nor run lengths. Export it again.")
+    yield from (part for part in found if part is not None)
+
+
+# labelme's JSON: polygons, rectangles, circles and masks, one file per image.
+
+_AREAS = ("polygon", "rectangle", "circle", "mask")
+
+
+def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int]) -> LoadedBlocks:
+    """The blocks of a file's content.
+
+    Shapes of one label and group_id are one block, as labelme has it; those without a group_id are one each. The
+    group_ids are the blocks' numbers where each block has another.
+
+    Raises
+    ------
+    InputError
+        If it is for an image of another size than `shape` (H, W), or a shape is damaged or off the image.
+    """
+    stated = content.get("imageHeight"), content.get("imageWidth")
+    if None not in stated and stated != shape:
+        raise InputError(
+            f"{path}: its image is {stated[1]!s:.20} x {stated[0]!s:.20}, the frame {shape[1]} x {shape[0]}. "
+            "Use the file of this frame."
+        )
+    groups: dict[object, list[tuple[int, dict[str, Any]]]] = {}
+    left_out: Counter[str] = Counter()
+    for number, one in enumerate(content["shapes"], 1):
+        if not isinstance(one, dict):
+            raise InputError(f"{path}: shape {number} is no shape. Export it again.")
+        kind = str(one.get("shape_type", "polygon"))
+        if kind not in _AREAS:
+            left_out[kind[:20]] += 1
+            continue
+        group = one.get("group_id")
+        groups.setdefault(number if group is None else (str(one.get("label")), str(group)), []).append((number, one))
+    candidates = [
+        Candidate(
+            str(shapes[0][1].get("label") or ""),
+            group if type(group := shapes[0][1].get("group_id")) is int else None,
+            _labelme_parts(path, shapes, shape),
+        )
+        for shapes in groups.values()
+    ]
+    kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
+    notes = [f"Shapes without an area are left out: {kinds}."] if kinds else []
+    return stacked(path, shape, candidates, notes)
+
+
+def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, target: Path) -> Any:
+    """A file's content: a polygon for every connected part of a block, with the block's number as group_id."""
+    return {
+        "version": "5.5.0",
+        "flags": {},
+        "shapes": [
+            {
+                "label": names.get(label, UNNAMED),
+                "points": points.astype(float).tolist(),
+                "group_id": label,
+                "description": "",
+                "shape_type": "polygon",
+                "flags": {},
+                "mask": None,
+            }
+            for label, parts in outline_polygons(labels).items()
+            for points in parts
+        ],
+        "imagePath": "" if image is None else _way_to(image, target),
+        "imageData": None,
+        "imageHeight": labels.shape[0],
+        "imageWidth": labels.shape[1],
+    }
+
+
+def _way_to(image: Path, target: Path) -> str:
+    """Where the image lies, as seen from the file's folder."""
+    try:
+        return Path(os.path.relpath(image, target.absolute().parent)).as_posix()
+    except ValueError:  # on another drive
+        return str(image)
+
+
+def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: tuple[int, int]) -> Iterator[Part]:
+    for number, one in shapes:
+        where = f"{path}: shape {number} ({str(one.get('label'))!r:.40})"
+        points = points_of(one.get("points"), where, shape)
+        kind = one.get("shape_type", "polygon")
+        if kind != "polygon" and len(points) != 2:
+            raise InputError(f"{where} is a {kind} with {len(points)} points instead of 2. Correct it in labelme.")
+        if kind == "mask":
+            part = _part_of_mask(one.get("mask"), points, where, shape)
+        elif kind == "circle":
+            part = _part_of_circle(points, shape)
+        else:
+            part = filled_polygon(points if kind == "polygon" else _rectangle(points), where, shape)
+        if part is not None:
+            yield part
+
+
+def _rectangle(points: Points) -> Points:
+    """Between two corners."""
+    return np.column_stack((points[[0, 1, 1, 0], 0], points[[0, 0, 1, 1], 1]))
+
+
+def _part_of_circle(points: Points, shape: tuple[int, int]) -> Part | None:
+    """Around the first point, through the second."""
+    (x, y), rim = points
+    radius = np.hypot(rim[0] - x, rim[1] - y)
+    rows, columns = np.arange(shape[0])[:, None] + 0.5, np.arange(shape[1]) + 0.5
+    return cropped((columns - x) ** 2 + (rows - y) ** 2 <= radius**2)
+
+
+def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Part | None:
+    """A PNG in base64, from the first point on."""
+    try:
+        data = base64.b64decode(encoded, validate=True)
+    except (TypeError, ValueError, binascii.Error):
+        raise InputError(f"{where} has no mask that can be read. Export it again.") from None
+    source = FileContent(Path(where), np.frombuffer(data, np.uint8))
+    header = image_header(source, data)
+    left, top = np.floor(points.min(axis=0)).astype(int).tolist()
+    if left < 0 or top < 0 or top + header.height > shape[0] or left + header.width > shape[1]:
+        raise InputError(
+            f"{where} reaches beyond the image, which is {shape[1]} x {shape[0]}. Is this the frame's file?"
+        )
+    image = read_image(source)
+    if image.ndim != 2:
+        raise FormatError(f"{where} has a mask in colour. Export it with one channel.")
+    return cropped(image > 0, top, left)

@@ -1,0 +1,146 @@
+"""Files of other programs -> blocks; which format it is, the content says."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from .._runtime.files import read_file, read_json, write_bytes
+from ..errors import ExportError, FormatError, InputError, cause
+from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
+from .labels import LoadedBlocks, blocks_of_mask_folder, checked_to_write, read_labels, write_labels
+
+_MAX_JSON_BYTES = 2**28
+_KINDS = "labelme's JSON, COCO's, or a list of masks like segment-anything's"
+
+
+def read_blocks(
+    path: str | os.PathLike[str], shape: tuple[int, int], *, image: str | os.PathLike[str] | None = None
+) -> LoadedBlocks:
+    """Read blocks from a label map (PNG), labelme's or COCO's JSON, a list of masks (JSON) or a folder of masks (PNG).
+
+    Where shapes overlap, the smallest lies on top. Polygons take the pixels whose centre is inside, by the even-odd
+    rule. Numbers are those of the file where they can be had: of group_ids (labelme) or annotations (COCO).
+
+    Parameters
+    ----------
+    path : path-like
+        A file, or a folder of masks; the format is recognised by the content.
+    shape : (int, int)
+        (H, W) of the frame, which it must be for.
+    image : path-like, optional
+        The frame's colour file, by whose name a COCO file's image is chosen if it has several.
+
+    Returns
+    -------
+    LoadedBlocks
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is for another size or image, or what it says is damaged or makes no sense.
+    FormatError
+        If it is of none of these formats.
+
+    Examples
+    --------
+    >>> from ilf.io.block_files import write_blocks
+    >>> write_blocks("chair.json", [[0, 7], [7, 7]], names={7: "chair"})
+    >>> found = read_blocks("chair.json", (2, 2))
+    >>> found.labels.tolist(), found.names
+    ([[0, 7], [7, 7]], {7: 'chair'})
+    """
+    place = Path(path).absolute()
+    try:
+        if place.is_dir():
+            return blocks_of_mask_folder(place, shape)
+    except OSError as error:
+        raise InputError(f"{place}: cannot be read ({cause(error)}). Check its permissions.") from error
+    content = read_file(place)
+    beginning = content.data[:64].tobytes().lstrip(b"\xef\xbb\xbf \t\r\n")
+    if place.suffix.lower() != ".json" and not beginning.startswith((b"{", b"[")):
+        return LoadedBlocks(read_labels(content, shape))
+    if content.data.size > _MAX_JSON_BYTES:
+        raise InputError(
+            f"{place} has {content.data.size / 2**20:.0f} MiB; at most 256 are read. Export this image alone."
+        )
+    parsed = read_json(content)
+    colour = None if image is None else Path(image).absolute()
+    if isinstance(parsed, list):
+        return blocks_of_mask_list(place, parsed, shape)
+    if isinstance(parsed, dict) and isinstance(parsed.get("shapes"), list):
+        return blocks_of_labelme(place, parsed, shape)
+    if isinstance(parsed, dict) and "annotations" in parsed:
+        return blocks_of_coco(place, parsed, shape, colour)
+    raise FormatError(f"{place} is JSON, but neither {_KINDS}. Export the blocks in one of these formats.")
+
+
+# Blocks -> files of other programs.
+
+BLOCK_FORMATS = {
+    "png": ("Label map, 16 bit", ".png"),
+    "coco": ("COCO, polygons", ".json"),
+    "coco-rle": ("COCO, run lengths", ".json"),
+    "labelme": ("labelme, polygons", ".json"),
+}
+"""Format -> what it is, and its suffix. All of them are exact to the pixel; names are in all but the first."""
+
+_DEFAULTS = {".png": "png", ".json": "coco"}
+
+
+def write_blocks(
+    path: str | os.PathLike[str],
+    labels: ArrayLike,
+    *,
+    format: str | None = None,
+    names: Mapping[int, str] | None = None,
+    image: str | os.PathLike[str] | None = None,
+) -> None:
+    """Write blocks atomically, so that `read_blocks` gives the very same label map.
+
+    Parameters
+    ----------
+    path : path-like
+        Must end in .png, or in .json for all other formats.
+    labels : array_like
+        Integers 0-65535, (H, W); 0 = no block.
+    format : str, optional
+        One of `BLOCK_FORMATS`; if left out, "png" or "coco", by the suffix.
+    names : mapping, optional
+        Label -> name. A block without one is called "block".
+    image : path-like, optional
+        The frame's colour file, which JSON files name.
+
+    Raises
+    ------
+    ExportError
+        If the labels do not fit into 16 bits, format and suffix do not go together, or the file cannot be written.
+
+    Notes
+    -----
+    Polygons follow the edges of pixels. Programs that fill a polygon and draw its outline on the pixels, too, as
+    labelme does when it exports masks, make blocks up to a pixel wider; those that only fill it, as COCO's own tools
+    do, do not.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    chosen = format or _DEFAULTS.get(suffix)
+    if chosen not in BLOCK_FORMATS:
+        ways = "use .png or .json" if format is None else f"there are {', '.join(BLOCK_FORMATS)}"
+        raise ExportError(f"Blocks cannot be written as {format or str(path)!r}: {ways}.")
+    if suffix != BLOCK_FORMATS[chosen][1]:
+        raise ExportError(f"Blocks as {chosen} cannot be written as {str(path)!r}: use {BLOCK_FORMATS[chosen][1]}.")
+    if chosen == "png":
+        write_labels(target, labels)
+        return
+    checked = checked_to_write(labels)
+    colour = None if image is None else Path(image).absolute()
+    if chosen == "labelme":
+        content = labelme_of_blocks(checked, names or {}, colour, target)
+    else:
+        content = coco_of_blocks(checked, names or {}, colour, runs=chosen == "coco-rle")
+    write_bytes(target, json.dumps(content).encode())

@@ -1,0 +1,135 @@
+"""Camera intrinsics from the many forms in which people give theirs: presets, text, numbers, JSON files."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from .._runtime.files import read_json
+from .._runtime.schema import Section
+from ..data.camera import INTRINSICS, WAY_OUT, CameraIntrinsics, as_camera, camera_from_numbers, camera_of, is_preset
+from ..errors import FormatError, InputError
+
+IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
+
+
+def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> CameraIntrinsics | None:
+    """Intrinsics from whatever describes them.
+
+    Parameters
+    ----------
+    spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
+        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
+        a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
+        {"intrinsic_matrix": nine numbers, column-major} as Open3D writes it; or the path of a JSON file that
+        holds one of these.
+    shape : (int, int), optional
+        (H, W) of the frame. Numbers whose own image size is known (presets; mappings with "width" and
+        "height") are scaled to it.
+
+    Returns
+    -------
+    CameraIntrinsics or None
+        None only where `spec` is None.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset, the numbers make no camera, or their image size has another aspect ratio
+        than the frame.
+    FormatError
+        If the JSON file cannot be read.
+
+    Examples
+    --------
+    >>> intrinsics_from("525,525,319.5,239.5").cx
+    319.5
+    >>> intrinsics_from("kinect-v2", shape=(212, 256)).fx
+    182.728
+    """
+    if spec is None:
+        return None
+    if isinstance(spec, os.PathLike) or (isinstance(spec, str) and not is_preset(spec)):
+        is_text = isinstance(spec, str) and "," in spec and not os.path.exists(spec)
+        return _from_text(str(spec)) if is_text else _from_file(Path(spec), shape)
+    return as_camera(spec, shape)
+
+
+def _from_text(text: str) -> CameraIntrinsics:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"{text!r} is not a list of numbers. {WAY_OUT}") from error
+    return camera_from_numbers(numbers, name="")
+
+
+def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
+    if path.suffix != ".json" and len(path.parts) < 2 and not os.path.exists(path):
+        near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
+        hint = f"Did you mean {near[0]}? " if near else ""
+        raise InputError(
+            f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {WAY_OUT}"
+        )
+    data = read_json(path)
+    try:
+        return camera_of(data, shape, name=path.name)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+# Cameras of BOP scenes: scene_camera.json gives every image intrinsics and a depth scale of its own.
+
+CAMERA_FILE = "scene_camera.json"
+
+
+def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
+    """Number of every image of a scene -> its intrinsics, and the millimetres that one unit of its depth is.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is damaged or holds something else.
+    """
+    data = read_json(path)
+    if not isinstance(data, dict):
+        raise FormatError(f"{path} must hold a JSON object with cam_K and depth_scale for each image.")
+    cameras = {}
+    for key, values in data.items():
+        try:
+            if not isinstance(values, dict):
+                raise FormatError("It is no JSON object.")
+            entry = Section(f"entry {key}", values)
+            scale = entry.get("depth_scale", float)
+            if not (scale > 0 and math.isfinite(1000 / scale)):
+                raise FormatError(f"depth_scale must be positive millimetres, not {scale:g}.")
+            cameras[int(key)] = camera_from_numbers(entry.items("cam_K", float), ""), scale
+        except (InputError, ValueError) as error:
+            raise FormatError(f"{path}, entry {key!r:.40}: {error}") from error
+    return cameras
+
+
+def camera_of_image(depth: Path) -> tuple[CameraIntrinsics, float]:
+    """Intrinsics and depth scale of a depth file of a scene, by the number that is its name.
+
+    Raises
+    ------
+    InputError
+        If there is no scene_camera.json above its folder, or it has no entry for the file.
+    FormatError
+        As `read_cameras`.
+    """
+    path = depth.absolute().parent.parent / CAMERA_FILE
+    if not os.path.isfile(path):
+        raise InputError(f"{depth} is in no BOP scene: there is no {path}. Give its scale, as in bop:0.1.")
+    cameras = read_cameras(path)
+    if not depth.stem.isdecimal() or int(depth.stem) not in cameras:
+        raise InputError(f"{path} has no entry for {depth.name}. Give its scale, as in bop:0.1.")
+    return cameras[int(depth.stem)]

@@ -1,0 +1,307 @@
+"""True depth of a frame, from a file like that of its depth."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, FileSource, read_file, write_bytes
+from .._runtime.formatting import as_float
+from ..data.frame import COMMON_DEPTH_UNITS, RGBDFrame, TruthFile, check_depth_scale
+from ..data.guide import Guide
+from ..errors import FormatError, InputError, ParameterError
+from .depth import checked_units, default_depth_units, read_depth_values
+from .depth_reading import decoded
+from .encodings import DepthEncoding
+from .float_images import read_exr, read_npy, read_npz, read_pfm
+from .images import read_image
+
+_FARTHEST = 1.5
+"""Median ratio of truth and known depth, or its inverse, above which their units do not fit each other."""
+
+
+def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: float | None = None) -> NDArray[np.float32]:
+    """Read true depth.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG, TIFF, PGM or NPY, as for depth.
+    shape : (int, int)
+        Height and width of the frame.
+    units : float, optional
+        File units per metre; None takes 1000 if the file holds integers and 1 if it holds floats.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        [m], NaN = unknown, which what lies beyond all sensors (see `ilf.io.encodings`) is, too.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, its size is not the frame's, nothing is known, or the scale is absurd.
+    FormatError
+        If it is damaged or holds something other than depth.
+    ParameterError
+        If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> truth = load_truth(asset_path("samples/room/gt.png"), (480, 640))
+    >>> truth.dtype, bool(np.isfinite(truth).all())
+    (dtype('float32'), True)
+    """
+    return read_truth(path, shape, units)[0]
+
+
+def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
+    """The same frame with the truth of a file, which its scale must fit.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    path : path-like
+        As for `load_truth`.
+    units : float, optional
+        File units per metre. None takes those of the frame's depth file if both hold integers; otherwise as there.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `inputs`, if it has any, name the file, too.
+
+    Raises
+    ------
+    InputError, FormatError, ParameterError
+        As `load_truth` does, and if truth and known depth cannot be in the same unit.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> from ilf._runtime.installation import asset_path
+    >>> room = asset_path("samples/room")
+    >>> frame = ilf.load_frame(room / "rgb.jpg", room / "depth.png")
+    >>> frame = with_truth_file(frame, room / "gt.png", units=1000)
+    >>> frame.inputs.truth.units
+    1000.0
+    """
+    usual = None if frame.inputs is None else frame.inputs.depth_units
+    truth, file = read_truth(path, frame.shape, units, usual)
+    problem = scale_misfit(truth, frame.measured, file.units)
+    if problem:
+        raise InputError(f"{file.path}: {problem}")
+    return frame.with_truth(truth, file)
+
+
+def scale_misfit(truth: NDArray[np.floating], depth: NDArray[np.floating], units: float) -> str:
+    """Why truth [m], read with some file units per metre, cannot be of the same scene as depth [m]; "" if it can."""
+    both = np.isfinite(truth) & np.isfinite(depth)
+    if not both.any():
+        return ""
+    ratio = float(np.median(truth[both] / depth[both]))
+    if 1 / _FARTHEST <= ratio <= _FARTHEST:
+        return ""
+    fitting = [other for other in COMMON_DEPTH_UNITS if 1 / _FARTHEST <= ratio * units / other <= _FARTHEST]
+    way_out = f"give {fitting[0]:g} as its units" if fitting else "check that it belongs to this frame"
+    return (
+        f"With {units:g} units per metre, this truth would be {ratio:.3g} times the measured depth: {way_out}, "
+        "or correct those of the depth."
+    )
+
+
+def read_truth(
+    path: FileSource, shape: tuple[int, int], units: float | None = None, usual: float | None = None
+) -> tuple[NDArray[np.float32], TruthFile]:
+    """`load_truth`, and what was read; integers are in `usual` file units per metre, if that is known."""
+    content = read_file(path)
+    values = read_depth_values(content)
+    if values.shape != shape:
+        raise InputError(
+            f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: a truth "
+            "must show the same pixels."
+        )
+    if units is None:
+        default = default_depth_units(values)
+        # depth in floats has 1 unit per metre, which says nothing of integers
+        units = usual if usual not in {None, 1.0} and default != 1 else default
+    try:
+        scale = checked_units(units)
+    except ParameterError as error:
+        raise ParameterError(f"{content}: {error}") from error
+    metres = decoded(values, DepthEncoding(None, scale))[0]
+    try:
+        check_depth_scale(metres)
+    except InputError as error:
+        raise InputError(f"{content} cannot be a truth: {error}") from error
+    return metres, TruthFile(str(content.path), content.sha256, scale)
+
+
+def is_truth(worth: object) -> bool:
+    """Whether the words of meta.json, or their lack, let its frame's gt.* count as a truth. Depth that an algorithm has
+    filled in is none."""
+    if worth is None:
+        return True
+    words = str(worth).lower()
+    return bool(words) and "fill" not in words and "not measured" not in words
+
+
+# A guide from a file, and into one.
+
+GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm", ".pfm", ".exr")
+"""Of files that a guide can be read from."""
+
+_USUAL_NAMES = ("guide", "depth", "disparity", "prediction")
+"""Names by which an NPZ with several arrays is asked for one, the first that is there."""
+
+_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+    ".npy": read_npy,
+    ".npz": lambda file: read_npz(file, _USUAL_NAMES),
+    ".pfm": read_pfm,
+    ".exr": read_exr,
+}
+
+
+def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
+    """Read a guide: depth or inverse depth of a frame, metric or relative.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one that is called guide, depth,
+        disparity or prediction. NPY and NPZ of shape (2, H, W) have a confidence from 0 to 1 beside the values.
+    shape : (int, int), optional
+        Height and width of the frame, which it is resized to; it must have the same aspect.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it says nothing, or its aspect is not the frame's.
+    FormatError
+        If it is damaged or holds something else, such as a coloured picture of depth.
+    """
+    content = read_file(path)
+    suffix = content.path.suffix.lower()
+    array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
+    try:
+        guide = Guide.of_array(array, str(content.path))
+        return guide if shape is None else guide.of_size(shape)
+    except InputError as error:
+        raise InputError(f"{content}: {error}") from error
+
+
+def write_guide(path: str | os.PathLike[str], guide: Guide) -> None:
+    """Write a guide atomically as NPY, with every digit."""
+    content = io.BytesIO()
+    np.save(content, guide.array.astype("<f4"))
+    write_bytes(path, content.getvalue())
+
+
+def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:
+    """Many programs write grey in three channels; alpha says nothing."""
+    if image.ndim == 2:
+        return image
+    colours = image[..., :3] if image.shape[2] >= 3 else image[..., :1]
+    if (colours != colours[..., :1]).any():
+        raise FormatError(
+            f"{file}: this is a coloured picture of depth, whose colours do not rise with depth. Export the values "
+            "themselves, in grey or as NPY."
+        )
+    return colours[..., 0]
+
+
+# How sure the sensor was of its depth, pixel by pixel: what is below a level is distrusted.
+
+CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+
+UNUSED = (
+    "There is a confidence map, and all depth counts all the same: with a least confidence (a row of the open dialog, "
+    "--min-confidence, min_confidence=; 2 for what ARKit calls high) what is below it is missing."
+)
+"""What is said where a confidence map is not used."""
+
+NO_MAP = "There is no confidence map, so the least confidence changes nothing."
+"""What is said where there is none to use."""
+
+
+def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
+    """Read a confidence map.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG, TIFF, PGM or NPY with one channel; the larger a value, the surer.
+    shape : (int, int)
+        Height and width of the frame's depth.
+
+    Returns
+    -------
+    ndarray, shape (H, W)
+        Real numbers of any type, as they are stored.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or its size is not that of the depth.
+    FormatError
+        If it is damaged or has several channels.
+    """
+    content = read_file(path)
+    values = read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
+    if values.ndim != 2 or values.dtype.kind not in "biuf":
+        raise FormatError(f"{content}: a confidence map has one number per pixel, and this is {_kind(values)}.")
+    if values.shape != shape:
+        raise InputError(
+            f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
+            "confidence map must show the same pixels."
+        )
+    return values
+
+
+def below(confidence: NDArray[Any], least: float, depth: NDArray[np.floating]) -> tuple[NDArray[np.bool_], str]:
+    """Known depth whose confidence is below a level, as a mask (H, W), and what to say of it.
+
+    Parameters
+    ----------
+    confidence : ndarray
+        (H, W); NaN is no confidence.
+    least : float
+    depth : ndarray
+        [m], (H, W), NaN = missing.
+
+    Raises
+    ------
+    InputError
+        If no known depth is left.
+    """
+    known = np.isfinite(depth)
+    low = known & ~(confidence >= least)
+    count, whole = int(np.count_nonzero(low)), int(np.count_nonzero(known))
+    if count == whole:
+        raise InputError(
+            f"No depth has a confidence of {least:g} or more: the map goes from {confidence.min():g} to "
+            f"{confidence.max():g}. Give a lower least confidence."
+        )
+    share = count / whole
+    return low, f"Depth of a confidence below {least:g} counts as missing: {count} pixels, {share:.1%} of the known."
+
+
+def checked_least(value: object) -> float:
+    """The least confidence as float; ParameterError unless it is a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ParameterError(f"The least confidence must be a number, not {value!r:.60}.")
+    number = as_float(value)
+    if not math.isfinite(number):
+        raise ParameterError("The least confidence must be a finite number, a level of the confidence map.")
+    return number
+
+
+def _kind(values: NDArray[Any]) -> str:
+    return f"{values.dtype} of shape {values.shape}"

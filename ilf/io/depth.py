@@ -1,0 +1,289 @@
+"""Depth images: reading in the file's own units, and writing."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.files import FileContent, FileSource, read_file, write_bytes
+from .._runtime.formatting import as_float
+from ..data.frame import DEPTH_LIMITS
+from ..errors import ExportError, FormatError, ParameterError
+from .float_images import COLMAP_SUFFIX, read_colmap, read_exr, read_npy, read_npz, read_pfm
+from .images import encode_image, read_image
+
+DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
+"""Suffixes that `write_depth` knows."""
+
+UINT16_MAX = 65535
+"""Largest value of a 16-bit PNG."""
+
+_DEPTH_ARRAYS = "depth", "depths"
+"""Names by which an NPZ with several arrays is asked for depth."""
+
+_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+    ".npy": read_npy,
+    ".npz": lambda file: read_npz(file, _DEPTH_ARRAYS),
+    ".exr": read_exr,
+    ".pfm": read_pfm,
+    COLMAP_SUFFIX: read_colmap,
+}
+"""Suffix -> reader of depth files that are no images of the usual kinds."""
+
+
+def read_depth_values(path: FileSource) -> NDArray[Any]:
+    """Depth as the file has it: no unit conversion, nothing marked as missing yet.
+
+    Parameters
+    ----------
+    path : path-like
+        16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
+
+    Returns
+    -------
+    ndarray
+        (H, W), integer of at least 16 bits or floating-point.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or the package that reads EXR is not installed.
+    FormatError
+        If it is damaged or holds something other than depth, such as a picture of depth.
+    """
+    content = read_file(path)
+    values = _READERS.get(content.path.suffix.lower(), read_image)(content)
+    if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
+        channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
+        raise FormatError(
+            f"{path}: this is a picture of depth (8-bit{channels}), not depth: export the raw 16-bit or "
+            "float depth with one channel. If it is the colour image, the two files were swapped."
+        )
+    if values.ndim != 2 or values.size == 0:
+        raise FormatError(
+            f"{path}: depth must have one value per pixel, shape (H, W), but this has shape {values.shape}. "
+            "Export one channel of raw depth."
+        )
+    if values.dtype.kind not in "iuf":
+        raise FormatError(f"{path}: depth must be real numbers, not {values.dtype}. Save it as float32 metres.")
+    return values
+
+
+def default_depth_units(values: NDArray[Any]) -> float:
+    """File units per metre to assume where nobody says: 1000 (millimetres) for integers, 1 for floats."""
+    return 1000.0 if values.dtype.kind in "iu" else 1.0
+
+
+def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> NDArray[np.float32]:
+    """File values as depth [m], float32 (H, W); zero, negative and not finite values become NaN, and so do those below
+    `ilf.data.frame.DEPTH_LIMITS`, which are zero but for rounding.
+
+    Parameters
+    ----------
+    values : ndarray
+        From `read_depth_values`.
+    depth_units : float, optional
+        File units per metre; None takes `default_depth_units`.
+
+    Raises
+    ------
+    ParameterError
+        If `depth_units` is not a positive number.
+    """
+    units = checked_units(default_depth_units(values) if depth_units is None else depth_units)
+    with np.errstate(all="ignore"):
+        metres = (values.astype(np.float64) / units).astype(np.float32)
+        metres[metres < DEPTH_LIMITS[0]] = np.nan
+        return _with_missing(metres)
+
+
+def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:
+    """Write depth atomically, in the format that the suffix names.
+
+    Parameters
+    ----------
+    path : path-like
+        .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy: float32 [m], NaN = missing.
+    depth : array_like
+        Depth [m], (H, W); what is not finite and positive is missing.
+    units : float
+        File units per metre, for .png only.
+
+    Returns
+    -------
+    list of str
+        Warnings: what did not fit into 16 bits, and what to do about it. Empty if all is well.
+
+    Raises
+    ------
+    ExportError
+        For another suffix or shape, or if the file cannot be written.
+    ParameterError
+        If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> write_depth("depth.png", np.array([[1.5, np.nan]]), units=1000)
+    []
+    >>> read_depth_values("depth.png").tolist()
+    [[1500, 0]]
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in DEPTH_SUFFIXES:
+        raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
+    metres = _with_missing(np.array(depth, np.float32))
+    if metres.ndim != 2 or metres.size == 0:
+        raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
+    if suffix == ".png":
+        image, warnings = _as_uint16(metres, checked_units(units))
+        write_bytes(path, encode_image(suffix, image))
+        return warnings
+    if suffix == ".npy":
+        content = io.BytesIO()
+        np.save(content, metres.astype("<f4"))
+        write_bytes(path, content.getvalue())
+    else:
+        write_bytes(path, encode_image(suffix, metres))
+    return []
+
+
+@dataclass(frozen=True)
+class PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Attributes
+    ----------
+    deepest : float
+        [m]; NaN where no depth is known.
+    largest : int
+        The value that it would need: above `UINT16_MAX` it does not fit.
+    clipped, vanished : int
+        Pixels that are too far, and such that are so near that they would be rounded to 0, missing.
+    """
+
+    deepest: float
+    largest: int
+    clipped: int
+    vanished: int
+
+
+def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Parameters
+    ----------
+    depth : ndarray
+        [m], of any shape, NaN = missing.
+    units : float
+        File units per metre, positive.
+    """
+    known = depth[np.isfinite(depth)]
+    if not known.size:
+        return PngFit(math.nan, 0, 0, 0)
+    values = _in_units(known, units)
+    clipped, vanished = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
+    return PngFit(float(known.max()), int(values.max()), clipped, vanished)
+
+
+def coarser_units(given: float, written: float) -> str:
+    """What a PNG loses of the steps that the input has, in one sentence; "" where it loses nothing.
+
+    Parameters
+    ----------
+    given, written : float
+        File units per metre, of the input's depth and of the PNG. Float depth, in metres, has 1 and loses nothing here:
+        how fine its steps were is not known.
+    """
+    if written >= given:
+        return ""
+    return (
+        f"The PNG has steps of {1000 / written:.4g} mm, the input of {1000 / given:.4g} mm: write {given:g} units per "
+        "metre to keep them, or TIFF or NPY, which lose nothing."
+    )
+
+
+def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
+    """Write expected errors atomically, as `write_depth` writes depth.
+
+    Parameters
+    ----------
+    path : path-like
+        As for `write_depth`. In a PNG the smallest error is one unit, because 0 means that nothing was filled.
+    error : array_like
+        Expected error [m], (H, W), NaN where nothing was filled.
+    units : float
+        File units per metre, for .png only.
+
+    Returns
+    -------
+    list of str
+        Warnings, as from `write_depth`.
+
+    Raises
+    ------
+    ExportError, ParameterError
+        As `write_depth` does.
+
+    Examples
+    --------
+    >>> write_expected_error("error.npy", np.array([[np.nan, 0.02]]))
+    []
+    >>> read_depth_values("error.npy").tolist()
+    [[nan, 0.019999999552965164]]
+    """
+    values = np.asarray(error, np.float32)
+    if Path(path).suffix.lower() == ".png":
+        values = np.maximum(values, np.float32(1 / checked_units(units)))
+    return write_depth(path, values, units)
+
+
+def checked_units(units: object) -> float:
+    """File units per metre as float; raises ParameterError unless positive and finite."""
+    if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
+        raise ParameterError(f"Depth units must be a number of file units per metre, not {units!r:.60}.")
+    number = as_float(units)
+    if not (math.isfinite(number) and number > 0):
+        raise ParameterError(
+            f"Depth units must be a positive number of file units per metre (1000 for millimetres), not {number:g}."
+        )
+    return number
+
+
+def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Mark, in place, what is not finite and positive as missing."""
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
+    return metres
+
+
+def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
+    fit = png_fit(metres, units)
+    warnings = []
+    if fit.clipped:
+        largest = UINT16_MAX / fit.deepest if fit.deepest > UINT16_MAX else UINT16_MAX // fit.deepest
+        warnings.append(
+            f"{fit.clipped} pixels are beyond {UINT16_MAX / units:.4g} m, the most that "
+            f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
+            f"metre would fit {fit.deepest:.4g} m; or write TIFF or NPY."
+        )
+    if fit.vanished:
+        warnings.append(
+            f"{fit.vanished} pixels are nearer than half a unit at {units:g} units per metre, "
+            "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
+        )
+    values = _in_units(metres, units)
+    np.minimum(values, UINT16_MAX, out=values)
+    return np.nan_to_num(values, copy=False, nan=0.0).astype(np.uint16), warnings
+
+
+def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:
+    values = metres.astype(np.float64)
+    values *= units
+    return np.rint(values, out=values)

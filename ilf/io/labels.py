@@ -1,0 +1,327 @@
+"""Label maps as 16-bit PNG, and masks."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.files import FileSource, read_file, write_bytes
+from ..data.frame import RGBDFrame
+from ..errors import ExportError, FormatError, InputError
+from .images import encode_image, image_header, read_image
+
+
+def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
+    """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raises ExportError if the file cannot be written."""
+    write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
+
+
+def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
+    """Mask of an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
+
+    Parameters
+    ----------
+    path : path-like
+    shape : (int, int), optional
+        (H, W) that it must have.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_labels`.
+    """
+    return read_labels(path, shape, what="mask") > 0
+
+
+def also_distrusting(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
+    """A frame that distrusts the depth of a mask's pixels, too; raises as `read_mask` does."""
+    return frame.also_distrusting(read_mask(path, frame.shape))
+
+
+def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
+    """Write a label map atomically.
+
+    Parameters
+    ----------
+    path : path-like
+        Must end in .png.
+    labels : array_like
+        Integers 0-65535, (H, W); 0 = no block.
+
+    Raises
+    ------
+    ExportError
+        If the labels do not fit into 16 bits or the file cannot be written.
+
+    Examples
+    --------
+    >>> write_labels("blocks.png", [[0, 1], [1, 2]])
+    >>> read_labels("blocks.png").tolist()
+    [[0, 1], [1, 2]]
+    """
+    if Path(path).suffix.lower() != ".png":
+        raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
+    write_bytes(path, encode_image(".png", checked_to_write(labels).astype(np.uint16)))
+
+
+def checked_to_write(labels: ArrayLike) -> NDArray[np.int32]:
+    """The label map as int32 (H, W); raises ExportError if it is none, or does not fit into 16 bits."""
+    array = np.asarray(labels)
+    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
+        raise ExportError(f"Labels must be whole numbers with shape (H, W), not {array.dtype} {array.shape}.")
+    if array.min() < 0 or array.max() > 65535:
+        raise ExportError(
+            f"Labels must lie between 0 and 65535 to be written, not {array.min()} to {array.max()}. Renumber them."
+        )
+    return array.astype(np.int32)
+
+
+def read_labels(
+    path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
+) -> NDArray[np.int32]:
+    """Label map of a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
+
+    Parameters
+    ----------
+    path : path-like or FileContent
+    shape : (int, int), optional
+        (H, W) that it must have.
+    what : str
+        What messages call it.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or its size differs from `shape`.
+    FormatError
+        If it is damaged or no label map.
+    """
+    image = read_image(path)
+    if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
+        raise FormatError(
+            f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
+            "Export the values themselves, not a coloured picture of them."
+        )
+    if shape is not None and image.shape != shape:
+        raise InputError(
+            f"{path}: the {what} is {image.shape[1]} x {image.shape[0]}, the frame {shape[1]} x "
+            f"{shape[0]}. Use the {what} of this frame."
+        )
+    return image.astype(np.int32)
+
+
+# What other programs' files hold, masks that may overlap, -> a label map: the smallest lies on top.
+
+LARGEST_LABEL = 65535
+"""Label maps are written with 16 bits."""
+
+UNNAMED = "block"
+"""What a block without a name is called in formats that want one."""
+
+_LONGEST_NAME = 80
+
+
+class Part(NamedTuple):
+    """Pixels on a box (rows, columns) of the image."""
+
+    box: tuple[slice, slice]
+    mask: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What may become a block.
+
+    Attributes
+    ----------
+    name : str
+        "" for none.
+    number : int or None
+        The label that it should have, if the file says one.
+    parts : iterable of Part
+        Read once, when its turn comes: parts may be worked out then. They may overlap; together they are the block.
+    """
+
+    name: str
+    number: int | None
+    parts: Iterable[Part]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedBlocks:
+    """The blocks of a file.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        0 = no block.
+    names : dict
+        Label -> name, of those blocks that have one.
+    notes : tuple of str
+        What the user should know of how the file was read, a sentence each.
+    """
+
+    labels: NDArray[np.int32]
+    names: dict[int, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def stacked(
+    path: object, shape: tuple[int, int], candidates: Sequence[Candidate], notes: Iterable[str]
+) -> LoadedBlocks:
+    """Lay candidates over each other, the smaller on the larger, of equal ones the later on the earlier.
+
+    Raises
+    ------
+    InputError
+        If there are more than 65535 of them, or what their parts raise.
+    """
+    if len(candidates) > LARGEST_LABEL:
+        raise InputError(
+            f"{path} holds {len(candidates)} shapes; at most {LARGEST_LABEL} blocks are possible. Merge some."
+        )
+    numbers = _numbers([candidate.number for candidate in candidates])
+    stack = _Stack(shape)
+    empty = sum(not stack.add(number, one.parts) for number, one in zip(numbers, candidates, strict=True))
+    left = frozenset(np.flatnonzero(np.bincount(stack.labels.ravel())).tolist()) - {0}
+    hidden = len(candidates) - empty - len(left)
+    overlap = int(np.count_nonzero(stack.overlap))
+    found = [*notes]
+    if overlap:
+        found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: each goes to the smallest.")
+    if hidden:
+        found.append(f"{_counted(hidden, 'shape is', 'shapes are')} left out: smaller ones cover all of it.")
+    if empty:
+        found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel's centre lies inside.")
+    if not left:
+        found.append(f"{path} holds no blocks.")
+    names = {
+        number: name
+        for number, one in zip(numbers, candidates, strict=True)
+        if number in left and (name := " ".join(one.name.split())[:_LONGEST_NAME]) not in {"", UNNAMED}
+    }
+    return LoadedBlocks(stack.labels, names, tuple(found))
+
+
+def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Part | None:
+    """The pixels of a mask whose first pixel is (top, left) of the image, on their bounding box; None without any."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if rows.size == 0:
+        return None
+    inside = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+    box = slice(inside[0].start + top, inside[0].stop + top), slice(inside[1].start + left, inside[1].stop + left)
+    return Part(box, mask[inside])
+
+
+class _Stack:
+    """The label map so far. Masks come one at a time, in any order, and none is kept."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.labels = np.zeros(shape, np.int32)
+        self.overlap = np.zeros(shape, bool)
+        self._areas = np.full(shape, np.iinfo(np.int32).max, np.int32)
+        self._scratch = np.zeros(shape, bool)
+
+    def add(self, label: int, parts: Iterable[Part]) -> bool:
+        """Lay one more down; False if it has no pixels."""
+        box: tuple[slice, slice] | None = None
+        for part in parts:
+            self._scratch[part.box] |= part.mask
+            box = part.box if box is None else (_joint(box[0], part.box[0]), _joint(box[1], part.box[1]))
+        if box is None:
+            return False
+        mask = self._scratch[box].copy()
+        self._scratch[box] = False
+        labels, areas = self.labels[box], self._areas[box]
+        self.overlap[box] |= mask & (labels > 0)
+        area = np.count_nonzero(mask)
+        wins = mask & (area <= areas)
+        labels[wins], areas[wins] = label, area
+        return bool(area)
+
+
+def _joint(one: slice, other: slice) -> slice:
+    return slice(min(one.start, other.start), max(one.stop, other.stop))
+
+
+def _numbers(wanted: Sequence[int | None]) -> list[int]:
+    """The labels that are wanted, and free ones for the others; 1, 2, ... if they cannot all be had."""
+    given = [number for number in wanted if number is not None]
+    if len(set(given)) < len(given) or not all(0 < number <= LARGEST_LABEL for number in given):
+        return [*range(1, len(wanted) + 1)]
+    free = itertools.filterfalse(set(given).__contains__, itertools.count(1))
+    return [next(free) if number is None else number for number in wanted]
+
+
+def _counted(count: int, one: str, several: str) -> str:
+    return f"{count} {one if count == 1 else several}"
+
+
+# A folder of masks, one PNG each, as segment-anything and many others write it for an image.
+
+METADATA = "metadata.csv"
+"""segment-anything's list of its masks, by which other pictures in the folder are told from them."""
+
+
+def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> LoadedBlocks:
+    """The blocks of a folder: one per mask, named as the file unless that is a number; what is not 0 belongs to it.
+
+    Raises
+    ------
+    InputError
+        If there are no masks, or one is missing, has another size than `shape` (H, W), or is no mask.
+    """
+    pictures = (file for file in folder.iterdir() if file.suffix.lower() == ".png")
+    files = _listed(folder) or sorted(pictures, key=_natural)
+    if not files:
+        raise InputError(f"{folder} holds no masks, a PNG each. If it holds a file of them (JSON), name that.")
+    candidates = [Candidate("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
+    return stacked(folder, shape, candidates, ())
+
+
+def _listed(folder: Path) -> list[Path]:
+    """The masks that the list names; none without one."""
+    if not (folder / METADATA).is_file():
+        return []
+    try:
+        text = read_file(folder / METADATA).data.tobytes().decode("utf-8-sig")
+        ids = [row["id"].strip() for row in csv.DictReader(text.splitlines())]
+    except (UnicodeDecodeError, csv.Error, KeyError, AttributeError):
+        raise FormatError(
+            f"{folder / METADATA} has no column 'id' that names the masks. Correct or remove it."
+        ) from None
+    # the names stay in the folder, whatever the list says
+    return [folder / f"{Path(one).name}.png" for one in ids]
+
+
+def _part(file: Path, shape: tuple[int, int]) -> Iterator[Part]:
+    content = read_file(file)
+    header = image_header(content, content.data.tobytes())
+    if (header.height, header.width) != shape:
+        raise InputError(
+            f"{file}: the mask is {header.width} x {header.height}, the frame {shape[1]} x {shape[0]}. "
+            "Use the masks of this frame."
+        )
+    image = read_image(content)
+    if image.ndim == 3:
+        grey = image[..., 0]
+        if np.any(image[..., :3] != grey[..., None]):
+            raise InputError(f"{file} is a coloured picture, no mask. Move pictures out of the folder.")
+        image = grey
+    part = cropped(image > 0)
+    if part is not None:
+        yield part
+
+
+def _natural(file: Path) -> list[tuple[str, int]]:
+    """2 before 10, and both before words."""
+    return [(text, int(digits or 0)) for digits, text in re.findall(r"(\d{1,18})|(\D+)", file.name)]

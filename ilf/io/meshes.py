@@ -1,0 +1,187 @@
+"""Meshes as PLY, OBJ and GLB, part by part."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import write_parts
+from ..data.points import axes_signs
+from ..data.surface import Mesh
+from ..errors import ExportError
+from .clouds import columns_of, ply_parts, text_rows
+
+# Meshes as Wavefront OBJ: text, with colours behind the coordinates as MeshLab and Blender read them.
+
+_AT_ONCE = 1 << 16  # triangles
+
+
+def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[bytes]:
+    """An OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn where there are normals, and f
+    for each triangle. It has no place for scalars."""
+    parts = columns_of(mesh.vertices, axes, unit)
+    yield f"# ILF Studio\n# unit {unit}, axes {axes}\n".encode()
+    colours = [replace(column, factor=1 / 255, kind="<f4") for column in parts.colours]
+    yield from text_rows([*parts.points, *colours], "v ", ["%.9g"] * 3 + ["%.6g"] * 3)
+    if parts.normals:
+        yield from text_rows(parts.normals, "vn ", ["%.6g"] * 3)
+    corner = "%d//%d" if parts.normals else "%d"
+    line = f"f {corner} {corner} {corner}\n"
+    for start in range(0, len(mesh.faces), _AT_ONCE):
+        some = mesh.faces[start : start + _AT_ONCE]
+        numbers = np.repeat(some.reshape(-1) + 1, 2 if parts.normals else 1)
+        yield (line * len(some) % tuple(numbers.tolist())).encode()
+
+
+# Meshes as binary glTF 2.0 (GLB), which browsers, Blender and most viewers open.
+
+_FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
+_VERTICES, _INDICES = 34962, 34963
+_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """An array of the file: where it comes from, and how it is told of."""
+
+    values: NDArray[Any]
+    shape: str
+    kind: int
+    target: int = _VERTICES
+    more: dict[str, Any] | None = None
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return np.dtype({_FLOAT: "<f4", _UINT16: "<u2", _UINT32: "<u4"}[self.kind])
+
+    @property
+    def count(self) -> int:
+        return self.values.size if self.target == _INDICES else len(self.values)
+
+    @property
+    def bytes(self) -> int:
+        return self.count * _WIDTHS[self.shape] * self.dtype.itemsize
+
+
+def glb_parts(mesh: Mesh) -> Iterator[bytes]:
+    """A GLB file, part by part; always in metres with y up, as the format has it.
+
+    Colours are linear there, so they have 16 bits, and come back as they were. Scalars are attributes of the vertices,
+    as _EXPECTED_ERROR. The material is unlit and seen from both sides: the light is in the colours already.
+    """
+    vertices = mesh.vertices
+    signs = np.array(axes_signs("y-up"), np.float32)
+    low, high = vertices.points.min(axis=0) * signs, vertices.points.max(axis=0) * signs
+    extent = {"min": np.minimum(low, high).tolist(), "max": np.maximum(low, high).tolist()}
+    views = {"POSITION": _View(vertices.points, "VEC3", _FLOAT, more=extent)}
+    if vertices.normals is not None:
+        views["NORMAL"] = _View(vertices.normals, "VEC3", _FLOAT)
+    views["COLOR_0"] = _View(vertices.colours, "VEC4", _UINT16, more={"normalized": True})
+    for name, values in vertices.scalars.items():
+        views[f"_{name.upper()}"] = _View(values, "SCALAR", _FLOAT)
+    indices = _View(mesh.faces, "SCALAR", _UINT32, _INDICES)
+    described = _description(views, indices)
+    length = sum(view.bytes for view in (*views.values(), indices))
+    yield struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(described) + 8 + length)
+    yield struct.pack("<I4s", len(described), b"JSON") + described
+    yield struct.pack("<I4s", length, b"BIN\0")
+    for name, view in (*views.items(), ("", indices)):
+        for start in range(0, len(view.values), _AT_ONCE):
+            some = view.values[start : start + _AT_ONCE]
+            if name == "COLOR_0":
+                some = _with_alpha(_LINEAR[some])
+            elif name in {"POSITION", "NORMAL"}:
+                some = some * signs
+            yield some.astype(view.dtype).tobytes()
+
+
+def _description(views: dict[str, _View], indices: _View) -> bytes:
+    """The file's JSON, padded to whole words."""
+    every, offset = [*views.values(), indices], 0
+    buffer_views, accessors = [], []
+    for number, view in enumerate(every):
+        buffer_views.append({"buffer": 0, "byteOffset": offset, "byteLength": view.bytes, "target": view.target})
+        accessor = {"bufferView": number, "componentType": view.kind, "count": view.count, "type": view.shape}
+        accessors.append({**accessor, **(view.more or {})})
+        offset += view.bytes
+    attributes = {name: number for number, name in enumerate(views)}
+    primitive = {"attributes": attributes, "indices": len(views), "material": 0, "mode": 4}
+    content = {
+        "asset": {"version": "2.0", "generator": "ILF Studio"},
+        "extensionsUsed": ["KHR_materials_unlit"],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive]}],
+        "materials": [
+            {
+                "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1},
+                "doubleSided": True,
+                "extensions": {"KHR_materials_unlit": {}},
+            }
+        ],
+        "accessors": accessors,
+        "bufferViews": buffer_views,
+        "buffers": [{"byteLength": offset}],
+    }
+    text = json.dumps(content, separators=(",", ":")).encode()
+    return text + b" " * (-len(text) % 4)
+
+
+def _with_alpha(colours: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    return np.concatenate([colours, np.full((len(colours), 1), 0xFFFF, np.uint16)], axis=1)
+
+
+def _linear_of(values: Sequence[int]) -> NDArray[np.uint16]:
+    """Light of 8-bit sRGB values (IEC 61966-2-1), in 16 bits."""
+    share = np.asarray(values) / 255
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.rint(0xFFFF * light).astype(np.uint16)
+
+
+_LINEAR = _linear_of(range(256))
+
+
+MESH_SUFFIXES = (".ply", ".obj", ".glb")
+"""Suffixes that `write_mesh` knows."""
+
+
+def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> None:
+    """Write a mesh atomically, in the format that the suffix names.
+
+    Parameters
+    ----------
+    path : path-like
+        .ply (with all that is known of the vertices), .obj (without scalars) or .glb.
+    mesh : Mesh
+        In camera axes.
+    axes, unit : str
+        As `write_cloud` takes them. A .glb is in metres with y up whatever they are, as the format has it.
+
+    Raises
+    ------
+    ExportError
+        For another suffix, a mesh without triangles, or if the file cannot be written.
+    ParameterError
+        For unknown axes or units.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise ExportError(f"A mesh cannot be written as {str(path)!r}: use one of {', '.join(MESH_SUFFIXES)}.")
+    if len(mesh) == 0:
+        raise ExportError("The mesh has no triangle to write: no neighbouring pixels have depth on one surface.")
+    if suffix == ".glb":
+        parts = glb_parts(mesh)
+    elif suffix == ".obj":
+        parts = obj_parts(mesh, axes=axes, unit=unit)
+    else:
+        parts = ply_parts(mesh.vertices, mesh.faces, axes=axes, unit=unit)
+    write_parts(path, parts)

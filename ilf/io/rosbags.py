@@ -1,0 +1,186 @@
+"""Completed depth, with its colour and its expected error -> a recording of ROS 2."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.installation import optional
+from .._runtime.temporary_files import moving, remove, unfinished
+from ..data.camera import CameraIntrinsics
+from ..errors import ExportError, ParameterError, cause
+from .depth import UINT16_MAX
+
+DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
+COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
+ENCODINGS_OF_ROS = ("32FC1", "16UC1")
+STORAGES = ("mcap", "sqlite3")
+_IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
+_PURPOSE = "A recording of ROS 2"
+
+
+@dataclass(frozen=True, eq=False)
+class StampedDepth:
+    """The depth of one moment, and what there is beside it.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        [m], NaN = missing.
+    intrinsics : CameraIntrinsics or None
+        None if they are not known: the camera is then told as one without calibration.
+    stamp : int
+        Time [ns], of the source's clock.
+    rgb : ndarray of uint8, shape (H, W, 3), or None
+        Red first.
+    expected_error : ndarray of float32, shape (H, W), or None
+        [m], NaN where depth was measured or is missing.
+    """
+
+    depth: NDArray[np.float32]
+    intrinsics: CameraIntrinsics | None
+    stamp: int
+    rgb: NDArray[np.uint8] | None = None
+    expected_error: NDArray[np.float32] | None = None
+
+
+def write_rosbag(
+    path: str | os.PathLike[str],
+    frames: Iterable[StampedDepth],
+    *,
+    encoding: str = "32FC1",
+    storage: str = "mcap",
+    frame_id: str = "camera",
+) -> int:
+    """Write depth as a recording of ROS 2, one frame after the other: topics `depth_completed` and `camera_info`, and
+    `image_rect_color` (rgb8) and `expected_error` (32FC1, metres) of the frames that have these.
+
+    Parameters
+    ----------
+    path : path-like
+        Folder of the recording, which must not be there yet.
+    frames : iterable of StampedDepth
+        In the order of time; each is let go of when it is written.
+    encoding : str
+        Of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, which depth beyond 65.5 m is,
+        too.
+    storage : str
+        "mcap" or "sqlite3" (.db3).
+    frame_id : str
+        The coordinate frame of the camera.
+
+    Returns
+    -------
+    int
+        How many frames were written.
+
+    Raises
+    ------
+    ExportError
+        If there is something at `path` already, or it cannot be written: then nothing of it is left.
+    InputError
+        If the package rosbags is not installed (extra `sequences`).
+    ParameterError
+        If encoding or storage are others.
+    """
+    if encoding not in ENCODINGS_OF_ROS or storage not in STORAGES:
+        raise ParameterError(
+            f"Depth is written as {' or '.join(ENCODINGS_OF_ROS)} into {' or '.join(STORAGES)}, not as {encoding!r:.40}"
+            f" into {storage!r:.40}."
+        )
+    rosbag2 = optional("rosbags.rosbag2", "sequences", _PURPOSE)
+    target = Path(path).absolute()
+    if os.path.lexists(target):
+        raise ExportError(f"{target} is there already. Choose another name.")
+    # named as it will be, because the name is in its files
+    making = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
+    whole = making / target.name
+    plugin = rosbag2.StoragePlugin[storage.upper()]
+    try:
+        making.mkdir(parents=True)
+        with unfinished(making):
+            try:
+                with rosbag2.Writer(whole, version=9, storage_plugin=plugin) as writer:
+                    count = _write(writer, frames, encoding, frame_id)
+                with moving():
+                    os.replace(whole, target)
+            finally:
+                remove(making)
+    except OSError as error:
+        raise ExportError(f"{target} could not be written: {cause(error)}.") from error
+    return count
+
+
+def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id: str) -> int:
+    typesys = optional("rosbags.typesys", "sequences", _PURPOSE)
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    connections: dict[str, Any] = {}
+    count = 0
+    for frame in frames:
+        time = store.types["builtin_interfaces/msg/Time"](*divmod(frame.stamp, 10**9))
+        header = store.types["std_msgs/msg/Header"](stamp=time, frame_id=frame_id)
+        for topic, message in _messages(store, header, frame, encoding):
+            kind = message.__msgtype__
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], frame.stamp, store.serialize_cdr(message, kind))
+        count += 1
+    return count
+
+
+def _messages(store: Any, header: Any, frame: StampedDepth, encoding: str) -> Iterator[tuple[str, Any]]:
+    """Topics, and what is told on them of a frame."""
+    yield DEPTH_TOPIC, _image(store, header, encoding, _encoded(frame.depth, encoding))
+    yield CAMERA_TOPIC, _info(store, header, frame)
+    if frame.rgb is not None:
+        yield COLOUR_TOPIC, _image(store, header, "rgb8", frame.rgb)
+    if frame.expected_error is not None:
+        yield ERROR_TOPIC, _image(store, header, "32FC1", _encoded(frame.expected_error, "32FC1"))
+
+
+def _encoded(metres: NDArray[np.float32], encoding: str) -> NDArray[Any]:
+    if encoding == "32FC1":
+        return metres.astype("<f4", copy=False)
+    millimetres = np.rint(np.nan_to_num(metres, nan=0.0) * 1000.0)
+    return np.where(millimetres <= UINT16_MAX, millimetres, 0).astype("<u2")
+
+
+def _image(store: Any, header: Any, encoding: str, values: NDArray[Any]) -> Any:
+    data = np.ascontiguousarray(values).view(np.uint8).ravel()
+    return store.types[_IMAGE](
+        header=header,
+        height=values.shape[0],
+        width=values.shape[1],
+        encoding=encoding,
+        is_bigendian=0,
+        step=len(data) // values.shape[0],
+        data=data,
+    )
+
+
+def _info(store: Any, header: Any, frame: StampedDepth) -> Any:
+    """The camera of registered depth, which has no distortion; without a calibration its matrices are zero."""
+    camera, matrix, projection = frame.intrinsics, np.zeros((3, 3)), np.zeros((3, 4))
+    if camera is not None:
+        matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
+        projection[:, :3] = matrix
+    return store.types[_INFO](
+        header=header,
+        height=frame.depth.shape[0],
+        width=frame.depth.shape[1],
+        distortion_model="plumb_bob",
+        d=np.zeros(5),
+        k=matrix.ravel(),
+        r=np.eye(3).ravel(),
+        p=projection.ravel(),
+        binning_x=0,
+        binning_y=0,
+        roi=store.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False),
+    )

@@ -1,0 +1,1 @@
+"""The benches: completion, blocks and denoising, scored where depth is known."""

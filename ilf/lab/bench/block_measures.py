@@ -1,0 +1,252 @@
+"""How good a block map is, measured on the colour image's margins and the frame's own known depth.
+
+Every measure but `Coverage.of_frame` looks only inside the margins that the extraction finds by itself
+(`Evidence.window`), the same for all methods.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from skimage.measure import label as connected_regions
+
+from ...completion.completion import known_needed
+from ...data.blocks import Box
+from ...data.frame import RGBDFrame
+from ...data.parameters import Parameters, preset
+from ...data.pixel_grids import Pairs, apart, both, mark
+from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
+from ...segmentation.extraction import find_margins
+
+# What a frame's own depth says about where boundaries belong: its jumps, and the surfaces that go on smoothly.
+
+JUMP, JUMP_SHARE = 0.04, 0.04
+"""Neighbours that differ by more than the larger of the two [m, share of the nearer depth] are parted by a jump."""
+
+TOLERANCE = 2
+"""How far [px] a boundary may be off, here and in boundary recall and precision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What block maps of one frame are held against, all inside the margins: (h, w) is the shape of `window`.
+
+    Attributes
+    ----------
+    window : tuple of slice
+        Rows and columns of the frame inside the margins that the extraction finds by itself.
+    known : ndarray of bool, shape (h, w)
+        Pixels with depth.
+    near_known : ndarray of bool, shape (h, w)
+        Pixels within 3 px of known depth: where a jump would have been seen.
+    jumps : pair of ndarray of bool
+        Neighbours between which depth jumps.
+    smooth : pair of ndarray of bool
+        Neighbours on one surface that goes on smoothly.
+    """
+
+    window: Box
+    known: NDArray[np.bool_]
+    near_known: NDArray[np.bool_]
+    jumps: Pairs
+    smooth: Pairs
+
+
+def margin_window(rgb: NDArray[np.uint8]) -> Box:
+    """Rows and columns inside the margins of a colour image, as `find_margins` finds them."""
+    top, bottom, left, right = find_margins(rgb)
+    return slice(top, rgb.shape[0] - bottom), slice(left, rgb.shape[1] - right)
+
+
+def find_evidence(frame: RGBDFrame) -> Evidence:
+    """Jumps and smooth surfaces of a frame's known depth.
+
+    Jumps are those of `ilf.segmentation.edges.relief.find_relief` in lines of more than 10 px.
+
+    A pixel lies on a smooth surface if its depth is known, there is no jump, of any length, and no larger hole in the
+    21 x 21 pixels around it, and the surface does not bend there or within 2 px around, by the same function.
+    """
+    window = margin_window(frame.rgb)
+    known = frame.known[window]
+    relief = find_relief(frame.depth[window], JUMP, JUMP_SHARE)
+    smooth = known & relief.judged & ~widened(relief.bend > 1, TOLERANCE)
+    return Evidence(window, known, relief.near, relief.jumps, both(smooth))
+
+
+def widened(mask: NDArray[np.bool_], radius: int) -> NDArray[np.bool_]:
+    """Pixels within a distance of at most `radius` [px] of a mask of shape (H, W)."""
+    if not mask.any():
+        return np.zeros_like(mask)
+    return distance_transform_edt(~mask) <= radius
+
+
+Labels = NDArray[np.int32]
+
+PERIMETER_SHARE = 0.01
+"""A jump inside a block counts if it is longer than this share of the block's perimeter, and than `JUMP_LENGTH`."""
+
+
+@dataclass(frozen=True)
+class BoundaryScore:
+    """Boundaries against depth jumps; None where there is nothing to compare. See `boundary_score`."""
+
+    recall: float | None
+    precision: float | None
+    f: float | None
+
+
+@dataclass(frozen=True)
+class BlockScore:
+    """All measures of one block map; each is defined at the function of its name. Shares are 0-1.
+
+    Attributes
+    ----------
+    blocks : int
+        Number of blocks.
+    coverage, frame_coverage : float
+        `coverage` inside the margins, and of the whole frame.
+    recoverable : float or None
+        `recoverable_share`.
+    leaks : int
+        `count_leaks`.
+    purity : float or None
+        `purity`.
+    cut_rate : float or None
+        `cut_rate`.
+    recall, precision, f : float or None
+        `boundary_score`.
+    """
+
+    blocks: int
+    coverage: float
+    frame_coverage: float
+    recoverable: float | None
+    leaks: int
+    purity: float | None
+    cut_rate: float | None
+    recall: float | None
+    precision: float | None
+    f: float | None
+
+
+def score_blocks(labels: Labels, evidence: Evidence) -> BlockScore:
+    """All measures of a block map of the whole frame, int32 (H, W), 0 = no block."""
+    inside = labels[evidence.window]
+    boundary = boundary_score(inside, evidence)
+    return BlockScore(
+        blocks=int(np.count_nonzero(np.unique(inside))),
+        coverage=coverage(inside),
+        frame_coverage=coverage(labels),
+        recoverable=recoverable_share(inside, evidence.known),
+        leaks=count_leaks(inside),
+        purity=purity(inside, evidence),
+        cut_rate=cut_rate(inside, evidence),
+        recall=boundary.recall,
+        precision=boundary.precision,
+        f=boundary.f,
+    )
+
+
+def coverage(labels: Labels) -> float:
+    """Share of the pixels that lie in blocks."""
+    return float(np.mean(labels > 0))
+
+
+def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Parameters | None = None) -> float | None:
+    """Share of the missing pixels that lie in blocks with enough known depth to be completed; None if none is missing.
+
+    Enough is what `ilf.complete` asks for: the known share and the known pixels of the parameters, those of the
+    default preset if left out. Missing pixels that lie in no block count as not recoverable.
+    """
+    missing = ~known
+    if not missing.any():
+        return None
+    chosen = parameters or preset()
+    pixels = np.bincount(labels.ravel())
+    with_depth = np.bincount(labels[known], minlength=pixels.size)
+    enough = with_depth >= known_needed(pixels, chosen)
+    enough[0] = False
+    return float(np.mean(enough[labels[missing]]))
+
+
+def count_leaks(labels: Labels) -> int:
+    """How often a block holds no water: 4-connected regions of equal label > 0, less the number of blocks.
+
+    Between neighbours of different labels there is a boundary, so a 4-connected path that crosses none never leaves
+    its region. A block map is watertight, with no leak, if every block is one such region. A block of several is
+    joined where a boundary should be: through a diagonal between two boundary pixels, or behind the pixels of no
+    block or of another block that lie between its parts.
+    """
+    _, regions = connected_regions(labels, background=0, connectivity=1, return_num=True)
+    return int(regions) - int(np.count_nonzero(np.unique(labels)))
+
+
+def purity(labels: Labels, evidence: Evidence) -> float | None:
+    """Share of the blocks, by area, whose known depth has no jump inside; None if no block has known depth.
+
+    A block has a jump inside if an 8-connected line of depth jumps (see `find_evidence`) between its own pixels is
+    longer than 10 px and longer than 1 % of the block's perimeter, so that single flying pixels do not condemn a
+    wall. Blocks without known depth are not judged. More and smaller blocks are purer: look at the cut rate, too.
+    """
+    area = np.bincount(labels.ravel())
+    judged = np.bincount(labels[evidence.known], minlength=area.size) > 0
+    judged[0] = False
+    if not judged.any():
+        return None
+    parted = apart(labels)
+    inner = mark((evidence.jumps[0] & ~parted[0], evidence.jumps[1] & ~parted[1]))
+    lines, count = connected_regions(np.where(inner, labels, 0), background=0, connectivity=2, return_num=True)
+    length = np.bincount(lines.ravel(), minlength=count + 1)
+    owner = np.zeros(count + 1, np.int64)
+    owner[lines[inner]] = labels[inner]
+    longest = np.zeros(area.size, np.int64)
+    np.maximum.at(longest, owner[1:], length[1:])
+    pure = longest <= np.maximum(JUMP_LENGTH, PERIMETER_SHARE * _perimeters(labels))
+    return float(area[judged & pure].sum() / area[judged].sum())
+
+
+def cut_rate(labels: Labels, evidence: Evidence) -> float | None:
+    """Share of the smooth neighbouring pairs (see `find_evidence`) that have different labels; None if there are none.
+
+    These are pixels between which nothing in the depth asks for a boundary.
+    """
+    pairs = sum(np.count_nonzero(smooth) for smooth in evidence.smooth)
+    if pairs == 0:
+        return None
+    cut = sum(np.count_nonzero(smooth & parted) for smooth, parted in zip(evidence.smooth, apart(labels), strict=True))
+    return cut / pairs
+
+
+def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
+    """Boundaries against depth jumps, both as lines 1 px wide, with a tolerance of 2 px.
+
+    Recall is the share of the jumps' pixels with a boundary within 2 px; precision the share of the boundaries'
+    pixels with a jump within 2 px, of those where one would have been seen, within 3 px of known depth; F their
+    harmonic mean. Boundaries at creases and between colours of one surface count as wrong, so precision is low for all
+    methods. All are None where depth has no jump; precision is None where no boundary can be judged.
+    """
+    jumps = mark(evidence.jumps)
+    if not jumps.any():
+        return BoundaryScore(None, None, None)
+    parted, seen = apart(labels), both(evidence.near_known)
+    boundaries = mark(parted)
+    judged = mark((parted[0] & seen[0], parted[1] & seen[1]))
+    recall = float(np.mean(widened(boundaries, TOLERANCE)[jumps]))
+    if not judged.any():
+        return BoundaryScore(recall, None, 0.0)
+    precision = float(np.mean(widened(jumps, TOLERANCE)[judged]))
+    total = recall + precision
+    return BoundaryScore(recall, precision, 2 * recall * precision / total if total > 0 else 0.0)
+
+
+def _perimeters(labels: Labels) -> NDArray[np.int64]:
+    """Sides of pixels along which each label borders on another one or on the rim of the map."""
+    perimeters = np.bincount(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    perimeters = np.pad(perimeters, (0, int(labels.max()) + 1 - perimeters.size))
+    right, below = apart(labels)
+    for side in (labels[:, :-1][right], labels[:, 1:][right], labels[:-1][below], labels[1:][below]):
+        perimeters += np.bincount(side, minlength=perimeters.size)
+    return perimeters

@@ -1,0 +1,146 @@
+"""Frame folders and, where they have one, the truth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.files import read_json
+from ...data.frame import RGBDFrame
+from ...errors import InputError, ParameterError
+from ...io.companions import is_truth
+from ...io.images import read_image
+from ...sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, load_frame
+
+TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
+
+
+@dataclass(frozen=True, eq=False)
+class BenchFrame:
+    """A frame, and its truth.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    truth : ndarray of float32, shape (H, W), or None
+        Measured or exact depth [m], NaN = unknown; None where there is no truth.
+    sensor : str
+        What measured it, as meta.json has it: its `sensor`, else its `source`, else the frame's name. Frames of one
+        sensor resemble each other.
+    """
+
+    frame: RGBDFrame
+    truth: NDArray[np.float32] | None
+    sensor: str = ""
+
+
+def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The frame folders among `paths`; other folders are searched for frame folders in them, by name.
+
+    Raises
+    ------
+    InputError
+        If a path is not a folder, or has no frame folder in it.
+    """
+    found: dict[Path, None] = {}
+    for path in map(Path, paths):
+        if not path.is_dir():
+            raise InputError(f"{path} is not a folder. Give folders with {META_NAME}, or folders of such folders.")
+        if (path / META_NAME).is_file():
+            found[path] = None
+            continue
+        inside = sorted(entry for entry in path.iterdir() if (entry / META_NAME).is_file())
+        if not inside:
+            raise InputError(f"{path} has no {META_NAME}, and no folder in it has one: there is no frame in it.")
+        found.update(dict.fromkeys(inside))
+    return list(found)
+
+
+def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
+    """Read a frame folder and its truth.
+
+    A folder that has gt.png but no depth gives that truth as depth, with the hole that mask.png marks.
+
+    Parameters
+    ----------
+    folder : path-like
+        As for `ilf.load_frame`.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the frame cannot be read, has neither depth nor a truth with a mask, or they do not fit each other.
+    """
+    root = Path(folder)
+    meta = read_json(root / META_NAME)
+    if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
+        masked = isinstance(meta, dict) and is_truth(meta.get("gt")) and (root / TRUTH_FILE).is_file()
+        if not (masked and (root / HOLE_FILE).is_file()):
+            raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
+        return _masked_truth(root, meta)
+    frame = load_frame(root)
+    # the methods have no use for it, and runs that know a truth take the time to tell their error; nor has any a guide
+    return BenchFrame(frame.with_truth(None).with_guide(None), frame.truth, _sensor(meta, frame.name))
+
+
+def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
+    colour = _image(root, "rgb", COLOUR_SUFFIXES)
+    if colour is None:
+        raise InputError(f"{root} has no colour image (rgb.png).")
+    whole = load_frame(
+        colour, root / TRUTH_FILE, depth_units=meta.get("gt_units_per_m"), name=str(meta.get("name") or root.name)
+    )
+    mask = read_image(root / HOLE_FILE)
+    if mask.shape[:2] != whole.shape:
+        raise InputError(f"{root / HOLE_FILE} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
+    hole = mask.reshape(*whole.shape, -1).any(axis=2)
+    frame = RGBDFrame(whole.rgb, np.where(hole, np.nan, whole.depth), whole.intrinsics, whole.name)
+    return BenchFrame(frame, whole.depth, _sensor(meta, frame.name))
+
+
+def _sensor(meta: dict[str, Any], name: str) -> str:
+    return str(meta.get("sensor") or meta.get("source") or name)
+
+
+def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
+    return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
+
+
+# Names that a user lists, separated by commas.
+
+
+def chosen_names(
+    names: str, known: Collection[str], groups: Mapping[str, Sequence[str]] | None = None, what: str = "method"
+) -> list[str]:
+    """What a comma-separated list means, each name once.
+
+    Parameters
+    ----------
+    names : str
+        Any of `known` and of the names of `groups`.
+    known : collection of str
+    groups : mapping, optional
+        Name -> members, all of them among `known`.
+    what : str
+        What is named, for the message.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or if there is none.
+    """
+    groups = groups or {}
+    chosen: dict[str, None] = {}
+    for name in filter(None, (name.strip() for name in names.split(","))):
+        if name not in groups and name not in known:
+            raise ParameterError(f"There is no {what} {name!r}. Known: {', '.join([*groups, *known])}.")
+        chosen.update(dict.fromkeys(groups.get(name, (name,))))
+    if not chosen:
+        raise ParameterError(f"No {what} is named. Known: {', '.join([*groups, *known])}.")
+    return list(chosen)

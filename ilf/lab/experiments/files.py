@@ -1,0 +1,181 @@
+"""An experiment's result as files: rows as JSON and CSV, longer tables as CSV, figures as PNG and SVG."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..._runtime.files import read_json, write_bytes
+from ...errors import FormatError, InputError
+from ...io.tables import write_csv
+from ..bench.results import write_content
+from .experiment import Drawing, Experiment, Result, Row
+
+PNG_DPI = 110
+
+_STEM = re.compile(r"[\w-]{1,100}", re.ASCII)
+"""What a figure may be called: it lies beside its result, and nowhere else."""
+
+
+@dataclass(frozen=True)
+class StoredFigure:
+    """A figure that lies in files: their stem, and what `Drawing` says about it."""
+
+    stem: str
+    caption: str
+    shows_data: bool
+
+
+@dataclass(frozen=True)
+class StoredResult:
+    """What NAME.json holds: see `Result`; figures by their files."""
+
+    experiment: str
+    title: str
+    source: str
+    about: str
+    parameters: dict[str, Any]
+    seed: int
+    quick: bool
+    seconds: float
+    notes: list[str]
+    figures: list[StoredFigure]
+    rows: list[Row]
+
+
+def write_result(result: Result, experiment: Experiment, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write a result into a folder, every file atomically and NAME.json last, so what it names is there.
+
+    Parameters
+    ----------
+    result : Result
+        As `run_experiment` gives it.
+    experiment : Experiment
+        The one that it is of.
+    folder : path-like
+        There already.
+
+    Returns
+    -------
+    list of Path
+        NAME.json, NAME.csv, NAME-TABLE.csv and NAME-FIGURE.png and .svg, in this order.
+
+    Raises
+    ------
+    ExportError
+        If a file cannot be written.
+    """
+    root, name = Path(folder), result.experiment
+    written = []
+    for stem, rows in ((name, result.rows), *((f"{name}-{key}", table) for key, table in result.tables.items())):
+        written.append(root / f"{stem}.csv")
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        write_csv(written[-1], [names, *([row.get(name) for name in names] for row in rows)])
+    drawings = experiment.draw(result)
+    for drawing in drawings:
+        for suffix in ("png", "svg"):
+            written.append(root / f"{name}-{drawing.key}.{suffix}")
+            write_bytes(written[-1], rendered(drawing, suffix))
+    content = {
+        "experiment": name,
+        "title": experiment.title,
+        "source": experiment.source,
+        "about": experiment.about,
+        "parameters": result.parameters,
+        "seed": result.seed,
+        "quick": result.quick,
+        "seconds": result.seconds,
+        "notes": result.notes,
+        "figures": [
+            {"stem": f"{name}-{drawing.key}", "caption": drawing.caption, "shows_data": drawing.shows_data}
+            for drawing in drawings
+        ],
+        "rows": result.rows,
+    }
+    write_content(root / f"{name}.json", _without_nan(content))
+    return [root / f"{name}.json", *written]
+
+
+def rendered(drawing: Drawing, form: str) -> bytes:
+    """A figure as the content of a "png" or "svg" file, always the same for the same figure."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    buffer = io.BytesIO()
+    FigureCanvasAgg(drawing.figure)
+    # names in an SVG are random and its date is today's without these
+    with matplotlib.rc_context({"svg.hashsalt": drawing.key}):
+        drawing.figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata={"Date": None} if form == "svg" else None)
+    return buffer.getvalue()
+
+
+def read_result(path: str | os.PathLike[str]) -> StoredResult:
+    """Read NAME.json.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is not what `write_result` writes.
+    """
+    content = read_json(path)
+    try:
+        fields = {name: content[name] for name in StoredResult.__dataclass_fields__}
+        fields["figures"] = [StoredFigure(**figure) for figure in fields["figures"]]
+        stored = StoredResult(**fields)
+        _check(stored)
+    except (KeyError, TypeError) as error:
+        raise FormatError(f"{path} is not the result of an experiment ({error}). Run the experiment again.") from error
+    if stored.experiment != Path(path).stem:
+        raise FormatError(f"{path} is the result of {stored.experiment!r:.60}. Give it its name again.")
+    return stored
+
+
+def _check(stored: StoredResult) -> None:
+    """Raise TypeError for what `write_result` does not write."""
+    texts = (stored.experiment, stored.title, stored.source, stored.about, *stored.notes)
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("texts")
+    if not (isinstance(stored.notes, list) and isinstance(stored.parameters, dict)):
+        raise TypeError("notes or parameters")
+    # the size of a number counts, too: it is written out
+    if not all(isinstance(number, int | float) and abs(number) < 1e15 for number in (stored.seed, stored.seconds)):
+        raise TypeError("seed or seconds")
+    if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
+        raise TypeError("rows")
+    for figure in stored.figures:
+        if not (isinstance(figure.stem, str) and _STEM.fullmatch(figure.stem) and isinstance(figure.caption, str)):
+            raise TypeError(f"the figure {figure.stem!r:.60}")
+
+
+def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list[StoredResult]:
+    """The results that lie in a folder, in the order of the names.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    FormatError
+        If one cannot be read.
+    """
+    root = Path(folder)
+    found = [root / f"{name}.json" for name in names if (root / f"{name}.json").is_file()]
+    if not found:
+        raise InputError(f"{root} has no results of experiments. Run them first: ilf experiments run all --out {root}.")
+    return [read_result(path) for path in found]
+
+
+def _without_nan(value: Any) -> Any:
+    """JSON knows no NaN: None stands for it."""
+    if isinstance(value, dict):
+        return {name: _without_nan(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,229 @@
+"""Readings of the paper's text: what it leaves open about the filter, value by value."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...completion.completion import complete
+from ...data.frame import RGBDFrame
+from ...data.parameters import PRESETS, Parameters
+from ...evaluation.metrics import measure_errors
+from .plots import EQUAL_SHARE
+from .surfaces import INLIER_DEVIATIONS, ORDERS, Case, Surface, closed, given, inlier_polynomial
+
+UNKNOWNS: dict[str, tuple[Any, ...]] = {
+    "start": ("mean", "1 / longest", "1 / shortest"),
+    "step": (0.5, 1.0, 2.0),
+    "wavelength_px": (15.0, 60.0),
+    "mean": ("left in", "taken off"),
+    "padding": (1.0, 2.0),
+    "colour": ("weighted", "not used"),
+}
+"""What is open about the filter: the fields of `Reading` with the values that are tried."""
+
+NAMES = {
+    "start": "start",
+    "step": "step [basebands]",
+    "wavelength_px": "shortest wave [px]",
+    "mean": "mean depth",
+    "padding": "padding",
+    "colour": "colour spectrum",
+}
+"""The same in words."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One reading of what the text says about the filter.
+
+    Attributes
+    ----------
+    start : str
+        First cut-off frequency: the mean alone, or 1 / longest or 1 / shortest length of the block.
+    step : float
+        By which the cut-off frequency grows, in basebands.
+    wavelength_px : float
+        Shortest wave of the last pass band, in pixels of the full grid.
+    mean : str
+        Whether the mean of the known depth is taken off before.
+    padding : float
+        Side of the padded grid, in sides of the block.
+    colour : str
+        Whether the colour spectrum weights the first iterations.
+    """
+
+    start: str
+    step: float
+    wavelength_px: float
+    mean: str
+    padding: float
+    colour: str
+
+    def parameters(self, shape: tuple[int, int], every: int) -> Parameters:
+        """The preset `paper`, read so, for a block of this shape of which every so many-th pixel was taken."""
+        paper = PRESETS["paper"]
+        starts = {"mean": 0.0, "1 / longest": 1.0, "1 / shortest": max(shape) / min(shape)}
+        return paper.replace(
+            mode="fill+denoise",
+            staged_start=starts[self.start],
+            stage_step=self.step,
+            shortest_wavelength=max(self.wavelength_px / every, 2.0),
+            centred=self.mean == "taken off",
+            padding=self.padding,
+            rgb_iterations=paper.rgb_iterations if self.colour == "weighted" else 0,
+        )
+
+
+PRESET = Reading("mean", 0.5, 15.0, "left in", 2.0, "weighted")
+"""The reading that the preset `paper` follows."""
+
+
+def in_words(values: dict[str, Any], names: Iterable[str] = UNKNOWNS) -> str:
+    """ "start 1 / shortest, mean depth taken off" of a row or the like."""
+    return ", ".join(f"{NAMES[name]} {_shown(values[name])}" for name in names)
+
+
+def _shown(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# Whether the printed results of Fig. 4 to 6 come out on one cylinder or sphere, under one reading of the text.
+
+PAPER_PRS, PAPER_RATE = 10.28, 0.8022
+"""PRS of Fig. 4 [mm], and its defect rate."""
+
+CYLINDER_WON, SPHERE_WON = 0.4688, 0.4277
+"""Defect rates up to which the filter wins in Fig. 6 and in Fig. 5."""
+
+PIXELS = {"480 x 480": (480, 480), "960 x 540": (540, 960)}
+LITTLE_NOISE, MORE_NOISE, SPHERE_NOISES = 0.0015, 0.0065, (0.0, 0.065)
+
+JUDGED = {
+    "block": ("whole", INLIER_DEVIATIONS),
+    "hole": ("hole", INLIER_DEVIATIONS),
+    "PRS": ("prs", INLIER_DEVIATIONS),
+    "block, plain fit": ("whole", math.inf),
+    "hole, plain fit": ("hole", math.inf),
+}
+"""Ways to judge the claims: by which error, and how far off the polynomials' outliers are."""
+
+LEAST_ORDER = 2
+"""A plane, order 1, follows none of the surfaces: who beats no more has beaten none."""
+
+_DISTANCES = {"cylinder": 1.5, "sphere": 2.0}
+_SPHERE_PIXELS, _SPHERE_SIZE = (540, 960), (1.2, 2.6)
+_CENTIMETRES = (5, 10, 20, 40, 80)
+_CYLINDER_RATES, _SPHERE_RATES = (0.0, 0.2, 0.4, CYLINDER_WON), (0.0, 0.15, 0.3, SPHERE_WON)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Of a completed surface [mm]: root mean square over the whole block and over its hole, mean and deviation."""
+
+    whole: float
+    hole: float
+    acc: float
+    prs: float
+
+
+def cylinder(pixels: str, axis: str, seen: float, radius: float, every: int) -> Surface:
+    """A cylinder of which this share of the diameter is seen, on square pixels, of which every so many-th is taken."""
+    height, width = (count // every for count in PIXELS[pixels])
+    across = 2 * radius * seen
+    size = (across * height / width, across) if axis == "upright" else (across, across * width / height)
+    return Surface(f"{axis} cylinder", (height, width), size, _DISTANCES["cylinder"], radius)
+
+
+def sphere(radius: float, every: int) -> Surface:
+    """The part of a sphere that the paper sees."""
+    height, width = (count // every for count in _SPHERE_PIXELS)
+    return Surface("sphere", (height, width), _SPHERE_SIZE, _DISTANCES["sphere"], radius)
+
+
+def case_of(surface: Surface, noise: float, rate: float, every: int, seed: int) -> Case:
+    """A defect as in the paper, along the cylinder's vertical or the sphere's x; the noise [m] is that of a pixel of
+    the full grid, and of the mean of those that a pixel here stands for."""
+    along = "x" if surface.kind == "sphere" else "y"
+    return Case(surface, noise / every, rate, along, "fill+denoise", seed)
+
+
+def gives_paper_prs(prs: float) -> bool:
+    """Whether a PRS [mm] is about that of Fig. 4."""
+    return abs(prs - PAPER_PRS) <= EQUAL_SHARE * PAPER_PRS
+
+
+def fourth_radius(prs: Callable[[float], float]) -> float:
+    """Largest radius [m], to whole centimetres, that gives about the PRS [mm] of Fig. 4; if none does, the nearest.
+
+    It is sought among a few radii, and between neighbours of them that span the PRS.
+    """
+    tried = {centimetres: prs(centimetres / 100) for centimetres in _CENTIMETRES}
+    for low, high in itertools.pairwise(_CENTIMETRES):
+        while (tried[low] - PAPER_PRS) * (tried[high] - PAPER_PRS) < 0 and high - low > 1:
+            middle = round(math.sqrt(low * high)) if high - low > 2 else low + 1
+            tried[middle] = prs(middle / 100)
+            if (tried[low] - PAPER_PRS) * (tried[middle] - PAPER_PRS) < 0:
+                high = middle
+            else:
+                low = middle
+    fitting = [centimetres for centimetres, value in tried.items() if gives_paper_prs(value)]
+    nearest = min(tried, key=lambda centimetres: abs(math.log(tried[centimetres] / PAPER_PRS)))
+    return max(fitting, default=nearest) / 100
+
+
+def orders_beaten(reading: Reading, surface: Surface, noise: float, every: int, seed: int) -> dict[str, int]:
+    """Way to judge -> largest k such that polynomials of orders 1 to k are worse at all rates up to the printed one.
+
+    Where none beats as much as `LEAST_ORDER`, smaller rates are not looked at.
+    """
+    beaten = dict.fromkeys(JUDGED, max(ORDERS))
+    for rate in reversed(_SPHERE_RATES if surface.kind == "sphere" else _CYLINDER_RATES):
+        case = case_of(surface, noise, rate, every, seed)
+        mine = filtered(reading, case, every)
+        for judged, (error, deviations) in JUDGED.items():
+            if error == "hole" and not rate:
+                continue
+            losses = (
+                order
+                for order in range(1, beaten[judged] + 1)
+                if getattr(mine, error) >= getattr(fitted(case, order, deviations), error)
+            )
+            beaten[judged] = next(losses, beaten[judged] + 1) - 1
+        if max(beaten.values()) < LEAST_ORDER:
+            break
+    return beaten
+
+
+def filtered(reading: Reading, case: Case, every: int) -> Errors:
+    """Errors of the filter, read so."""
+    return _filtered(reading.parameters(case.surface.shape, every), case)
+
+
+@lru_cache(maxsize=4096)  # on a square grid some readings come to the same
+def _filtered(parameters: Parameters, case: Case) -> Errors:
+    frame = given(case)
+    depth = complete(frame, np.ones(frame.shape, np.int32), parameters, threads=1).depth
+    return _measured(depth, frame, case.surface)
+
+
+@lru_cache(maxsize=4096)  # for all readings
+def fitted(case: Case, order: int, deviations: float) -> Errors:
+    """Errors of a polynomial whose outliers are so many deviations off."""
+    frame = given(case)
+    depth, _ = inlier_polynomial(frame.depth, np.ones(frame.shape, bool), order, deviations)
+    return _measured(depth, frame, case.surface)
+
+
+def _measured(depth: NDArray[np.floating], frame: RGBDFrame, surface: Surface) -> Errors:
+    truth, dense, missing = surface.depth, closed(depth, frame), ~frame.known
+    whole = measure_errors(dense, truth, np.ones(truth.shape, bool))
+    hole = measure_errors(dense, truth, missing).rmse if missing.any() else math.nan
+    return Errors(1000 * whole.rmse, 1000 * hole, 1000 * whole.acc, 1000 * whole.prs)

@@ -1,0 +1,1 @@
+"""Training of the edge network on BSDS500: `python -m ilf.lab.training.contours`."""

@@ -1,0 +1,30 @@
+"""`python -m ilf.edges.training.contours --data BSDS500 --out FOLDER`: train the edge network, write it as ONNX."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..trainer import train
+from .data import load_examples
+
+if TYPE_CHECKING:
+    from .lesson import Contours
+
+
+def _lesson(arguments: argparse.Namespace) -> Contours:
+    from .lesson import Contours
+
+    return Contours(*load_examples(arguments.data))
+
+
+def main() -> None:
+    """Train, or go on training, and export."""
+    parser = argparse.ArgumentParser(prog="python -m ilf.edges.training.contours", description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="folder of BSDS500, with images and groundTruth")
+    train(parser, 70, _lesson)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""`python -m ilf.completion.correction.training --data SAMPLES --out FOLDER`: train the correction network."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..trainer import train
+from .lesson import SampleFolder
+
+if TYPE_CHECKING:
+    from .lesson import CorrectionLesson
+
+
+def _lesson(arguments: argparse.Namespace) -> CorrectionLesson:
+    from .lesson import CorrectionLesson
+
+    return CorrectionLesson(SampleFolder(arguments.data), arguments.start)
+
+
+def main() -> None:
+    """Train, or go on training, and export."""
+    parser = argparse.ArgumentParser(prog="python -m ilf.completion.correction.training", description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="folder of samples; it may be growing")
+    parser.add_argument("--start", type=Path, help="depth-edge network (ONNX) whose trunk is gone on from")
+    train(parser, 90, _lesson)
+
+
+if __name__ == "__main__":
+    main()

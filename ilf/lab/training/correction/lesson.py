@@ -1,0 +1,285 @@
+"""Correction as the trainer learns it: by the error of the corrected depth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from numpy.typing import NDArray
+from onnx import numpy_helper
+from torch import Tensor, nn
+from torch.nn import functional
+
+from ....completion.correction import CHANNELS, correction_features
+from ....errors import InputError
+from ....segmentation.edges.depth_edges import filled_log_depth
+from ..depth_edges.lesson import COARSE_SHARE, LOOK_AGAIN_S, coarse_loss, line_loss
+from ..depth_edges.model import DepthEdgeModel
+from ..depth_edges.pictures import PictureFolder
+from ..trainer import Arrays, Lesson, write_onnx
+from .model import CorrectionModel, change
+
+# Samples of the correction lesson: generated frames, and what the filter has made of them.
+
+Array = NDArray[np.float32]
+
+
+class SampleFolder(PictureFolder):
+    """Samples `<number>-<k>.npz` in a folder, some of each picture of a number."""
+
+    KIND, NAMES = "samples", "<number>-<k>.npz"
+
+    @staticmethod
+    def number_in(name: str) -> str:
+        """That of the picture; of a name without another one behind it, none."""
+        number, _, k = name.partition("-")
+        return number if k else ""
+
+
+def read_sample(path: Path) -> tuple[Array, ...]:
+    """A sample as it was made.
+
+    Returns
+    -------
+    image : ndarray of float32, shape (H, W, 3)
+        In [0, 1].
+    features : ndarray of float32, shape (H, W, 10)
+    lines : ndarray of float32, shape (H, W, 2)
+        1 on jumps and on creases.
+    log_depth, completed : ndarray of float32, shape (H, W, 1)
+        Exact, NaN where there is none, and completed, both less the median of the known one.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    names = ("rgb", "depth", "completed", "contours", "exact", "lines")
+    try:
+        with np.load(path) as file:
+            rgb, depth, completed, contours, exact, lines = (file[name] for name in names)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} is no sample. Make it again.") from error
+    features, log_depth = correction_features(depth, completed, np.asarray(contours / 255, np.float32))
+    true = np.log(exact) - np.float32(filled_log_depth(depth)[1])
+    image = np.asarray(rgb / 255, np.float32)
+    arrays = (image, np.moveaxis(features, 0, 2), lines, true[..., None], log_depth[..., None])
+    return tuple(np.ascontiguousarray(one, np.float32) for one in arrays)
+
+
+def varied(sample: tuple[Array, ...], rng: np.random.Generator) -> tuple[Array, ...]:
+    """A sample, perhaps as a mirror shows it, a little brighter or darker, noisier, and of other tint.
+
+    Only a little: what the filter has made of the picture is not made again.
+    """
+    image, features, lines, *depths = sample
+    gains = rng.uniform(0.85, 1.15) * rng.uniform(0.95, 1.05, 3)
+    image = image * gains.astype(np.float32)
+    if rng.random() < 0.3:
+        image += np.float32(rng.uniform(0, 0.02)) * rng.standard_normal(image.shape, np.float32)
+    arrays = (np.clip(image, 0, 1), features, lines, *depths)
+    if rng.random() < 0.5:
+        # lines mark the left or upper of two pixels
+        arrays = (arrays[0], features, np.roll(lines, 1, axis=1), *depths)
+        arrays = tuple(np.ascontiguousarray(one[:, ::-1]) for one in arrays)
+    return arrays
+
+
+# To begin from a trained depth-edge network rather than from nothing.
+
+
+def take_over(model: DepthEdgeModel, path: Path, image: Tensor, features: Tensor) -> None:
+    """Give a model, which may have more inputs, the weights of a depth-edge network in an ONNX file.
+
+    The file has normalisation folded into the weights. Each normalisation becomes that which its convolution needs to
+    have no effect on a batch, and goes on learning from there. Inputs that the file does not know weigh nothing yet.
+    """
+    graph = onnx.load(str(path)).graph
+    arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).copy()) for one in graph.initializer}
+    biases: dict[str, Tensor] = {}
+    for node in graph.node:
+        if node.op_type != "Conv":
+            continue
+        name = _module_name(node.name)
+        convolution = model.get_submodule(name)
+        assert isinstance(convolution, nn.Conv2d)
+        weight, bias = (arrays[one] for one in node.input[1:])
+        with torch.no_grad():
+            convolution.weight.zero_()
+            convolution.weight[:, : weight.shape[1]] = weight
+            if convolution.bias is not None:
+                convolution.bias.copy_(bias)
+            else:
+                biases[name] = bias
+    _normalise(model, biases, image, features)
+
+
+def _normalise(model: DepthEdgeModel, biases: dict[str, Tensor], image: Tensor, features: Tensor) -> None:
+    for name, bias in biases.items():
+        norm = _norm_of(model, name)
+        with torch.no_grad():
+            norm.weight.fill_(1)
+            norm.bias.copy_(bias)
+            norm.running_mean.zero_()
+            norm.running_var.fill_(1 - norm.eps)
+
+    def keep(name: str) -> None:
+        def measure(module: nn.Module, inputs: tuple[Tensor, ...], output: Tensor) -> None:
+            norm = _norm_of(model, name)
+            mean, variance = output.mean((0, 2, 3)), output.var((0, 2, 3))
+            norm.bias += mean
+            norm.weight.copy_((variance + norm.eps).sqrt())
+            norm.running_mean.copy_(mean)
+            norm.running_var.copy_(variance)
+
+        hooks.append(model.get_submodule(name).register_forward_hook(measure))
+
+    hooks: list[torch.utils.hooks.RemovableHandle] = []
+    for name in biases:
+        keep(name)
+    was = model.training
+    model.eval()
+    with torch.no_grad():
+        model.levels(image, features)
+    model.train(was)
+    for hook in hooks:
+        hook.remove()
+
+
+def _module_name(node: str) -> str:
+    """/model/stages.1/stages.1.3/first/Conv -> stages.1.3.first"""
+    parts = node.split("/")[2:-1]
+    return ".".join(parts[1:] if len(parts) > 1 and parts[1].startswith(parts[0]) else parts)
+
+
+def _norm_of(model: DepthEdgeModel, convolution: str) -> nn.BatchNorm2d:
+    above, last = convolution.rsplit(".", 1)
+    norm = model.get_submodule(f"{above}.1" if last == "0" else f"{above}.{last}_norm")
+    assert isinstance(norm, nn.BatchNorm2d)
+    return norm
+
+
+# The trained model as ONNX: colour and features in, links of cells and the logits of pixels' weights out.
+
+
+class _Deployed(nn.Module):
+    def __init__(self, model: CorrectionModel) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+        _, _, (right, below, rise_right, rise_below, held, pull), logits = self.model(image, features)
+        beyond, beneath = (0, 1), (0, 0, 0, 1)
+        links = [
+            functional.pad(one[:, None], side)
+            for one, side in ((right, beyond), (below, beneath), (rise_right, beyond), (rise_below, beneath))
+        ]
+        return torch.cat([*links, held[:, None], pull[:, None]], 1), logits
+
+
+def deployable(model: CorrectionModel) -> nn.Module:
+    """The model for inference: (1, 3, H, W) and (1, 10, H, W) to links and logits, as the file has them."""
+    return _Deployed(deepcopy(model).cpu()).eval()
+
+
+def export_onnx(model: CorrectionModel, path: Path) -> None:
+    """Write the model to an ONNX file (`write_onnx`)."""
+    write_onnx(deployable(model), path, {"image": 3, "features": len(CHANNELS)}, ("links", "logits"))
+
+
+BATCH = 4
+
+LINES_SHARE = 0.1
+"""In the loss, of the lines and the coarse depth, which the depth-edge network has learnt; 1 is that of the error."""
+
+_LEAST_MEAN, _LEAST_RMS = 0.01, 0.02
+"""Errors of the completed depth, in units of the frame's median depth, that count as the least there are."""
+
+_NEAREST, _FARTHEST = -4.0, 2.0
+"""Log depth less its median up to which errors count in full."""
+
+
+class CorrectionLesson(Lesson):
+    """The lesson of the correction network.
+
+    Parameters
+    ----------
+    folder : SampleFolder
+    start : Path or None
+        Depth-edge network (ONNX) whose trunk is gone on from; from random weights if None.
+    """
+
+    seed = 51
+    peak_rate = 1.5e-3
+    file_name = "correction.onnx"
+
+    def __init__(self, folder: SampleFolder, start: Path | None) -> None:
+        self.folder = folder
+        self.start = start
+        self._looked = time.monotonic()
+
+    def new_model(self) -> nn.Module:
+        model = CorrectionModel()
+        if self.start is not None:
+            image, features, *_ = (torch.from_numpy(one) for one in self.batch(np.random.default_rng(self.seed)))
+            take_over(model.base, self.start, image.permute(0, 3, 1, 2), features.permute(0, 3, 1, 2))
+        return model
+
+    def batch(self, rng: np.random.Generator) -> Arrays:
+        if time.monotonic() > self._looked + LOOK_AGAIN_S:
+            self.folder.look_again()
+            self._looked = time.monotonic()
+        chosen = rng.integers(len(self.folder.learnt), size=BATCH)
+        samples = [varied(read_sample(self.folder.learnt[k]), rng) for k in chosen]
+        return tuple(np.stack(arrays) for arrays in zip(*samples, strict=True))
+
+    def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
+        image, features, lines, log_depth, completed = batch
+        of_lines, coarse, links, of_weights = model(image, features)
+        before = line_loss(of_lines, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
+        return error_ratio(completed[:, 0] + change(links, of_weights), batch).mean() + LINES_SHARE * before
+
+    def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
+        """Geometric means of the errors over those of the completed depth, and the largest of these ratios."""
+        ratios = []
+        for path in self.folder.held_out:
+            batch = tensors(tuple(one[None] for one in read_sample(path)))
+            links, of_weights = model(*batch[:2])[2:]
+            if counted(batch).any():
+                completed = batch[4][:, 0]
+                now, before = torch.cat(errors(completed + change(links, of_weights), batch)), errors(completed, batch)
+                ratios.append(torch.log(now / torch.cat(before)).cpu().numpy())
+        mean, rms = np.exp(np.mean(ratios, axis=0))
+        return {"MAE ratio": float(mean), "RMS ratio": float(rms), "worst": float(np.exp(np.max(ratios)))}
+
+    def export(self, model: nn.Module, path: Path) -> None:
+        assert isinstance(model, CorrectionModel)
+        export_onnx(model, path)
+
+
+def counted(batch: tuple[Tensor, ...]) -> Tensor:
+    """Pixels with a true depth, but no known one; (N, H, W)."""
+    features, log_depth = batch[1], batch[3]
+    return torch.isfinite(log_depth[:, 0]) & (features[:, 0] == 0)
+
+
+def errors(log_depth: Tensor, batch: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
+    """Mean and root mean square error of each picture where it counts, in units of its median depth; (N,)."""
+    there = counted(batch)
+    true = torch.exp(torch.nan_to_num(batch[3][:, 0]).clamp(max=_FARTHEST))
+    off = (torch.exp(log_depth.clamp(_NEAREST, _FARTHEST)) - true) * there
+    count = there.sum((1, 2)).clamp(min=1)
+    return off.abs().sum((1, 2)) / count + 1e-4, (off.square().sum((1, 2)) / count + 1e-8).sqrt()
+
+
+def error_ratio(log_depth: Tensor, batch: tuple[Tensor, ...]) -> Tensor:
+    """Of each picture: its errors over those of the completed depth, mean and root mean square added; (N,)."""
+    mean, rms = errors(log_depth, batch)
+    with torch.no_grad():
+        mean_before, rms_before = errors(batch[4][:, 0], batch)
+    return mean / (mean_before + _LEAST_MEAN) + rms / (rms_before + _LEAST_RMS)

@@ -1,0 +1,32 @@
+"""`python -m ilf.edges.training.depth_edges --data PICTURES --out FOLDER`: train the depth-edge network."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..trainer import train
+from .pictures import PictureFolder
+
+if TYPE_CHECKING:
+    from .lesson import DepthEdgeLesson
+
+
+def _lesson(arguments: argparse.Namespace) -> DepthEdgeLesson:
+    from .lesson import DepthEdgeLesson
+
+    return DepthEdgeLesson(PictureFolder(arguments.data))
+
+
+def main() -> None:
+    """Train, or go on training, and export."""
+    parser = argparse.ArgumentParser(prog="python -m ilf.edges.training.depth_edges", description=__doc__)
+    parser.add_argument(
+        "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may be growing"
+    )
+    train(parser, 480, _lesson)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,234 @@
+"""Depth edges as the trainer learns them: generated pictures, of which more and more may come."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
+
+from ....segmentation.edges.depth_edges import CHANNELS, COARSE, LOG_SPREADS
+from ..trainer import Arrays, Lesson, write_onnx
+from .model import DepthEdgeModel
+from .pictures import PictureFolder, less_known, random_sample, read_picture, sample_of
+
+# What the depth-edge network is told about its mistakes: lines and coarse depth, where it counts.
+
+POSITIVE_WEIGHT = 3.0
+"""Of a pixel on a line, against 1 of another."""
+
+BESIDE_WEIGHT = 0.25
+"""Of a pixel beside a line."""
+
+KNOWN_WEIGHT = 0.4
+"""Of pixels whose depth is known, and which the known depth tells about, against 1 where it is missing."""
+
+CREASE_SHARE, COARSE_SHARE = 0.5, 0.1
+"""Of creases and of the coarse depth in the loss, against 1 of jumps."""
+
+
+def line_loss(logits: Tensor, lines: Tensor, features: Tensor) -> Tensor:
+    """Weighted cross-entropy of jumps and creases, each (N, H, W) in logits and lines of shape (N, 2, H, W)."""
+    near = functional.max_pool2d(lines, 3, stride=1, padding=1) > 0
+    weights = torch.where(lines > 0, POSITIVE_WEIGHT, torch.where(near, BESIDE_WEIGHT, 1.0))
+    weights = weights * _where_missing(features)
+    shares = torch.tensor((1.0, CREASE_SHARE), device=lines.device).view(1, 2, 1, 1)
+    loss = functional.binary_cross_entropy_with_logits(logits.float(), lines, weights * shares, reduction="sum")
+    return loss / weights[:, 0].sum()
+
+
+def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
+    """Negative log-likelihood of a Laplace distribution around the coarse depth.
+
+    Parameters
+    ----------
+    coarse : Tensor, shape (N, 2, H/4, W/4)
+        Log depth less the filled one, and the log of its mean error.
+    log_depth : Tensor, shape (N, 1, H, W)
+        The true one in the unit of the features, NaN where there is none.
+    features : Tensor, shape (N, 6, H, W)
+    """
+    offset = at_quarter(log_depth - features[:, CHANNELS.index("filled")][:, None])
+    weights = at_quarter(_where_missing(features)) * torch.isfinite(offset)
+    middle, spread = coarse.float().split(1, 1)
+    spread = spread.clamp(*LOG_SPREADS)
+    loss = (torch.nan_to_num(offset) - middle).abs() * torch.exp(-spread) + spread
+    return (loss * weights).sum() / weights.sum().clamp(min=1)
+
+
+def at_quarter(values: Tensor) -> Tensor:
+    """One pixel of each 4 x 4: no mean, which would lie between two surfaces."""
+    return values[..., COARSE // 2 :: COARSE, COARSE // 2 :: COARSE]
+
+
+def _where_missing(features: Tensor) -> Tensor:
+    known = features[:, CHANNELS.index("known")][:, None]
+    return 1 - (1 - KNOWN_WEIGHT) * known
+
+
+# How well lines are found: average precision and best F over thresholds, with a pixel or two of tolerance.
+
+THRESHOLDS = np.linspace(0.02, 0.98, 33)
+
+
+class LineScore:
+    """Counts over pictures of what is found of true lines, and of what is found wrongly.
+
+    Parameters
+    ----------
+    tolerance : int
+        How far [px] a line may be off, in rows and columns.
+    """
+
+    def __init__(self, tolerance: int = 1) -> None:
+        self._square = np.ones((2 * tolerance + 1,) * 2, np.uint8)
+        # found and right, found, true and found, true
+        self._counts = np.zeros((4, THRESHOLDS.size), np.int64)
+
+    def add(self, strength: NDArray[np.float32], truth: NDArray[np.bool_], where: NDArray[np.bool_]) -> None:
+        """Count one picture, of which only some pixels count; neighbours of these may be matched with."""
+        ridge = _ridges(strength)
+        near_truth = cv2.dilate(truth.view(np.uint8), self._square) > 0
+        true = truth & where
+        for k, threshold in enumerate(THRESHOLDS):
+            line = ridge & (strength >= threshold)
+            near_line = cv2.dilate(line.view(np.uint8), self._square) > 0
+            found = line & where
+            self._counts[:, k] += [np.count_nonzero(one) for one in (found & near_truth, found, true & near_line, true)]
+
+    @property
+    def true(self) -> int:
+        """Pixels of true lines that have been counted."""
+        return int(self._counts[3, 0])
+
+    @property
+    def precision_recall(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Both at each of `THRESHOLDS`; where nothing is found, all of it is right."""
+        right, found, seen, true = self._counts
+        return np.where(found > 0, right / np.maximum(found, 1), 1.0), seen / np.maximum(true, 1)
+
+    @property
+    def average_precision(self) -> float:
+        """Area under precision over recall; what is beyond the largest recall counts 0."""
+        precision, recall = self.precision_recall
+        order = np.argsort(recall, kind="stable")
+        best = np.maximum.accumulate(precision[order][::-1])[::-1]
+        return float(np.sum(np.diff(recall[order], prepend=0) * best))
+
+    @property
+    def best_f(self) -> float:
+        """Largest harmonic mean of precision and recall."""
+        precision, recall = self.precision_recall
+        return float(np.max(2 * precision * recall / np.maximum(precision + recall, 1e-9)))
+
+
+def _ridges(strength: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Pixels as strong as both neighbours along their row or their column."""
+    padded = np.pad(strength, 1, constant_values=-1)
+    centre = padded[1:-1, 1:-1]
+    along_row = (centre >= padded[1:-1, :-2]) & (centre > padded[1:-1, 2:])
+    along_column = (centre >= padded[:-2, 1:-1]) & (centre > padded[2:, 1:-1])
+    return along_row | along_column
+
+
+# The trained model as ONNX: colour and depth features in, probabilities of lines and coarse depth out.
+
+
+class _Deployed(nn.Module):
+    def __init__(self, model: DepthEdgeModel) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, image: Tensor, depth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        lines, coarse = self.model(image, depth)
+        jump, crease = torch.sigmoid(lines).split(1, 1)
+        return jump, crease, coarse
+
+
+def deployable(model: DepthEdgeModel) -> nn.Module:
+    """The model for inference: (1, 3, H, W) and (1, 6, H, W) to jump, crease and coarse, as the file has them."""
+    return _Deployed(deepcopy(model).cpu()).eval()
+
+
+def export_onnx(model: DepthEdgeModel, path: Path) -> None:
+    """Write the model to an ONNX file (`write_onnx`)."""
+    write_onnx(deployable(model), path, {"image": 3, "depth": len(CHANNELS)}, ("jump", "crease", "coarse"))
+
+
+BATCH = 4
+LOOK_AGAIN_S = 60.0
+"""How often the folder is looked through for new pictures."""
+
+FAR = np.log1p(3) / 4
+"""The feature "distance" 3 px from known depth, up to which the known depth itself tells of jumps."""
+
+
+class DepthEdgeLesson(Lesson):
+    """The lesson of the depth-edge network.
+
+    Parameters
+    ----------
+    folder : PictureFolder
+    """
+
+    seed = 20
+    peak_rate = 2e-3
+    file_name = "depth-edges.onnx"
+
+    def __init__(self, folder: PictureFolder) -> None:
+        self.folder = folder
+        self._looked = time.monotonic()
+
+    def new_model(self) -> nn.Module:
+        return DepthEdgeModel()
+
+    def batch(self, rng: np.random.Generator) -> Arrays:
+        if time.monotonic() > self._looked + LOOK_AGAIN_S:
+            self.folder.look_again()
+            self._looked = time.monotonic()
+        chosen = rng.integers(len(self.folder.learnt), size=BATCH)
+        samples = [random_sample(read_picture(self.folder.learnt[k]), rng) for k in chosen]
+        return tuple(np.stack(arrays) for arrays in zip(*samples, strict=True))
+
+    def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
+        image, features, lines, log_depth = batch
+        logits, coarse = model(image, features)
+        return line_loss(logits, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
+
+    def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
+        losses, jumps, creases, errors, fills = [], LineScore(), LineScore(), [], []
+        for k, picture in enumerate(map(read_picture, self.folder.held_out)):
+            depth = less_known(picture, np.random.default_rng((self.seed, k)))
+            sample = sample_of(picture, np.asarray(picture.rgb / 255, np.float32), depth)
+            image, features, lines, log_depth = tensors(tuple(one[None] for one in sample))
+            logits, coarse = model(image, features)
+            losses.append(
+                float(line_loss(logits, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features))
+            )
+            far = sample[1][..., CHANNELS.index("distance")] > FAR
+            for score, found, truth in zip(
+                (jumps, creases), logits[0].sigmoid(), sample[2].transpose(2, 0, 1) > 0, strict=True
+            ):
+                score.add(found.cpu().numpy(), truth, far)
+            offset = at_quarter(log_depth - features[:, 1:2])[0, 0].cpu().numpy()
+            counted = np.isfinite(offset) & far[2::4, 2::4]
+            errors.append(np.abs(offset - coarse[0, 0].cpu().numpy())[counted])
+            fills.append(np.abs(offset)[counted])
+        return {
+            "held-out loss": float(np.mean(losses)),
+            "jump AP": jumps.average_precision,
+            "crease AP": creases.average_precision,
+            "coarse error": float(np.mean(np.concatenate(errors))),
+            "filled error": float(np.mean(np.concatenate(fills))),
+        }
+
+    def export(self, model: nn.Module, path: Path) -> None:
+        assert isinstance(model, DepthEdgeModel)
+        export_onnx(model, path)

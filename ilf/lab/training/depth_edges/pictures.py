@@ -1,0 +1,366 @@
+"""Generated pictures as they are learnt from: a folder that may grow while it is read, and samples of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ....data.pixel_grids import Pairs, mark, sides
+from ....errors import InputError
+from ....segmentation.edges.depth_edges import depth_features, filled_log_depth
+
+# Noise of which outlines of holes are made.
+
+
+def smooth_noise(shape: tuple[int, ...], grain: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Noise of mean 0 and variance about 1, whose hills are about `grain` px wide, float32 (H, W)."""
+    height, width = shape
+    if grain <= 1:
+        return rng.standard_normal(shape, np.float32)
+    coarse = rng.standard_normal((int(height / grain) + 3, int(width / grain) + 3), np.float32)
+    field = cv2.resize(coarse, None, fx=grain, fy=grain, interpolation=cv2.INTER_CUBIC)
+    top, left = int(rng.integers(field.shape[0] - height + 1)), int(rng.integers(field.shape[1] - width + 1))
+    # Between the coarse samples the cubic's variance is about two thirds of theirs.
+    return np.asarray(field[top : top + height, left : left + width] * np.float32(1.25), np.float32)
+
+
+# Known depth that is hidden while the network learns: the holes in which it has to find the edges.
+
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+Pattern = Callable[[Array, NDArray[np.int32], np.random.Generator], Mask]
+
+NOTHING = 0.12
+"""Share of the pictures that keep all of their depth."""
+
+COMBINED = (0.55, 0.35, 0.1)
+"""How often one, two or three patterns lie over each other."""
+
+LEAST_KNOWN = 0.02
+"""Share of the picture whose depth stays known; patterns that would leave less are let be."""
+
+AREA_SEMI_AXES = (0.03, 0.12)
+"""Shortest and longest semi-axis of the ellipses, in widths of the picture, as in `ilf.evaluation.hold_out`."""
+
+_SHARE = (0.05, 0.5)
+"""Range of the share of the known depth that ellipses, blobs and distance hide."""
+
+
+def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """Pixels whose depth is hidden in this lesson.
+
+    Parameters
+    ----------
+    measured : ndarray of float32, shape (H, W)
+        Depth [m], NaN = missing.
+    part : ndarray of int32, shape (H, W)
+        Which smooth surface is seen; some are hidden as a whole.
+    rng : numpy.random.Generator
+        Chooses patterns, their combination and their extent.
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+        Known pixels only.
+    """
+    known = np.isfinite(measured)
+    hidden = np.zeros(known.shape, bool)
+    if rng.random() < NOTHING or not known.any():
+        return hidden
+    patterns, weights = list(PATTERNS), np.array(list(PATTERNS.values()))
+    count = 1 + int(rng.choice(len(COMBINED), p=COMBINED))
+    for k in rng.choice(len(patterns), count, replace=False, p=weights / weights.sum()):
+        more = hidden | (known & patterns[k](measured, part, rng))
+        if (known & ~more).mean() >= LEAST_KNOWN:
+            hidden = more
+    return hidden
+
+
+def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """Ellipses around known pixels, of the size they are judged by, or twice that, as in a detail of a larger frame."""
+    known = np.isfinite(measured)
+    covered = np.zeros(known.shape, np.uint8)
+    places, width = np.argwhere(known), known.shape[1]
+    shortest, longest = rng.choice([1, 2]) * np.array(AREA_SEMI_AXES)
+    enough = rng.uniform(*_SHARE) * len(places)
+    while np.count_nonzero(known & (covered > 0)) < enough:
+        row, column = (int(value) for value in rng.choice(places))
+        axes = tuple(int(max(value * width, 1)) for value in rng.uniform(shortest, longest, 2))
+        cv2.ellipse(covered, (column, row), axes, rng.uniform(0, 180), 0, 360, 1, -1)
+    return covered > 0
+
+
+def blobs(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """Large patches with winding outlines."""
+    grain = math.exp(rng.uniform(math.log(12), math.log(130)))
+    return _lowest(smooth_noise(measured.shape, grain, rng) + 0.15 * smooth_noise(measured.shape, 5, rng), rng)
+
+
+def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """One surface or some, whole or all but a remnant, and a little of what is around."""
+    known = np.isfinite(measured)
+    ids, sizes = np.unique(part[known], return_counts=True)
+    large = ids[sizes > 0.003 * known.size]
+    if large.size == 0:
+        return np.zeros(known.shape, bool)
+    chosen = np.isin(part, rng.choice(large, min(int(rng.integers(1, 6)), large.size), replace=False))
+    side = int(rng.choice([1, 3, 5, 9]))
+    grown = cv2.dilate(chosen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))) > 0
+    if rng.random() < 0.5:
+        return grown
+    field = smooth_noise(measured.shape, rng.uniform(8, 50), rng)
+    return grown & ~(chosen & (field > np.quantile(field[chosen], rng.uniform(0.7, 0.97))))
+
+
+def far_or_near(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """All that is beyond a range, now and then all that is nearer, with a smooth or ragged end."""
+    depth = np.where(np.isfinite(measured), measured, np.float32(np.nanmedian(measured)))
+    ragged = rng.choice([0.0, 0.03, 0.1]) * smooth_noise(depth.shape, rng.uniform(3, 20), rng)
+    return _lowest((depth if rng.random() < 0.2 else -depth) * (1 + ragged), rng)
+
+
+def bands(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """A strip of any direction; mostly at a side of the picture, else across it."""
+    height, width = measured.shape
+    angle = rng.choice([0.0, 0.5, 1.0, 1.5, rng.uniform(0, 2)]) * math.pi
+    rows, columns = np.indices(measured.shape, np.float32)
+    along = (columns - width / 2) * np.float32(math.cos(angle)) + (rows - height / 2) * np.float32(math.sin(angle))
+    reach = float(along.max())
+    start = reach * (1 - rng.uniform(0.1, 0.9) if rng.random() < 0.7 else rng.uniform(-0.7, 0.5))
+    end = reach if rng.random() < 0.7 else start + reach * rng.uniform(0.05, 0.5)
+    return (along >= start) & (along <= end)
+
+
+def sparse(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
+    """All but some pixels, each by itself."""
+    return rng.random(measured.shape, np.float32) < rng.uniform(0.3, 0.97)
+
+
+PATTERNS: dict[Pattern, float] = {
+    ellipses: 0.34,
+    blobs: 0.16,
+    surfaces: 0.2,
+    far_or_near: 0.08,
+    bands: 0.06,
+    sparse: 0.16,
+}
+"""How often each is drawn."""
+
+
+def _lowest(values: Array, rng: np.random.Generator) -> Mask:
+    """A random share of the pixels, those with the lowest values."""
+    return values < np.quantile(values, rng.uniform(*_SHARE))
+
+
+HELD_OUT = 40
+"""Pictures of lower numbers are held out."""
+
+DETAILS = 0.3
+"""Share of the samples that are a quarter of a picture at twice its size."""
+
+_SMOOTH = 0.01
+"""Share of the depth by which interpolated depth may differ on one surface."""
+
+_APART = 0.015
+"""Difference of log depth from which on neighbours of a marked pair are apart, though of the same part."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One generated picture.
+
+    Attributes
+    ----------
+    rgb : ndarray of uint8, shape (H, W, 3)
+    exact, measured : ndarray of float32, shape (H, W)
+        Depth [m]; NaN = nothing there, or missing.
+    part : ndarray of int32, shape (H, W)
+        Which smooth surface is seen.
+    lines : ndarray of uint8, shape (H, W, 2)
+        1 on jumps and on creases.
+    """
+
+    rgb: NDArray[np.uint8]
+    exact: Array
+    measured: Array
+    part: NDArray[np.int32]
+    lines: NDArray[np.uint8]
+
+    @property
+    def mirrored(self) -> Picture:
+        """The picture as a mirror shows it."""
+        return Picture(
+            np.ascontiguousarray(self.rgb[:, ::-1]),
+            np.ascontiguousarray(self.exact[:, ::-1]),
+            np.ascontiguousarray(self.measured[:, ::-1]),
+            np.ascontiguousarray(self.part[:, ::-1]),
+            # not the mirrored lines: a line marks the left or upper pixels
+            self._lines_of(lambda right, below: (right[:, ::-1], below[:, ::-1])),
+        )
+
+    def detail(self, top: int, left: int) -> Picture:
+        """A quarter of the picture at twice its size, soft as a frame of a larger sensor is; its corner is given."""
+        rows, columns = (
+            slice(start, start + size // 2) for start, size in zip((top, left), self.part.shape, strict=True)
+        )
+        return self.window(rows, columns).enlarged
+
+    def window(self, rows: slice, columns: slice) -> Picture:
+        """A part of the picture."""
+        return Picture(
+            self.rgb[rows, columns],
+            self.exact[rows, columns],
+            self.measured[rows, columns],
+            self.part[rows, columns],
+            self.lines[rows, columns],
+        )
+
+    @property
+    def enlarged(self) -> Picture:
+        """The picture at twice its size."""
+        return Picture(
+            np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
+            _twice_the_depth(self.exact),
+            _twice_the_depth(self.measured),
+            _twice(self.part),
+            self._lines_of(_twice_the_pairs),
+        )
+
+    def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
+        """The lines that mark the pairs of neighbours which come of a change of those that are marked now."""
+        apart = _apart(self.part, self.exact)
+        changed = []
+        for line in (self.lines[..., k] > 0 for k in range(2)):
+            changed.append(mark(change(line[:, :-1] & apart[0], line[:-1] & apart[1])))
+        return np.stack(changed, axis=2).view(np.uint8)
+
+
+class PictureFolder:
+    """Pictures `<number>.npz` in a folder; those that appear later are found by `look_again`.
+
+    Attributes
+    ----------
+    learnt, held_out : list of Path
+        In order of their numbers, which are at least `HELD_OUT`, or below.
+    """
+
+    KIND, NAMES = "pictures", "<number>.npz"
+    """What is in it, and how the files are called, for messages."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.look_again()
+        if not self.learnt or not self.held_out:
+            raise InputError(
+                f"{folder} has no {self.KIND} to learn from: it needs files {self.NAMES}, some of numbers below "
+                f"{HELD_OUT}, which are held out, and some above."
+            )
+
+    def look_again(self) -> None:
+        """List what the folder holds now."""
+        named = ((self.number_in(path.stem), path) for path in self.folder.glob("*.npz"))
+        numbered = sorted((int(number), path) for number, path in named if number.isdigit())
+        self.held_out = [path for number, path in numbered if number < HELD_OUT]
+        self.learnt = [path for number, path in numbered if number >= HELD_OUT]
+
+    @staticmethod
+    def number_in(name: str) -> str:
+        """The number that a file's name has; what is no number is no such file."""
+        return name
+
+
+def read_picture(path: Path) -> Picture:
+    """The picture in a file; an InputError where it is none."""
+    try:
+        with np.load(path) as file:
+            lines = np.stack([file["jump"], file["crease"]], axis=2)
+            exact, measured = (np.asarray(file[name], np.float32) for name in ("exact", "measured"))
+            return Picture(file["rgb"], exact, measured, file["part"], lines)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path} is no generated picture. Make it again.") from error
+
+
+def _apart(part: NDArray[np.int32], exact: Array) -> Pairs:
+    """Neighbours of different surfaces, or of depths far apart."""
+    log_depth = np.nan_to_num(np.log(exact), nan=10)
+    right, below = (
+        (one != other) | (np.abs(near - far) > _APART)
+        for (one, other), (near, far) in zip(sides(part), sides(log_depth), strict=True)
+    )
+    return right, below
+
+
+def _twice(values: NDArray[Any]) -> NDArray[Any]:
+    return np.repeat(np.repeat(values, 2, axis=0), 2, axis=1)
+
+
+def _twice_the_depth(depth: Array) -> Array:
+    """Interpolated on surfaces, but neither across jumps nor where depth is missing."""
+    blocks = _twice(depth)
+    smooth = cv2.resize(depth, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR)
+    return np.where(np.abs(smooth - blocks) <= _SMOOTH * blocks, smooth, blocks)
+
+
+def _twice_the_pairs(right: NDArray[np.bool_], below: NDArray[np.bool_]) -> Pairs:
+    """Pairs of the enlarged picture: those between its blocks of 2 x 2 pixels."""
+    height, width = below.shape[0] + 1, right.shape[1] + 1
+    across, down = np.zeros((2 * height, 2 * width - 1), bool), np.zeros((2 * height - 1, 2 * width), bool)
+    across[:, 1::2] = np.repeat(right, 2, axis=0)
+    down[1::2] = np.repeat(below, 2, axis=1)
+    return across, down
+
+
+def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
+    """A picture, perhaps mirrored or but a detail of it, changed in colour, and with more of its depth missing.
+
+    The features know no scale of depth, so that none is changed.
+
+    Returns
+    -------
+    image : ndarray of float32, shape (H, W, 3)
+        In [0, 1].
+    features : ndarray of float32, shape (H, W, 6)
+    lines : ndarray of float32, shape (H, W, 2)
+    log_depth : ndarray of float32, shape (H, W, 1)
+        Exact, in the unit of the features, NaN where there is none.
+    """
+    if rng.random() < 0.5:
+        picture = picture.mirrored
+    if rng.random() < DETAILS:
+        picture = picture.detail(*(int(rng.integers(size // 2 + 1)) for size in picture.part.shape))
+    return sample_of(picture, random_colour(picture.rgb, rng), less_known(picture, rng))
+
+
+def less_known(picture: Picture, rng: np.random.Generator) -> Array:
+    """Its measured depth, of which some is hidden."""
+    return np.where(hide(picture.measured, picture.part, rng), np.float32(np.nan), picture.measured)
+
+
+def sample_of(picture: Picture, image: Array, depth: Array) -> tuple[Array, Array, Array, Array]:
+    """A sample, as `random_sample` gives it, of a picture seen so and of which this depth is known."""
+    median = filled_log_depth(depth)[1] if np.isfinite(depth).any() else 0
+    log_depth = np.log(picture.exact) - np.float32(median)
+    features = np.ascontiguousarray(np.moveaxis(depth_features(depth), 0, 2))
+    return image, features, picture.lines.astype(np.float32), log_depth[..., None]
+
+
+def random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
+    """The colours under other light, by another camera: in [0, 1]."""
+    if rng.random() < 0.1:
+        rgb = np.broadcast_to(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)[..., None], rgb.shape)
+    levels = np.linspace(0, 1, 256, dtype=np.float32)[:, None]
+    gains = rng.uniform(0.6, 1.4) * rng.uniform(0.85, 1.15, 3)
+    curve = np.clip((levels - 0.5) * gains + 0.5 + rng.uniform(-0.12, 0.12), 0, 1) ** np.exp(rng.uniform(-0.4, 0.4))
+    image = np.stack([curve[:, k].astype(np.float32)[rgb[..., k]] for k in range(3)], axis=2)
+    if rng.random() < 0.2:
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.2)), np.float32)
+    if rng.random() < 0.4:
+        image += np.float32(rng.uniform(0, 0.04)) * rng.standard_normal(image.shape, np.float32)
+    return np.clip(image, 0, 1)

@@ -1,0 +1,184 @@
+"""A run that is kept: what it was made of, what it gave, and how good that is."""
+
+from __future__ import annotations
+
+import datetime
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple, Self
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.results import BlockResult, Completion, compose
+from ..evaluation.hold_out import HiddenTest
+from ..run.run import Run
+
+Colour = tuple[int, int, int]
+"""Red, green, blue, 0-255."""
+
+
+class Guess(NamedTuple):
+    """What the guess of the rest has added to a run's results: flat pixel numbers and their depth [m]."""
+
+    pixels: NDArray[np.int64]
+    depth: NDArray[np.float32]
+    notes: tuple[str, ...]
+    network: str | None
+
+    @classmethod
+    def of(cls, completion: Completion) -> Self:
+        """The guess in a completion."""
+        pixels = np.flatnonzero(completion.guessed)
+        depth = completion.depth.ravel()[pixels]
+        depth.setflags(write=False)
+        return cls(pixels, depth, completion.notes, completion.guess_network)
+
+    def added_to(self, completion: Completion) -> Completion:
+        """The same completion with the guess in it."""
+        depth, guessed = completion.depth.copy(), np.zeros_like(completion.filled)
+        depth.ravel()[self.pixels] = self.depth
+        guessed.ravel()[self.pixels] = True
+        filled = completion.filled | guessed
+        return replace(
+            completion, depth=depth, filled=filled, guessed=guessed, notes=self.notes, guess_network=self.network
+        )
+
+
+@dataclass(eq=False)
+class KeptRun:
+    """What a run was made of, what it gave, and how good that is.
+
+    Runs share what they have in common: frames, label maps, results of blocks.
+
+    Attributes
+    ----------
+    number : int
+        From 1, never given twice in a frame.
+    name : str
+    run : Run
+        What it was made of: all blocks of the frame, and their parameters as they were set.
+    results : mapping of int to BlockResult
+        Block label -> result, of all blocks that had one when it ended, also those that it did not run.
+    seconds : float
+        How long it took [s].
+    colour : tuple of int
+        Red, green, blue of its curves.
+    note : str
+        What the user says of it.
+    when : datetime
+    done : frozenset of int
+        Blocks that it has run.
+    how : str
+        "finished", "cancelled" or "failed".
+    guess : Guess or None
+        Of what the blocks left missing, if it has been guessed.
+    truth_error, hidden_error, expected_error : float or None
+        Root mean squares [m] over the pixels that its blocks have filled: of the error against the frame's truth, on
+        hidden depth, and of the expected error. NaN if there is none, None if it has not been worked out.
+    hidden_test : HiddenTest or None
+        Which depth was hidden; errors of different tests cannot be compared.
+    """
+
+    number: int
+    name: str
+    run: Run
+    results: Mapping[int, BlockResult]
+    seconds: float
+    colour: Colour
+    note: str = ""
+    when: datetime.datetime = field(default_factory=datetime.datetime.now)
+    done: frozenset[int] = frozenset()
+    how: str = "finished"
+    guess: Guess | None = None
+    truth_error: float | None = None
+    hidden_error: float | None = None
+    expected_error: float | None = None
+    hidden_test: HiddenTest | None = None
+    _composed: weakref.ref[Completion] | None = field(default=None, repr=False)
+    _held: Completion | None = field(default=None, repr=False)
+
+    @property
+    def completion(self) -> Completion:
+        """What its results compose to, the guess included; made anew when nobody has it any more."""
+        found = None if self._composed is None else self._composed()
+        if found is None:
+            found = self.blocks_completion()
+            if self.guess is not None:
+                found = self.guess.added_to(found)
+            self._composed = weakref.ref(found)
+        return found
+
+    def blocks_completion(self) -> Completion:
+        """What its results compose to, without any guess."""
+        return compose(self.run.frame, self.results)
+
+    def hold(self, on: bool) -> None:
+        """Keep the completion as long as the run is looked at, or leave it to be made anew."""
+        self._held = self.completion if on else None
+
+    def take_guess(self, completion: Completion) -> None:
+        """The rest has been guessed, to this completion."""
+        self.guess, self._composed = Guess.of(completion), weakref.ref(completion)
+        if self._held is not None:
+            self.hold(True)
+
+    def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
+        """Be a later state of the same step."""
+        self.run, self.results = run, results
+        self.guess = self.hidden_test = None
+        self.truth_error = self.hidden_error = self.expected_error = None
+        self._composed = None
+        for name in ("checksum", "block_count", "iterations", "recovered", "outdated"):
+            self.__dict__.pop(name, None)
+        if self._held is not None:
+            self.hold(True)
+
+    @cached_property
+    def checksum(self) -> int:
+        """Of its label map: maps whose checksums differ are not equal."""
+        return crc32(self.run.blocks.data)
+
+    @cached_property
+    def block_count(self) -> int:
+        """Blocks of its label map."""
+        return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
+
+    @cached_property
+    def iterations(self) -> int:
+        """Of all blocks that it has run."""
+        return sum(self.results[label].outcome.iterations for label in self.done if label in self.results)
+
+    @cached_property
+    def recovered(self) -> int:
+        """Pixels that its blocks have filled."""
+        return sum(result.outcome.recovered for result in self.results.values())
+
+    @cached_property
+    def outdated(self) -> tuple[int, ...]:
+        """Blocks whose results are of other values than were set, since the run left them as they were."""
+        wanted = self.run.parameters_of
+        results = self.results.items()
+        return tuple(label for label, result in results if not result.parameters.same_effect(wanted(label)))
+
+    def is_of(self, results: Mapping[int, BlockResult]) -> bool:
+        """Whether these are its very results."""
+        ours = self.results
+        return ours.keys() == results.keys() and all(ours[label] is result for label, result in results.items())
+
+    def equals(self, results: Mapping[int, BlockResult]) -> bool:
+        """Whether these results are the same as its own, down to the depth of every pixel."""
+        ours = self.results
+        return ours.keys() == results.keys() and all(_same(ours[label], result) for label, result in results.items())
+
+
+def _same(one: BlockResult, other: BlockResult) -> bool:
+    return one is other or (
+        one.parameters == other.parameters
+        and one.block.box == other.block.box
+        and np.array_equal(one.block.mask, other.block.mask)
+        and np.array_equal(one.depth, other.depth, equal_nan=True)
+    )

@@ -1,0 +1,338 @@
+"""Presets of one's own: parameters under a name, in a file, or in the folder of those that are always at hand."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from .._runtime.files import made_folder, read_json, write_bytes
+from ..data.declarations import Value
+from ..data.parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
+from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
+
+PRESET_SUFFIX = ".json"
+
+SCHEMA = 1
+"""Number of the form that a preset's file has."""
+
+_KIND = "ilf-studio preset"
+_LONGEST_NAME = 60
+_NAME = re.compile(r"\w[\w +,()%=.-]*")
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that Windows keeps for devices."""
+
+
+@dataclass(frozen=True)
+class OwnPreset:
+    """Parameters under a name.
+
+    Parameters
+    ----------
+    name : str
+    parameters : Parameters
+        Of the filter.
+    base : str
+        The built-in preset that they are told by: the file has what differs from it.
+    extraction : BlockParameters, optional
+        What blocks are extracted with; None leaves that open.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such base.
+
+    Examples
+    --------
+    >>> from ilf import preset
+    >>> OwnPreset("soft", preset("best", smoothness=3)).changes
+    {'smoothness': 3.0}
+    """
+
+    name: str
+    parameters: Parameters
+    base: str = DEFAULT_PRESET
+    extraction: BlockParameters | None = None
+
+    def __post_init__(self) -> None:
+        if self.base not in PRESETS:
+            raise ParameterError(f"There is no preset {self.base!r}. Known: {', '.join(PRESETS)}.")
+
+    @property
+    def changes(self) -> dict[str, Value]:
+        """The parameters of the filter that are not as in the base."""
+        return self.parameters.unlike(PRESETS[self.base])
+
+    @property
+    def extraction_changes(self) -> dict[str, Value]:
+        """The parameters of the extraction that are not the defaults."""
+        return {} if self.extraction is None else self.extraction.unlike(BlockParameters())
+
+
+@dataclass(frozen=True)
+class PresetList:
+    """The user's own presets.
+
+    Attributes
+    ----------
+    presets : dict
+        Name -> OwnPreset, in the order of the alphabet.
+    problems : tuple of str
+        A sentence on every file that cannot be read.
+    """
+
+    presets: dict[str, OwnPreset]
+    problems: tuple[str, ...]
+
+
+def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
+    """Read a preset's file.
+
+    Parameters
+    ----------
+    path : path-like
+        JSON with `kind` "ilf-studio preset", `schema` 1, `name`, `base` (a built-in preset; "best" if left out),
+        `parameters` (those that differ from it) and, if it has any say in the blocks, `extraction` (those that differ
+        from the defaults).
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is damaged, something else, of a later version, or has a parameter or value that there is not.
+
+    Examples
+    --------
+    >>> from ilf import preset
+    >>> write_preset("soft.json", OwnPreset("soft", preset("best", smoothness=3)))
+    >>> read_preset("soft.json").parameters.smoothness
+    3.0
+    """
+    data = read_json(path)
+    if not isinstance(data, dict) or data.get("kind") != _KIND:
+        raise FormatError(f"{Path(path).absolute()} is no preset: give a file that a preset was exported to.")
+    try:
+        return _parsed(data, Path(path).stem)
+    except IlfError as error:
+        raise FormatError(f"{Path(path).absolute()}: {error}") from error
+
+
+def write_preset(path: str | os.PathLike[str], preset: OwnPreset) -> None:
+    """Write a preset's file, atomically.
+
+    Parameters
+    ----------
+    path : path-like
+        By habit with the suffix .json.
+    preset : OwnPreset
+
+    Raises
+    ------
+    ExportError
+        If it cannot be written.
+    """
+    data: dict[str, Any] = {
+        "kind": _KIND,
+        "schema": SCHEMA,
+        "name": preset.name,
+        "base": preset.base,
+        "parameters": preset.changes,
+    }
+    if preset.extraction is not None:
+        data["extraction"] = preset.extraction_changes
+    write_bytes(path, f"{json.dumps(data, indent=2, ensure_ascii=False)}\n".encode())
+
+
+def presets_folder() -> Path:
+    """Folder of the user's own presets, which need not exist; the environment variable ILF_PRESETS overrides it."""
+    chosen = os.environ.get("ILF_PRESETS")
+    return Path(chosen) if chosen else platformdirs.user_config_path("ilf-studio", appauthor=False) / "presets"
+
+
+def list_presets() -> PresetList:
+    """The user's own presets, each by the name of its file, and what is wrong with those that cannot be read."""
+    presets, problems = {}, []
+    for path in sorted(presets_folder().glob(f"*{PRESET_SUFFIX}"), key=lambda path: path.stem.casefold()):
+        try:
+            presets[path.stem] = dataclasses.replace(read_preset(path), name=path.stem)
+        except IlfError as error:
+            problems.append(str(error))
+    return PresetList(presets, tuple(problems))
+
+
+def find_preset(name: str) -> OwnPreset:
+    """A preset by name, or from a file. Those of the paper say what blocks are extracted with, too.
+
+    Parameters
+    ----------
+    name : str
+        A built-in preset's, one of the user's own, or the path of a file.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of that name, and no such file.
+    FormatError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> find_preset("paper").parameters.filter
+    'ideal'
+    """
+    if name in PRESETS:
+        return OwnPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+    own = _existing(name)
+    if own is not None:
+        return dataclasses.replace(read_preset(own), name=own.stem)
+    if os.path.isfile(name):
+        return read_preset(name)
+    known = ", ".join([*PRESETS, *list_presets().presets])
+    raise ParameterError(f"There is no preset {name!r}, and no such file. Known: {known}.")
+
+
+def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
+    """Keep a preset among the user's own.
+
+    Parameters
+    ----------
+    preset : OwnPreset
+    replace : bool
+        Whether it may take the place of one of the same name.
+
+    Returns
+    -------
+    Path
+        Its file.
+
+    Raises
+    ------
+    InputError
+        If the name is taken, or cannot be that of a file everywhere.
+    ExportError
+        If it cannot be written.
+    """
+    former = _existing(preset.name) if replace else None
+    path = _free_path(preset.name, keeps=former)
+    made_folder(path.parent)
+    write_preset(former or path, preset)
+    return former or path
+
+
+def rename_preset(old: str, new: str) -> Path:
+    """Give one of the user's own presets another name.
+
+    Raises
+    ------
+    InputError
+        If there is none of the old name, or the new one is taken or cannot be that of a file everywhere.
+    ExportError
+        If its file cannot be renamed.
+    """
+    source = _own(old)
+    target = _free_path(new, keeps=source)
+    try:
+        return source.rename(target)
+    except OSError as error:
+        raise ExportError(f"{source} cannot be renamed: {cause(error)}. Check the folder's permissions.") from error
+
+
+def delete_preset(name: str) -> Path:
+    """Delete one of the user's own presets; returns where it was.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    ExportError
+        If it cannot be deleted.
+    """
+    path = _own(name)
+    try:
+        path.unlink()
+    except OSError as error:
+        raise ExportError(f"{path} cannot be deleted: {cause(error)}. Check the folder's permissions.") from error
+    return path
+
+
+def import_preset(path: str | os.PathLike[str], name: str | None = None, *, replace: bool = False) -> OwnPreset:
+    """Copy a preset's file to the user's own.
+
+    Parameters
+    ----------
+    path : path-like
+    name : str, optional
+        The one in the file if left out.
+    replace : bool
+        Whether it may take the place of one of the same name.
+
+    Raises
+    ------
+    InputError, FormatError, ExportError
+        As `read_preset` and `save_preset` do.
+    """
+    given = read_preset(path)
+    preset = given if name is None else dataclasses.replace(given, name=name)
+    save_preset(preset, replace=replace)
+    return preset
+
+
+def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
+    schema = data.get("schema")
+    if type(schema) is not int or schema < 1:
+        raise FormatError(f"Its schema must be a whole number from 1 on, not {schema!r:.40}.")
+    if schema > SCHEMA:
+        raise FormatError(f"It has schema {schema}; this version reads up to {SCHEMA}. Install a newer ILF Studio.")
+    name, base = data.get("name", stem), data.get("base", DEFAULT_PRESET)
+    if not isinstance(name, str) or not name:
+        raise FormatError(f"Its name must be text, not {name!r:.40}.")
+    if not isinstance(base, str) or base not in PRESETS:
+        raise FormatError(f"It builds on a preset {base!r:.40}, which there is not. Known: {', '.join(PRESETS)}.")
+    parts = {key: data.get(key, {}) for key in ("parameters", "extraction")}
+    for key, values in parts.items():
+        if not isinstance(values, dict):
+            raise FormatError(f"Its {key} must be an object of names and values, not {values!r:.40}.")
+    try:
+        parameters = PRESETS[base].replace(**parts["parameters"])
+        extraction = BlockParameters().replace(**parts["extraction"]) if "extraction" in data else None
+    except ParameterError as error:
+        raise FormatError(f"{error} Was it made by another version?") from error
+    return OwnPreset(name, parameters, base, extraction)
+
+
+def _own(name: str) -> Path:
+    path = _existing(name)
+    if path is None:
+        known = ", ".join(list_presets().presets) or "none"
+        raise InputError(f"There is no preset of your own by the name {name!r}, only {known}.")
+    return path
+
+
+def _existing(name: str) -> Path | None:
+    """The file of one of the user's own presets; names that differ by capitals alone are one, as on some systems."""
+    files = presets_folder().glob(f"*{PRESET_SUFFIX}")
+    return next((path for path in files if path.stem.casefold() == name.casefold()), None)
+
+
+def _free_path(name: str, keeps: Path | None) -> Path:
+    """Where a preset of this name goes, unless another one than `keeps` has it."""
+    fits = _NAME.fullmatch(name) and len(name) <= _LONGEST_NAME and name[-1] not in ". "
+    if not fits or _RESERVED.fullmatch(name):
+        raise InputError(
+            f"{name!r:.80} cannot be the name of a preset. Use up to {_LONGEST_NAME} letters, digits, spaces and "
+            "+ , ( ) % = . - _, beginning with a letter or digit, and not ending with a dot."
+        )
+    if name.casefold() in {preset.casefold() for preset in PRESETS}:
+        raise InputError(f"{name!r} is the name of a built-in preset. Choose another name.")
+    taken = _existing(name)
+    if taken is not None and taken != keeps:
+        raise InputError(f"There is a preset {taken.stem!r} already. Choose another name, or replace it.")
+    return presets_folder() / f"{name}{PRESET_SUFFIX}"

@@ -1,0 +1,1 @@
+"""Where surfaces may end: edges from colour and known depth."""

@@ -1,0 +1,211 @@
+"""The depth-edge network in use: where depth jumps and surfaces bend, from colour and known depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.networks.network import LEAST_SIDE, OnnxNetwork, reflected
+from ...data.pixel_grids import nearest_values
+from ...errors import FormatError, InputError
+from .detectors import LONGEST_SIDE, check_image
+
+# What the depth-edge network is told of the known depth: the same numbers in training and in use.
+
+Array = NDArray[np.float32]
+
+CHANNELS = ("known", "filled", "fine relief", "wide relief", "distance", "nearest")
+"""What `depth_features` gives, in this order."""
+
+_FINE, _WIDE = 5, 33
+"""Sides [px] of the squares whose mean is taken off for the relief."""
+
+_FINE_GAIN, _WIDE_GAIN, _NEAREST_GAIN = 20, 4, 4
+_LIMIT = 4
+"""Weights that bring jumps of a few per cent to about 1, and the largest number that is passed on."""
+
+
+def depth_features(depth: Array) -> Array:
+    """The known depth as pictures for the network, independent of scale: the logarithm less its median.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN = missing.
+
+    Returns
+    -------
+    ndarray of float32, shape (6, H, W)
+        In the order of `CHANNELS`: 1 where depth is known; the log depth, its gaps filled from around
+        (`filled_log_depth`); where it is known, what it rises above its mean in 5 x 5 pixels; what the filled one
+        rises above its mean in 33 x 33; log(1 + distance to known depth [px]) / 4; and the log depth of the nearest
+        known pixel less the filled one.
+    """
+    known = np.isfinite(depth)
+    if not known.any():
+        features = np.zeros((len(CHANNELS), *depth.shape), np.float32)
+        features[4] = np.log1p(np.float32(max(depth.shape))) / 4
+        return features
+    filled, median = filled_log_depth(depth)
+    return features_of(filled - np.float32(median), known)
+
+
+def features_of(filled: Array, known: NDArray[np.bool_]) -> Array:
+    """`depth_features` from the filled log depth less the median of the known one, and where depth is known."""
+    features = np.zeros((len(CHANNELS), *filled.shape), np.float32)
+    distance, nearest = nearest_values(filled, known)
+    features[0] = known
+    features[1] = filled
+    features[2] = known * _FINE_GAIN * (filled - cv2.blur(filled, (_FINE, _FINE)))
+    features[3] = _WIDE_GAIN * (filled - cv2.blur(filled, (_WIDE, _WIDE)))
+    features[4] = np.log1p(distance) / 4
+    features[5] = _NEAREST_GAIN * (nearest - filled)
+    return np.clip(features, -_LIMIT, _LIMIT, out=features)
+
+
+def filled_log_depth(depth: Array) -> tuple[Array, float]:
+    """Log depth whose gaps are filled from around, and the median of the known one.
+
+    A gap gets the mean of the smallest square of 2, 4, 8 ... pixels around it that holds known depth, interpolated.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN = missing; at least one known pixel.
+    """
+    known = np.isfinite(depth)
+    logarithm = np.log(np.where(known, depth, 1), dtype=np.float32)
+    return _fill(logarithm, known.astype(np.float32)), float(np.median(logarithm[known]))
+
+
+def _fill(values: Array, weights: Array) -> Array:
+    """Values where they weigh 1, values of the halved picture where they weigh 0, and something between elsewhere."""
+    if weights.all() or min(values.shape) == 1:
+        return values if weights.all() else np.full_like(values, np.average(values, weights=weights))
+    half = (-(-values.shape[1] // 2), -(-values.shape[0] // 2))
+    share = cv2.resize(weights, half, interpolation=cv2.INTER_AREA)
+    total = cv2.resize(values * weights, half, interpolation=cv2.INTER_AREA)
+    coarse = _fill(np.divide(total, share, out=np.zeros_like(total), where=share > 0), (share > 0).astype(np.float32))
+    around = cv2.resize(coarse, values.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.where(weights > 0, values, around)
+
+
+MULTIPLE = 32
+COARSE = 4
+"""What the sides of the network's input are multiples of, and how many pixels one of its coarse depth stands for."""
+
+LOG_SPREADS = (-7.0, 3.0)
+"""Least and largest log of the error that is expected of the coarse depth."""
+
+SCALES = (1.0, 0.5, 0.25)
+"""Of a picture of 640 x 480 the network, which has learnt from pictures of 320 x 256, sees details and the whole."""
+
+_TRIAL_SHAPES = ((64, 64), (64, 96))
+
+
+@dataclass(frozen=True, eq=False)
+class DepthEdges:
+    """What the network says of a frame.
+
+    Attributes
+    ----------
+    jump : ndarray of float32, shape (H, W)
+        Probability that depth jumps between this pixel and its right or lower neighbour.
+    crease : ndarray of float32, shape (H, W)
+        Probability that the surface bends sharply there.
+    coarse : ndarray of float32, shape (H, W), or None
+        Depth [m] everywhere, without fine detail where it is missing. None where no depth is known at all, or the
+        network says nothing of it.
+    spread : ndarray of float32, shape (H, W), or None
+        Mean error of `coarse` that the network expects, as a share of the depth.
+    """
+
+    jump: Array
+    crease: Array
+    coarse: Array | None
+    spread: Array | None
+
+
+class DepthEdgeNetwork(OnnxNetwork):
+    """A depth-edge network, ready to run. `load` makes one; it may be used from any thread.
+
+    The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
+    `depth_features`, H and W multiples of 32. Its outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1], and
+    perhaps `coarse`, (1, 2, H/4, W/4): the log depth less the filled one of the features, and the log of the mean
+    error expected of it.
+    """
+
+    KIND = "depth-edge network"
+
+    def look(self, rgb: NDArray[np.uint8], depth: Array) -> DepthEdges:
+        """Depth edges of a frame.
+
+        Parameters
+        ----------
+        rgb : ndarray of uint8, shape (H, W, 3)
+            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else. What
+            is found is the mean of what the network says at the scales of `SCALES`, of depth that of its logarithm.
+        depth : ndarray of float32, shape (H, W)
+            Depth [m], NaN = missing.
+
+        Raises
+        ------
+        InputError
+            If the image is not of this shape and type, has no pixels, or the depth has another shape.
+        """
+        check_image(rgb)
+        height, width = rgb.shape[:2]
+        if depth.shape != (height, width):
+            raise InputError(f"Depth edges need depth of the image's shape {(height, width)}, not {depth.shape}.")
+        full = min(1.0, LONGEST_SIDE / max(height, width))
+        looks = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
+        jump, crease = np.clip(np.mean([look[:2] for look in looks], axis=0), 0, 1)
+        coarse = [look[2:] for look in looks if len(look) > 2]
+        if not coarse:
+            return DepthEdges(jump, crease, None, None)
+        log_depth, log_spread = np.mean(coarse, axis=0)
+        return DepthEdges(jump, crease, np.exp(log_depth), np.exp(np.clip(log_spread, *LOG_SPREADS)))
+
+    def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
+        """What the network says of the picture made so many times as large, each of the picture's size: lines, and, if
+        it tells of them and depth is known at that size, log depth and log spread."""
+        height, width = depth.shape
+        if scale != 1:
+            size = (max(1, round(width * scale)), max(1, round(height * scale)))
+            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+            depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
+        found = self._run(rgb, depth)
+        if not np.isfinite(depth).any():
+            found = found[:2]
+        elif len(found) > 2:
+            found[2] = found[2] + filled_log_depth(depth)[0]
+        return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
+
+    def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
+        """The outputs of the network, each (H, W) of the image's size."""
+        image, window = reflected(rgb, MULTIPLE, least=LEAST_SIDE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=LEAST_SIDE)
+        size = image.shape[:2]
+        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
+        try:
+            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
+        except cv2.error as error:
+            raise FormatError(
+                f"{self.path.name} is no depth-edge network: it does not take an image of {size} and its depth."
+            ) from error
+        lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
+        shapes = [one.shape for one in outputs]
+        if shapes not in ([lines, lines], [lines, lines, quarter]):
+            raise FormatError(f"{self.path.name} is no depth-edge network: it makes {shapes} of an image of {size}.")
+        maps = [map_ for output in outputs for map_ in output[0]]
+        return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
+
+    def _try(self) -> None:
+        for height, width in _TRIAL_SHAPES:
+            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
+            if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
+                raise FormatError(f"{self.path.name} is no depth-edge network: its lines are not within 0 to 1.")

@@ -1,0 +1,313 @@
+"""The edges of a frame, found once for blocks and filter alike; where a network is missing, the next best stand in."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
+from ...data.frame import RGBDFrame
+from ...data.frame_cache import forget, once_per_frame, once_per_image
+from ...data.parameters import BlockParameters
+from ...errors import InputError
+from .depth_edges import DepthEdgeNetwork, DepthEdges
+from .detectors import EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
+from .relief import Relief, find_relief
+
+# Edges of the filter from depth edges and contours together: each knows what the other does not.
+
+Array = NDArray[np.float32]
+
+_BESIDE, _SHARP = 3, 4
+"""Within so many pixels the crest of a line stands out, and how sharply."""
+
+_GAIN = 1.4
+"""Strength of a crest in its probability."""
+
+_NEAR, _POSSIBLE = 2, 0.5
+"""A contour counts in full if a jump within so many pixels has at least this probability."""
+
+
+def joined(jump: Array, contours: Array | None = None) -> Array:
+    """Strength of edges: the crests of what a jump is taken for, and contours as far as one is possible there.
+
+    A network of depth edges knows where depth jumps, but is seldom sure to the pixel; contours are sharp and leave
+    little out, but part what is on one surface. A gap in an edge costs more than an edge too many.
+
+    Parameters
+    ----------
+    jump : ndarray of float32, shape (H, W)
+        Probability of a depth jump.
+    contours : ndarray of float32, shape (H, W), optional
+        Strength of contours in [0, 1].
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        In [0, 1].
+    """
+    crest = _GAIN * jump * (jump / np.maximum(_largest_within(jump, _BESIDE), np.float32(1e-4))) ** _SHARP
+    if contours is None:
+        return np.minimum(crest, 1).astype(np.float32)
+    possible = np.sqrt(np.minimum(_largest_within(jump, _NEAR) / np.float32(_POSSIBLE), 1))
+    return np.minimum(np.maximum(crest, possible * contours), 1).astype(np.float32)
+
+
+def _largest_within(values: Array, radius: int) -> Array:
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
+    return np.asarray(cv2.dilate(values, disk), np.float32)
+
+
+_BESIDE_CANNY = 0.9
+"""Factor on the gradient's strength off Canny's lines, which must stand above what lies beside them."""
+
+_STANDS_IN = {
+    "rgbd": ("hed", "Contours of the colour image stand in for depth edges"),
+    "hed": ("canny", "Canny's edges stand in for the network's"),
+}
+"""Detector -> which one takes its place where its network is missing or fails, and what there is to say of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameEdges:
+    """Where surfaces may end, by colour and by known depth.
+
+    Attributes
+    ----------
+    detected : ndarray of float32, shape (H, W)
+        Strength in [0, 1] by the detector: the contours that a network finds in the colour; those that Canny finds, 1
+        along its lines and below elsewhere; or the probability of a depth jump, which a network finds in colour and
+        known depth.
+    strength : ndarray of float32, shape (H, W)
+        The edges of the edge-aware filter: `detected`, of depth edges its crests joined with contours (`joined`), and
+        depth jumps of any length at 1.
+    network : str or None
+        SHA-256 of the network that `detected` is by; None if it is by Canny.
+    crease : ndarray of float32, shape (H, W), or None
+        Probability that the surface bends sharply, where the detector tells.
+    notes : tuple of str
+        Why other edges stand in for those that were asked for, if they do.
+    """
+
+    detected: NDArray[np.float32]
+    strength: NDArray[np.float32]
+    network: str | None
+    crease: NDArray[np.float32] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
+    """The frame's edges with the parameters of their detectors, worked out once and remembered with the frame.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : BlockParameters
+        Those under "Edges" but the threshold count. Where known depth does not, its jumps are those of the defaults.
+
+    Returns
+    -------
+    FrameEdges
+        Read-only. If the network that is asked for is missing or none, those of the next best detector, with a note.
+    """
+    network, notes = _working_network(frame, parameters)
+    multiscale = isinstance(network, EdgeNetwork) and parameters.multiscale
+    found = _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
+    return dataclasses.replace(found, notes=(*notes, *found.notes))
+
+
+def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
+    """What a frame's known depth says, remembered with it; where it does not count, with the smallest jumps of the
+    defaults."""
+    return _relief(frame, *_jump(parameters))
+
+
+def lines_of(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
+    """Canny's lines in a frame's colour, bool (H, W), remembered with that."""
+    return _lines(frame.rgb, *_canny(parameters))
+
+
+def forget_evidence(frame: RGBDFrame) -> None:
+    """Give up what is remembered of relief and lines, for which only another extraction has a use; edges stay."""
+    forget(frame, _relief)
+    forget(frame.rgb, _lines)
+
+
+def load_depth_network() -> DepthEdgeNetwork:
+    """The network of depth edges that comes with the program.
+
+    Raises
+    ------
+    InputError
+        If its file is missing.
+    FormatError
+        If it is no such network.
+    """
+    return DepthEdgeNetwork.load(model_path(DEPTH_EDGES))
+
+
+@once_per_frame
+def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
+    """Where depth jumps and surfaces bend by colour and by the depth that the frame has, remembered with it."""
+    return network.look(frame.rgb, frame.depth)
+
+
+@once_per_image
+def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+    """Boundary strength of a frame's colour by the network, remembered with the colour."""
+    return network.strength(rgb, multiscale)
+
+
+def canny_strength(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.float32]:
+    """Strength by Canny, which is 1 along its lines and below elsewhere."""
+    dx, dy = colour_gradient(rgb, sigma)
+    beside = np.float32(_BESIDE_CANNY) * gradient_strength(dx, dy)
+    return np.where(canny_edges(dx, dy, high, low_ratio), np.float32(1), beside)
+
+
+_canny_of_frame = once_per_image(canny_strength)
+
+
+@once_per_image
+def _lines(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.bool_]:
+    return canny_edges(*colour_gradient(rgb, sigma), high, low_ratio)
+
+
+@once_per_frame
+def _relief(frame: RGBDFrame, jump: float, share: float) -> Relief:
+    return find_relief(frame.depth, jump, share)
+
+
+def _canny(parameters: BlockParameters) -> tuple[float, float, float]:
+    return parameters.canny_sigma, parameters.canny_high, parameters.canny_low_ratio
+
+
+def _jump(parameters: BlockParameters) -> tuple[float, float]:
+    """Smallest jump [m], and as a share of depth."""
+    counts = parameters if parameters.use_depth else BlockParameters()
+    return counts.depth_jump, counts.depth_jump_share
+
+
+def _working_network(
+    frame: RGBDFrame, parameters: BlockParameters
+) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
+    """The first network that works, from that which is asked for on, None for Canny; and why others do not."""
+    detector, notes = parameters.detector, []
+    while detector in _STANDS_IN:
+        try:
+            network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
+            _look(frame, network, parameters.multiscale)
+        except InputError as error:
+            detector, what = _STANDS_IN[detector]
+            notes.append(f"{what}: {error}")
+        else:
+            return network, tuple(notes)
+    return None, tuple(notes)
+
+
+def _look(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+    """Strength of edges by a network."""
+    if isinstance(network, EdgeNetwork):
+        return network_strength(frame.rgb, network, multiscale)
+    return depth_edges(frame, network).jump
+
+
+@once_per_frame
+def _find(
+    frame: RGBDFrame,
+    network: DepthEdgeNetwork | EdgeNetwork | None,
+    multiscale: bool,
+    canny: tuple[float, float, float],
+    jump: tuple[float, float],
+) -> FrameEdges:
+    detected = _canny_of_frame(frame.rgb, *canny) if network is None else _look(frame, network, multiscale)
+    strength, crease = detected, None
+    notes: tuple[str, ...] = ()
+    if isinstance(network, DepthEdgeNetwork):
+        contours, notes = _bundled_contours(frame)
+        strength, crease = joined(detected, contours), depth_edges(frame, network).crease
+    strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
+    sha256 = None if network is None else network.sha256
+    return FrameEdges(detected, strength, sha256, crease, notes)
+
+
+def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
+    """Contours by the network that comes with the program, which depth edges are joined with; or why there are none."""
+    try:
+        return network_strength(frame.rgb, load_model(BUNDLED), False), ()
+    except InputError as error:
+        return None, (f"Depth edges are not joined with contours of the colour image: {error}",)
+
+
+# Edge strength of a frame or of a colour image, by one detector.
+
+DETECTORS = ("rgbd", "combined", "hed", "canny", "depth")
+"""What `edge_strength` takes."""
+
+_OF_FRAMES = ("rgbd", "combined", "depth")
+"""Those that need known depth."""
+
+
+def edge_strength(
+    image: RGBDFrame | ArrayLike, detector: str = "combined", *, model: str = BUNDLED, multiscale: bool = False
+) -> NDArray[np.float32]:
+    """Edge strength by one detector (section 2).
+
+    Parameters
+    ----------
+    image : RGBDFrame, or array of uint8, shape (H, W, 3)
+        A frame, or a colour image (RGB), which serves "hed" and "canny".
+    detector : str
+        "hed": contours by the edge network. "canny": Canny's edges at 1, the colour gradient up to 0.9 elsewhere.
+        "depth": 1 at jumps of the known depth, 0 elsewhere. "combined": the larger of "hed" and "depth". "rgbd": the
+        probability of a depth jump by the network that looks at colour and known depth, and 1 at jumps of that.
+    model : str
+        Name of the network of "hed" and "combined", one of `ilf._runtime.networks.models.model_names()`.
+    multiscale : bool
+        Let that network look at three scales: slightly better, 3.5 times as slow.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        In [0, 1].
+
+    Raises
+    ------
+    InputError
+        For an unknown detector, an image of another kind or without depth where that is needed, or an edge network
+        that is missing or none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rgb = np.zeros((20, 30, 3), np.uint8)
+    >>> rgb[:, 15:] = 200
+    >>> edge_strength(rgb, "canny")[10, [3, 14]].tolist()
+    [0.0, 1.0]
+    """
+    if detector not in DETECTORS:
+        raise InputError(f"There is no detector {detector!r}. Choose one of {', '.join(DETECTORS)}.")
+    defaults = BlockParameters(detector="hed", model=model, multiscale=multiscale)
+    frame = image if isinstance(image, RGBDFrame) else None
+    if frame is None and detector in _OF_FRAMES:
+        raise InputError(
+            f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' take colour alone."
+        )
+    rgb = np.asarray(image) if frame is None else frame.rgb
+    check_image(rgb)
+    if detector == "canny":
+        return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)
+    if frame is None:
+        return load_model(model).strength(rgb, multiscale)
+    if detector == "depth":
+        return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
+    # here, nothing stands in for a network that is missing
+    if detector == "rgbd":
+        depth_edges(frame, load_depth_network())
+        return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()
+    by_network = network_strength(frame.rgb, load_model(model), multiscale)
+    return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()

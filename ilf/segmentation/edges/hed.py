@@ -1,0 +1,123 @@
+"""HED as an ONNX network of this library's convention, out of its weights."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import onnx
+from numpy.typing import NDArray
+from onnx import helper, numpy_helper
+
+from .hed_weights import CONVOLUTIONS, FUSION, SCORES, UPSAMPLINGS, Layer, normalisation
+
+_CAFFE_PADDING = 35
+_OPSET = 17
+_IR_VERSION = 8
+
+
+def hed_network(layers: Mapping[str, Layer], caffe: bool) -> bytes:
+    """The network as an ONNX file: RGB in [0, 1], its sides multiples of 16, to strength in [0, 1].
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+        As `check_layers` wants them.
+    caffe : bool
+        Whether it pads, scales up and crops as the Caffe model does. Otherwise as in Keras: nothing is padded, and
+        side outputs are scaled up bilinearly, aligned by the corners of pixels.
+
+    Returns
+    -------
+    bytes
+    """
+    graph = _Graph()
+    x = graph.convolution("image", Layer(*normalisation("caffe")), pad=0)
+    sides = []
+    for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
+        if stage > 1:
+            x = graph.add("MaxPool", x, kernel_shape=[2, 2], strides=[2, 2], ceil_mode=1)
+        for name in names:
+            first = name == CONVOLUTIONS[0][0]
+            x = graph.add("Relu", graph.convolution(x, layers[name], pad=_CAFFE_PADDING if caffe and first else 1))
+        side = graph.convolution(x, layers[score], pad=0)
+        sides.append(_as_caffe(graph, side, stage, layers) if caffe else _as_keras(graph, side, stage))
+    fused = graph.convolution(graph.add("Concat", *sides, axis=1), layers[FUSION], pad=0)
+    return graph.file("image", graph.add("Sigmoid", fused))
+
+
+def _as_keras(graph: _Graph, side: str, stage: int) -> str:
+    if stage == 1:
+        return side
+    factor = 2 ** (stage - 1)
+    scales = graph.constant(np.array([1, 1, factor, factor], np.float32))
+    return graph.add("Resize", side, "", scales, mode="linear", coordinate_transformation_mode="half_pixel")
+
+
+def _as_caffe(graph: _Graph, side: str, stage: int, layers: Mapping[str, Layer]) -> str:
+    """Scale a side output up and cut the image out of it, where the layers' paddings have put it."""
+    begin, end = _caffe_crop(stage)
+    if stage > 1:
+        factor = 2 ** (stage - 1)
+        side = graph.transposed_convolution(side, layers.get(UPSAMPLINGS[stage]) or _bilinear(factor), factor)
+    starts, ends, axes = (graph.constant(np.array(values)) for values in ([begin] * 2, [end] * 2, [2, 3]))
+    return graph.add("Slice", side, starts, ends, axes)
+
+
+def _caffe_crop(stage: int) -> tuple[int, int]:
+    """Where the image begins in a side output scaled up, and, from its end, where it ends.
+
+    The first padding is 34 more than its convolution needs, and a transposed convolution by f without a padding adds
+    f / 2 in front. At the end it is the rest, which is the same for all sides that are multiples of 16.
+    """
+    factor, side = 2 ** (stage - 1), 16
+    begin = _CAFFE_PADDING - 1 + factor // 2
+    length = side + 2 * (_CAFFE_PADDING - 1)
+    for _ in range(stage - 1):
+        length = math.ceil(length / 2)
+    if stage > 1:
+        length = factor * (length + 1)
+    return begin, begin + side - length
+
+
+def _bilinear(factor: int) -> Layer:
+    """Kernel of 2 f that scales up by f."""
+    ramp = 1 - np.abs(np.arange(2 * factor) - (factor - 0.5)) / factor
+    return Layer(np.outer(ramp, ramp).astype(np.float32)[None, None], np.zeros(1, np.float32))
+
+
+class _Graph:
+    """Operations one after another; every value has a number for a name."""
+
+    def __init__(self) -> None:
+        self._nodes: list[onnx.NodeProto] = []
+        self._constants: list[onnx.TensorProto] = []
+
+    def add(self, kind: str, *inputs: str, **attributes: Any) -> str:
+        output = f"v{len(self._nodes)}"
+        self._nodes.append(helper.make_node(kind, inputs, [output], name=f"{kind}_{output}", **attributes))
+        return output
+
+    def constant(self, values: NDArray[Any]) -> str:
+        name = f"c{len(self._constants)}"
+        self._constants.append(numpy_helper.from_array(np.ascontiguousarray(values), name))
+        return name
+
+    def convolution(self, x: str, layer: Layer, pad: int) -> str:
+        weight, bias = (self.constant(values) for values in layer)
+        return self.add("Conv", x, weight, bias, kernel_shape=layer.weight.shape[2:], pads=[pad] * 4)
+
+    def transposed_convolution(self, x: str, layer: Layer, factor: int) -> str:
+        weight, bias = (self.constant(values) for values in layer)
+        return self.add("ConvTranspose", x, weight, bias, kernel_shape=layer.weight.shape[2:], strides=[factor, factor])
+
+    def file(self, image: str, strength: str) -> bytes:
+        graph = helper.make_graph(self._nodes, "HED", [_picture(image, 3)], [_picture(strength, 1)], self._constants)
+        model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_IR_VERSION)
+        return model.SerializeToString()
+
+
+def _picture(name: str, channels: int) -> onnx.ValueInfoProto:
+    return helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, channels, "height", "width"])

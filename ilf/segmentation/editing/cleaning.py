@@ -1,0 +1,292 @@
+"""Islands, slivers and holes: finding them, and giving them to where they belong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from skimage.measure import label as connected_regions
+
+from ...data.blocks import Box
+from ...data.pixel_grids import sides
+from .borders import have_border
+from .patches import LabelPatch, Labels, Mask, bounds, box_of, free_of, grown, patch_between, patch_within
+
+_ROUGHNESS = 4
+"""Thin bits of a block of up to so many pixels are the roughness of its outline, no slivers."""
+
+_THICK = np.ones((3, 3), np.uint8)
+"""Where a square of this size fits, a block is not thin."""
+
+_PASSES = 4
+"""How often is looked again, as what is thin may lie beside what has just changed hands."""
+
+
+def clean_up(labels: Labels, smallest: int, locked: Collection[int] = (), box: Box | None = None) -> LabelPatch | None:
+    """Give islands, slivers and holes of fewer than `smallest` pixels to the neighbour with the longest border to each.
+
+    Islands are connected parts of a block that are too small, be it all of it; slivers are thin bits that stick out of
+    a block (not those that connect two parts of it, nor the roughness of outlines); holes are pixels of no block that
+    blocks go around. No block counts as a neighbour only where there is no other.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    smallest : int
+        Pixels from which on they are left as they are.
+    locked : collection of int
+        Blocks that must not change: they are not cleaned up and take nothing in.
+    box : tuple of slice, optional
+        Where to look; everywhere if left out. What reaches far beyond it stays.
+    """
+    looked_at, seen = _seen(labels, smallest, box)
+    after = seen.copy()
+    for _ in range(_PASSES):
+        areas, faulty = _faults(after, smallest, looked_at, labels.shape)
+        if not faulty.any():
+            break
+        cleaned = _given_away(after, areas, faulty, locked)
+        if np.array_equal(cleaned, after):
+            break
+        after = cleaned
+    return patch_within(looked_at, seen, after)
+
+
+def count_slivers(labels: Labels, smallest: int, box: Box | None = None, locked: Collection[int] = ()) -> int:
+    """How many islands, slivers and holes `clean_up` would find at a first look, in all or in and around a box."""
+    looked_at, seen = _seen(labels, smallest, box)
+    areas, faulty = _faults(seen, smallest, looked_at, labels.shape)
+    if locked and faulty.any():
+        faulty[areas[~free_of(seen, locked)]] = False
+    return int(np.count_nonzero(faulty))
+
+
+def _seen(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
+    whole = slice(0, labels.shape[0]), slice(0, labels.shape[1])
+    looked_at = whole if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
+    return looked_at, labels[looked_at]
+
+
+def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> tuple[NDArray[np.int32], Mask]:
+    """Connected areas that are either whole parts of blocks, or thin bits of them, and which of those are faults."""
+    parts = _regions(labels)
+    sizes = np.bincount(parts.ravel())
+    open_ended = np.zeros(sizes.size, bool)
+    for at_frame, line in zip(_at_frame(box, shape), _rim(parts), strict=True):
+        if not at_frame:
+            open_ended[line] = True
+    small = (sizes < smallest) & ~open_ended
+    small[0] = False
+    for line, none in zip(_rim(parts), _rim(labels), strict=True):  # what blocks do not go around is no hole
+        small[line[none == 0]] = False
+
+    thick = _thick(labels)
+    bits = _regions(np.where(thick, 0, parts), background=0)
+    thin = np.bincount(bits.ravel())
+    slivers = (thin < smallest) & (thin > _ROUGHNESS)
+    slivers[0] = False
+    # where the crop ends, what is thin cannot be told; and no block has no slivers
+    for at_frame, line in zip(_at_frame(box, shape), _rim(bits), strict=True):
+        if not at_frame:
+            slivers[line] = False
+    slivers[bits[labels == 0]] = False
+    slivers[bits[small[parts]]] = False
+    if slivers.any():
+        bodies = _regions(np.where(thick, parts, 0), background=0)
+        slivers &= _bodies_beside(np.where(slivers[bits], bits, 0), bodies, parts, slivers.size) == 1
+
+    areas = np.where(slivers[bits], bits + sizes.size, parts).astype(np.int32)
+    faulty = np.concatenate([small, slivers])
+    return areas, faulty
+
+
+def _regions(values: NDArray[np.int32], background: int = -1) -> NDArray[np.int32]:
+    return np.asarray(connected_regions(values, background=background, connectivity=1), np.int32)
+
+
+def _thick(labels: Labels) -> Mask:
+    """Pixels that lie in some square of their own label."""
+    number = labels.astype(np.float64)
+    alike = (cv2.erode(number, _THICK) == number) & (cv2.dilate(number, _THICK) == number)
+    return cv2.dilate(alike.astype(np.uint8), _THICK) > 0
+
+
+def _at_frame(box: Box, shape: tuple[int, ...]) -> tuple[bool, bool, bool, bool]:
+    rows, columns = box
+    return rows.start == 0, rows.stop == shape[0], columns.start == 0, columns.stop == shape[1]
+
+
+def _rim(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], ...]:
+    return values[0], values[-1], values[:, 0], values[:, -1]
+
+
+def _bodies_beside(
+    bits: NDArray[np.int32], bodies: NDArray[np.int32], parts: NDArray[np.int32], count: int
+) -> NDArray[np.intp]:
+    """How many thick bodies of its own part each of `count` thin bits touches."""
+    found = []
+    for (bit, beyond), (body_before, body), (one, other) in zip(sides(bits), sides(bodies), sides(parts), strict=True):
+        for first, second in ((bit, body), (beyond, body_before)):
+            touching = (first > 0) & (second > 0) & (one == other)
+            found.append(np.stack([first[touching], second[touching]], axis=1))
+    pairs = np.unique(np.concatenate(found), axis=0)
+    return np.bincount(pairs[:, 0], minlength=count)
+
+
+def _given_away(labels: Labels, areas: NDArray[np.int32], faulty: Mask, locked: Collection[int]) -> Labels:
+    """The map in which every fault has the label of the neighbour with the longest border to it."""
+    found = []
+    for (one, other), (area, beyond), (open_one, open_other) in zip(
+        sides(labels), sides(areas), sides(free_of(labels, locked)), strict=True
+    ):
+        movable = (one != other) & open_one & open_other
+        for fault, rest, gains in ((area, beyond, other), (beyond, area, one)):
+            # a fault beside another waits until that has gone
+            given = movable & faulty[fault] & ~faulty[rest]
+            found.append(np.stack([fault[given], gains[given]], axis=1))
+    pairs, lengths = np.unique(np.concatenate(found), axis=0, return_counts=True)
+    if not len(pairs):
+        return labels
+    order = np.lexsort((lengths, pairs[:, 1] > 0))  # of each fault the last counts: blocks, then length
+    goes_to = np.full(faulty.size, -1, np.int32)
+    goes_to[pairs[order, 0]] = pairs[order, 1]
+    new = goes_to[areas]
+    return np.where(new >= 0, new, labels).astype(np.int32)
+
+
+# A block's outline moved outwards, inwards, or made smooth.
+
+
+def grow(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Give a block all pixels within `px` pixels of it, except those of locked blocks."""
+    box = _box(labels, label, px, locked)
+    if box is None:
+        return None
+    before = labels[box]
+    gained = (_distance(before == label) <= px) & free_of(before, locked)
+    return patch_within(box, before, np.where(gained, label, before).astype(np.int32))
+
+
+def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Take from a block all pixels within `px` pixels of its outline; its sides along the frame's rim stay.
+
+    They go to the nearest block beside it that is not locked; to none where there is none that near. Along a locked
+    block the outline stays. None if nothing of the block would be left.
+    """
+    box = _box(labels, label, px, locked)
+    if box is None:
+        return None
+    before = labels[box]
+    block = before == label
+    lost = block & (_distance(~block & free_of(before, locked)) <= px)
+    return _let_go(box, before, label, lost, px, locked)
+
+
+def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Smooth a block's outline: what is finer than about `px` pixels goes, straight stretches stay.
+
+    A pixel belongs to the block if most of what lies around it does, by a Gaussian of that standard deviation. The
+    neighbours follow, except locked ones. None if nothing of the block would be left.
+    """
+    box = _box(labels, label, 3 * px, locked)
+    if box is None:
+        return None
+    before = labels[box]
+    block = before == label
+    free = free_of(before, locked)
+    around = cv2.GaussianBlur(block.astype(np.float32), (0, 0), px, borderType=cv2.BORDER_REPLICATE)
+    gained = ~block & free & (around > 0.5)
+    lost = block & (around < 0.5)
+    return _let_go(box, np.asarray(before), label, lost, 3 * px, locked, gained)
+
+
+def _box(labels: Labels, label: int, px: float, locked: Collection[int]) -> tuple[slice, slice] | None:
+    if label <= 0 or label in locked or px <= 0:
+        return None
+    return box_of(labels, label, rim=math.ceil(px) + 2)
+
+
+def _distance(mask: Mask) -> NDArray[np.float32]:
+    """Distance [px] to the nearest pixel of a mask; beyond all bounds where there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    outside = (~mask).astype(np.uint8)
+    return np.asarray(cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+
+
+def _let_go(
+    box: tuple[slice, slice],
+    before: Labels,
+    label: int,
+    lost: Mask,
+    px: float,
+    locked: Collection[int],
+    gained: Mask | None = None,
+) -> LabelPatch | None:
+    """Pixels that a block loses go to the nearest block, or to none; those that it gains are its."""
+    block = before == label
+    if not (block & ~lost).any():
+        return None
+    after = before.copy()
+    beside = ~block & free_of(before, locked)
+    if lost.any() and beside.any():
+        after[lost] = 0
+        takers = beside & (before > 0)
+        if takers.any():
+            distance, (rows, columns) = distance_transform_edt(~takers, return_indices=True)
+            near = lost & (distance <= px + 1.5)
+            after[near] = before[rows[near], columns[near]]
+    if gained is not None:
+        after[gained] = label
+    return patch_within(box, before, after)
+
+
+# Whole blocks: dissolved or joined.
+
+
+def delete(labels: Labels, chosen: Collection[int], locked: Collection[int] = ()) -> LabelPatch | None:
+    """Dissolve blocks: their pixels belong to no block afterwards."""
+    doomed = [label for label in chosen if label not in locked and label > 0]
+    return patch_between(labels, np.where(np.isin(labels, doomed), 0, labels).astype(np.int32))
+
+
+def merge(labels: Labels, chosen: Sequence[int], locked: Collection[int] = ()) -> LabelPatch | None:
+    """Join blocks under the first label of `chosen`. Locked blocks take no part."""
+    free = [label for label in chosen if label not in locked and label > 0]
+    if len(free) < 2:
+        return None
+    return patch_between(labels, np.where(np.isin(labels, free), free[0], labels).astype(np.int32))
+
+
+def parts_touch(labels: Labels, chosen: Collection[int]) -> bool:
+    """Whether the pixels of some blocks are one 4-connected region, as a block should be once they are merged."""
+    together = np.isin(labels, [label for label in chosen if label > 0])
+    box = bounds(together)
+    return box is None or cv2.connectedComponents(together[box].astype(np.uint8), connectivity=4)[0] <= 2
+
+
+def pixels_apart(labels: Labels, patch: LabelPatch | None, label: int) -> int:
+    """How many of the pixels that a change gives a block have no border with the pixels that it has.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        Before the change.
+    patch : LabelPatch or None
+        The change; None for none.
+    label : int
+        The block; one without pixels has none apart.
+    """
+    if patch is None or not (labels == label).any():
+        return 0
+    gained = np.zeros(labels.shape, np.uint8)
+    gained[patch.box] = (patch.before != label) & (patch.after == label)
+    box = grown(patch.box, 1, labels.shape)
+    areas = cv2.connectedComponents(gained[box], connectivity=4)[1].astype(np.int32)
+    apart = ~have_border(areas, labels[box] == label)
+    apart[0] = False
+    return int(np.count_nonzero(apart[areas]))

@@ -1,0 +1,209 @@
+"""Areas of pixels that go to a block: what a brush has swept, what a line goes around, a piece."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.blocks import Box
+from ...data.frame import RGBDFrame
+from ..edges.detectors import colour_gradient
+from ..edges.relief import filled_depth
+from ..flooding import flood
+from .patches import LabelPatch, Labels, Mask, Points, bounds, free_of, grown, patch_within
+
+# The brush: which pixels a stroke of it sweeps.
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """Pixels that a brush has swept: a box of the frame and a mask inside it."""
+
+    box: Box
+    mask: Mask
+
+
+def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Stroke | None:
+    """Pixels whose centre lies within `radius` [px] of the line through `points`; None if all are off the frame.
+
+    The pixel under each end of a segment always belongs to it, so a tiny brush still paints.
+    """
+    path = np.asarray(points, np.float64)
+    reach = radius + 1
+    top, left = np.floor(path[:, ::-1].min(axis=0) - reach).astype(int)
+    bottom, right = np.ceil(path[:, ::-1].max(axis=0) + reach).astype(int)
+    top, left = max(top, 0), max(left, 0)
+    bottom, right = min(bottom, shape[0]), min(right, shape[1])
+    if top >= bottom or left >= right:
+        return None
+    centre_y, centre_x = np.mgrid[top:bottom, left:right] + 0.5
+    mask = np.zeros(centre_x.shape, bool)
+    for start, end in zip(path, path[1:] if len(path) > 1 else path, strict=False):
+        mask |= _near_segment(centre_x, centre_y, start, end, radius)
+    for x, y in path:
+        row, column = int(np.floor(y)) - top, int(np.floor(x)) - left
+        if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1]:
+            mask[row, column] = True
+    if not mask.any():
+        return None
+    return Stroke((slice(int(top), int(bottom)), slice(int(left), int(right))), mask)
+
+
+def _near_segment(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    radius: float,
+) -> NDArray[np.bool_]:
+    along = end - start
+    length = float(along @ along)
+    share = 0.0 if length == 0 else np.clip(((x - start[0]) * along[0] + (y - start[1]) * along[1]) / length, 0, 1)
+    off_x, off_y = x - start[0] - share * along[0], y - start[1] - share * along[1]
+    return off_x**2 + off_y**2 <= radius**2
+
+
+def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Give the stroke's pixels to a block (0 takes them from every block), except those of locked blocks."""
+    before = labels[stroke.box]
+    return patch_within(
+        stroke.box, before, np.where(stroke.mask & free_of(before, locked), label, before).astype(np.int32)
+    )
+
+
+def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Give a piece, bool (H, W), to a block (0 takes it from every block), except pixels of locked blocks.
+
+    None also where the block itself is locked.
+    """
+    box = bounds(piece_mask)
+    if box is None or label in locked:
+        return None
+    return paint(labels, Stroke(box, piece_mask[box]), label, locked)
+
+
+def assign_outline(labels: Labels, points: Points, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Give all that a closed line goes around to a block, except pixels of locked blocks.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    points : sequence of (x, y)
+        The line; its last point is joined to its first. Pixels whose centre it goes around count; where it crosses
+        itself, those that it goes around an odd number of times. It may leave the frame.
+    label : int
+        The block, which may be a new one; 0 for none.
+    locked : collection of int
+        Blocks that must not change; None if `label` is one.
+    """
+    if label in locked:
+        return None
+    inside = inside_outline(labels.shape, points)
+    return None if inside is None else paint(labels, inside, label, locked)
+
+
+def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
+    """Pixels whose centre a closed line goes around, an odd number of times where it crosses itself; None for none."""
+    line = np.asarray(points, np.float64).reshape(-1, 2)
+    if len(line) < 3:
+        return None
+    left, top = np.floor(np.maximum(line.min(axis=0), 0)).astype(int)
+    right, bottom = np.ceil(np.minimum(line.max(axis=0), (shape[1], shape[0]))).astype(int)
+    if left >= right or top >= bottom:
+        return None
+    mask = parity(line - (left, top), (bottom - top, right - left))
+    if not mask.any():
+        return None
+    return Stroke((slice(int(top), int(bottom)), slice(int(left), int(right))), mask)
+
+
+def parity(line: np.ndarray, shape: tuple[int, int]) -> Mask:
+    """Pixels of an image whose centre a closed line (n, 2) of (x, y) goes around an odd number of times.
+
+    From left to right along the centres of every row, each crossing of the line turns outside to inside and back.
+    """
+    height, width = shape
+    start, end = line, np.roll(line, -1, axis=0)
+    upper, lower = (np.where((start[:, 1] <= end[:, 1])[:, None], *pair) for pair in ((start, end), (end, start)))
+    # rows whose centre r + 0.5 lies in [upper, lower)
+    first = np.clip(np.ceil(upper[:, 1] - 0.5), 0, height).astype(np.intp)
+    stop = np.clip(np.ceil(lower[:, 1] - 0.5), 0, height).astype(np.intp)
+    crossed = np.maximum(stop - first, 0)
+    edge = np.repeat(np.arange(len(line)), crossed)
+    row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed, crossed) + first[edge]
+    (x0, y0), (x1, y1) = upper[edge].T, lower[edge].T
+    x = x0 + (row + 0.5 - y0) / (y1 - y0) * (x1 - x0)
+    column = np.clip(np.ceil(x - 0.5), 0, width).astype(np.intp)
+    turns = np.bincount(row * (width + 1) + column, minlength=height * (width + 1)).reshape(height, width + 1)
+    return np.cumsum(turns[:, :width], axis=1) % 2 > 0
+
+
+# Taking pixels from a block: to no block, or to the neighbours that they fit best.
+
+_SIGMA = 1.0
+"""Blur [px] of the colour image before its gradient is taken."""
+
+_DEPTH_WEIGHT = 400.0
+"""What a step of depth by its own size counts, in units of the colour gradient."""
+
+_AROUND = 4
+"""How far [px] around the stroke is looked at."""
+
+
+def erase(
+    labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = (), frame: RGBDFrame | None = None
+) -> LabelPatch | None:
+    """Take the stroke's pixels from one block.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    stroke : Stroke
+    label : int
+        The block.
+    locked : collection of int
+        Blocks that must not change.
+    frame : RGBDFrame, optional
+        With it, the pixels go to the neighbouring blocks: these grow into them, first where colour and depth go on,
+        and meet where either changes most. What no neighbour can reach belongs to no block, and so does all without a
+        frame.
+    """
+    if label in locked:
+        return None
+    box = grown(stroke.box, _AROUND if frame is not None else 0, labels.shape)
+    before = labels[box]
+    taken = np.zeros(before.shape, bool)
+    rows, columns = (slice(s.start - b.start, s.stop - b.start) for s, b in zip(stroke.box, box, strict=True))
+    taken[rows, columns] = stroke.mask
+    taken &= before == label
+    if not taken.any():
+        return None
+    after = np.where(taken, 0, before).astype(np.int32)
+    if frame is not None:
+        after = _grown_into(after, taken, label, locked, _steps(frame, box))
+    return patch_within(box, before, after)
+
+
+def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int], steps: NDArray[np.float32]) -> Labels:
+    growing = np.where((labels > 0) & (labels != label) & free_of(labels, locked), labels, 0)
+    if not growing.any():
+        return labels
+    grown_labels = flood(steps, growing, taken | (growing > 0))
+    return np.where(taken, grown_labels, labels).astype(np.int32)
+
+
+def _steps(frame: RGBDFrame, box: Box) -> NDArray[np.float32]:
+    """How much colour and depth change at every pixel of a box."""
+    dx, dy = colour_gradient(frame.rgb[box], _SIGMA)
+    steps = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
+    depth = frame.depth[box]
+    if np.isfinite(depth).any():
+        filled, _ = filled_depth(depth)
+        inverse = np.log(filled)
+        across, down = (cv2.Sobel(inverse, cv2.CV_32F, *way, borderType=cv2.BORDER_REFLECT) for way in ((1, 0), (0, 1)))
+        steps += _DEPTH_WEIGHT * np.minimum(np.hypot(across, down), 1.0)
+    return np.asarray(steps, np.float32)

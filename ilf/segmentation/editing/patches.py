@@ -1,0 +1,184 @@
+"""What an edit gives: the change of a label map inside a box, to be made and taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.blocks import Box, within
+
+Labels = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+Points = Sequence[tuple[float, float]]
+"""Points (x, y) in image coordinates: pixel (row r, column c) covers x in [c, c + 1), y in [r, r + 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LabelPatch:
+    """A change of a label map inside a box.
+
+    Attributes
+    ----------
+    box : tuple of slice
+        Rows and columns.
+    before, after : ndarray of int32
+        The labels inside the box.
+    """
+
+    box: Box
+    before: Labels
+    after: Labels
+
+    def apply(self, labels: Labels) -> None:
+        """Make the change, in place."""
+        labels[self.box] = self.after
+
+    def revert(self, labels: Labels) -> None:
+        """Take the change back, in place."""
+        labels[self.box] = self.before
+
+
+def patch_between(before: Labels, after: Labels) -> LabelPatch | None:
+    """The smallest patch that turns one label map into another of the same shape; None if they are equal."""
+    height, width = before.shape
+    return patch_within((slice(0, height), slice(0, width)), before, after)
+
+
+def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
+    """The smallest patch for a change from `before` to `after` inside a box of a map; None if they are equal."""
+    inner = bounds(before != after)
+    if inner is None:
+        return None
+    return LabelPatch(
+        moved(inner, int(box[0].start), int(box[1].start)), before[inner].copy(), after[inner].astype(np.int32)
+    )
+
+
+def bounds(mask: Mask) -> Box | None:
+    """The smallest box that holds all of a mask; None if it is empty."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    if rows.size == 0:
+        return None
+    columns = np.flatnonzero(mask[rows[0] : rows[-1] + 1].any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def moved(box: Box, down: int, right: int) -> Box:
+    """A box moved by so many pixels."""
+    rows, columns = box
+    return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
+
+
+def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
+    """A box with a rim of so many pixels around it, as far as the image goes."""
+    rows, columns = box
+    return (
+        slice(max(rows.start - by, 0), min(rows.stop + by, shape[0])),
+        slice(max(columns.start - by, 0), min(columns.stop + by, shape[1])),
+    )
+
+
+def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
+    """The box of a block with a rim around it; None if there is no such block."""
+    box = bounds(labels == label)
+    return None if box is None else grown(box, rim, labels.shape)
+
+
+def free_of(labels: Labels, locked: Collection[int]) -> Mask:
+    """Pixels that belong to no locked block."""
+    closed = list(locked)
+    return ~np.isin(labels, closed) if closed else np.ones(labels.shape, bool)
+
+
+# Which borders of blocks were drawn by hand, and what an edit makes of that.
+#
+# A *border link* joins two neighbours, along a row or a column, of different labels. A pixel of a block is drawn if
+# one of its border links was made by an edit; to the filter, all of its border links are then drawn.
+
+
+def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
+    """Pixels of blocks that have a 4-neighbour of another label.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        0 = no block.
+    box : tuple of slice, optional
+        Rows and columns to look at; all if left out.
+
+    Returns
+    -------
+    ndarray of bool
+        In the shape of the box. Neighbours outside it count as well.
+
+    Examples
+    --------
+    >>> border_pixels(np.array([[1, 1, 2, 0]])).tolist()
+    [[False, True, True, False]]
+    """
+    if box is None:
+        box = slice(0, labels.shape[0]), slice(0, labels.shape[1])
+    around = grown(box, 1, labels.shape)
+    seen = labels[around]
+    return (_ends(*_border_links(seen)) & (seen > 0))[within(box, around)]
+
+
+def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box, Mask]:
+    """What an edit makes of the drawn pixels.
+
+    A pixel is drawn afterwards if it belongs to a block and has a border link that was none before the edit, or if it
+    was drawn and still has one.
+
+    Parameters
+    ----------
+    drawn : ndarray of bool, shape (H, W), or None
+        The drawn pixels before; None if there are none.
+    labels : ndarray of int32, shape (H, W)
+        The label map, before the patch is applied or after.
+    patch : LabelPatch
+        The edit.
+
+    Returns
+    -------
+    tuple of slice
+        Rows and columns in which pixels may have changed: those of the patch, and one more on every side.
+    ndarray of bool
+        The drawn pixels there. Put in the place of the old ones, which make it undone.
+
+    Examples
+    --------
+    >>> labels = np.array([[1, 1, 1, 2]], np.int32)
+    >>> patch = LabelPatch((slice(0, 1), slice(1, 3)), labels[:, 1:3].copy(), np.array([[1, 2]], np.int32))
+    >>> box, now = redrawn(None, labels, patch)
+    >>> now.tolist()
+    [[False, True, True, False]]
+    """
+    box = grown(patch.box, 1, labels.shape)
+    around = grown(box, 1, labels.shape)
+    before = labels[around].copy()
+    after = before.copy()
+    inside = within(patch.box, around)
+    before[inside], after[inside] = patch.before, patch.after
+    was, now = _border_links(before), _border_links(after)
+    marked = _ends(now[0] & ~was[0], now[1] & ~was[1])
+    if drawn is not None:
+        marked |= drawn[around] & _ends(*now)
+    return box, (marked & (after > 0))[within(box, around)]
+
+
+def _border_links(labels: Labels) -> tuple[Mask, Mask]:
+    """Which neighbours along rows, and along columns, have different labels."""
+    return labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
+
+
+def _ends(along_rows: Mask, along_columns: Mask) -> Mask:
+    """The pixels that such links join."""
+    found = np.zeros((along_rows.shape[0], along_columns.shape[1]), bool)
+    found[:, 1:] |= along_rows
+    found[:, :-1] |= along_rows
+    found[1:] |= along_columns
+    found[:-1] |= along_columns
+    return found

@@ -1,0 +1,241 @@
+"""A line drawn by hand, moved onto the edges beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, map_coordinates
+
+from ...data.frame import RGBDFrame
+from ...data.frame_cache import once_per_image
+from ...data.parameters import BlockParameters
+from ...data.pixel_grids import Pairs
+from ..edges.detectors import colour_gradient, gradient_strength
+from ..edges.frame_edges import relief_of
+from ..edges.relief import Relief
+from .painting import Stroke
+from .patches import Points
+
+# The relief of a frame by the usual parameters, for tools that help with editing.
+
+
+def usual_relief(frame: RGBDFrame) -> Relief:
+    """What the known depth says, with the default smallest jump; remembered with the frame."""
+    return relief_of(frame, BlockParameters())
+
+
+_NETWORK, _GRADIENT = 0.5, 0.5
+"""What edge strength and colour gradient count beside a depth jump, which counts 1."""
+
+_ON_SURFACE = 0.2
+"""What they count where known depth says that the surface goes on."""
+
+_WIDTH = 1.0
+"""Blur [px] of depth jumps, so that they draw a line from beside them."""
+
+_AWAY, _BEND = 0.04, 0.3
+"""Cost of a move by 1 px, and of a change of the move by 1 px from one pixel to the next: where there is no
+evidence, the line stays as it is drawn."""
+
+_STEP = 0.5
+"""Moves are multiples of this [px]."""
+
+_STEEPEST = 2
+"""Largest change of the move, in steps, from one pixel of the line to the next."""
+
+_STRAIGHTENED = 4.0
+"""Blur [px] along the line before its directions are taken."""
+
+
+class Snapper:
+    """Moves drawn lines onto edges of depth and colour. Ready once made; `snap` is quick.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1].
+    """
+
+    def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
+        self._evidence = _evidence(usual_relief(frame), _gradient(frame.rgb), strength)
+
+    def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
+        """The line along the strongest evidence within a leash of it.
+
+        Every point moves at a right angle to the line, and neighbouring points by about as much.
+
+        Parameters
+        ----------
+        points : sequence of (x, y)
+            The line as it is drawn, in image coordinates.
+        leash : float
+            How far a point may move [px]; 0 gives the line as it is drawn.
+
+        Returns
+        -------
+        list of (x, y)
+            A point for every pixel of the line's length.
+        """
+        line = _every_pixel(np.asarray(points, np.float64).reshape(-1, 2))
+        if leash < _STEP or len(line) < 3:
+            return [(float(x), float(y)) for x, y in points]
+        straight = gaussian_filter1d(line, _STRAIGHTENED, axis=0, mode="nearest")
+        along = np.gradient(straight, axis=0)
+        along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        reach = int(leash / _STEP)
+        moves = _STEP * np.arange(-reach, reach + 1)
+        x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
+        evidence = map_coordinates(self._evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
+        chosen = moves[_cheapest(_AWAY * np.abs(moves) - evidence)]
+        snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
+        return [(float(x), float(y)) for x, y in snapped]
+
+
+def _every_pixel(line: NDArray[np.float64]) -> NDArray[np.float64]:
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    length = float(steps.sum())
+    if length < 2:
+        return line[:0]
+    wanted = np.linspace(0, length, round(length) + 1)
+    return np.stack([np.interp(wanted, np.append(0, np.cumsum(steps)), line[:, k]) for k in range(2)], axis=1)
+
+
+def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
+    """For every point of a line the number of its move, so that the sum of the costs (n, moves) and of the changes from
+    point to point is least."""
+    count, moves = cost.shape
+    changes = np.arange(-_STEEPEST, _STEEPEST + 1)
+    bend = (_BEND * _STEP * np.abs(changes))[:, None]
+    # row j holds what lies `changes[j]` moves away
+    beside = np.arange(moves) + changes[:, None] + _STEEPEST
+    total = np.full(moves + 2 * _STEEPEST, np.inf)
+    total[_STEEPEST:-_STEEPEST] = cost[0]
+    came_by = np.zeros((count, moves), np.intp)
+    everywhere = np.arange(moves)
+    for point in range(1, count):
+        reached = total[beside] + bend
+        came_by[point] = reached.argmin(axis=0)
+        total[_STEEPEST:-_STEEPEST] = reached[came_by[point], everywhere] + cost[point]
+    chosen = np.empty(count, np.intp)
+    chosen[-1] = total[_STEEPEST:-_STEEPEST].argmin()
+    for point in range(count - 1, 0, -1):
+        chosen[point - 1] = chosen[point] + changes[came_by[point, chosen[point]]]
+    return chosen
+
+
+def _evidence(relief: Relief, gradient: NDArray[np.float32], strength: NDArray[np.float32]) -> NDArray[np.float32]:
+    """How much speaks for a border at every pixel."""
+    jumps = _at_both_sides(relief.jumps)
+    ridge = cv2.GaussianBlur(jumps.astype(np.float32), (0, 0), _WIDTH)
+    colour = np.float32(_NETWORK) * np.where(relief.edges, 0, strength) + np.float32(_GRADIENT) * gradient
+    beside = cv2.dilate(jumps.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    goes_on = relief.near & ~beside
+    return np.asarray(ridge + np.where(goes_on, np.float32(_ON_SURFACE), np.float32(1)) * colour, np.float32)
+
+
+def _at_both_sides(pairs: Pairs) -> NDArray[np.bool_]:
+    """The pixels of all pairs: a line 2 px wide with the crack between them in the middle."""
+    right, below = pairs
+    marked = np.zeros((right.shape[0], below.shape[1]), bool)
+    for one in (marked[:, :-1], marked[:, 1:]):
+        one |= right
+    for one in (marked[:-1], marked[1:]):
+        one |= below
+    return marked
+
+
+@once_per_image
+def _gradient(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return gradient_strength(*colour_gradient(rgb, 1.0))
+
+
+# A stroke kept to what is like its start: of like colour and depth, and not beyond a strong edge.
+
+_EDGE = 0.5
+"""Edge strength from which on an edge is strong."""
+
+_COLOUR = (40, 16, 16)
+"""How far a colour may be off that at the start, in 8-bit Lab: more in lightness, which shading changes."""
+
+_DEPTH_SHARE = 0.15
+"""How far depth may be off that at the start, as a share of it."""
+
+_INTO_EDGE = 3
+"""How far [px] into the width of an edge a stroke may go on, as long as colour and depth are alike."""
+
+_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+
+
+class Similar:
+    """What a stroke may sweep that begins at a point.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1].
+    x, y : float
+        Where the stroke begins, in image coordinates; off the frame, everything is similar.
+    """
+
+    def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> None:
+        self._mask = np.ones(frame.shape, bool)
+        row, column = int(np.floor(y)), int(np.floor(x))
+        if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
+            self._mask = _reached(_like(frame, row, column), strength < _EDGE, usual_relief(frame).edges, row, column)
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """All that is similar, bool (H, W)."""
+        return self._mask
+
+    def limit(self, stroke: Stroke) -> Stroke | None:
+        """The part of a stroke that is similar; None if there is none."""
+        kept = stroke.mask & self._mask[stroke.box]
+        return Stroke(stroke.box, kept) if kept.any() else None
+
+
+def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:
+    """Pixels of about the colour and depth at a pixel; where depth is missing, colour decides."""
+    around = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+    lab = _lab(frame.rgb)
+    start = np.median(lab[around].reshape(-1, 3), axis=0)
+    like = _within(lab, start - _COLOUR, start + _COLOUR)
+    near = frame.depth[around]
+    if np.isfinite(near).any():
+        depth = float(np.nanmedian(near))
+        low, high = (np.array(depth * (1 + sign * _DEPTH_SHARE)) for sign in (-1, 1))
+        like &= _within(frame.depth, low, high) | ~frame.known
+    like[row, column] = True
+    return like
+
+
+def _within(values: NDArray[Any], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return cv2.inRange(values, low, high) > 0
+
+
+@once_per_image
+def _lab(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.cvtColor(cv2.GaussianBlur(rgb, (0, 0), 1.0), cv2.COLOR_RGB2Lab), np.uint8)
+
+
+def _reached(
+    like: NDArray[np.bool_], weak: NDArray[np.bool_], jumps: NDArray[np.bool_], row: int, column: int
+) -> NDArray[np.bool_]:
+    """What can be reached from a pixel over what is like it, and a little way into the edges around."""
+    open_ground = (like & weak & ~jumps).astype(np.uint8)
+    open_ground[row, column] = 1
+    cv2.floodFill(open_ground, None, (column, row), 2, flags=4)
+    reached, edge = open_ground == 2, like & ~(weak & ~jumps)
+    last = reached
+    for _ in range(_INTO_EDGE):
+        last = (cv2.dilate(last.astype(np.uint8), _CROSS) > 0) & edge & ~reached
+        reached = reached | last
+        # a jump lies behind the pixel that is marked: that one may be swept, those behind it not
+        last = last & ~jumps
+    return reached

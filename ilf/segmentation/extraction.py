@@ -1,0 +1,467 @@
+"""EBS: colour and depth -> operation blocks, stage by stage (section 2)."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from .._runtime.cancellation import check_stopped
+from .._runtime.compiling import compiled
+from .._runtime.memory import give_back
+from ..data.frame import RGBDFrame, checked_frame
+from ..data.frame_cache import forget, once_per_frame, once_per_image
+from ..data.parameters import BlockParameters, Parameters, as_extraction
+from ..data.pixel_grids import Pairs, apart, mark
+from .edges.detectors import otsu_edges
+from .edges.frame_edges import FrameEdges, find_edges, forget_evidence, lines_of, relief_of
+from .edges.relief import Relief
+from .flooding import flood
+from .merging import Fitness, RegionGraph, keep_existing, numbered
+
+# What the extraction takes from a frame's edges: their strength, binarised edges, and what guides the contraction.
+
+_CANNY_RAISE, _JUMP_HEIGHT, _CREASE_HEIGHT = 0.3, 1.5, 0.9
+"""What Canny's lines add to the network's strength as the guide of the contraction, and how high jumps and the
+sharpest creases stand in it."""
+
+_MIDDLING_BEND = 1.5
+"""Bend at which a crease stands half as high as the sharpest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """Where blocks may end.
+
+    Attributes
+    ----------
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1]; depth jumps, those in long lines, stand at 1. Where creases are edges and the detector
+        tells of them, the larger of both.
+    edges : ndarray of bool, shape (H, W)
+        The same, binarised.
+    guide : ndarray of float32, shape (H, W)
+        Along its crests, boundaries are drawn.
+    relief : Relief or None
+        What the known depth says, where it counts.
+    """
+
+    strength: NDArray[np.float32]
+    edges: NDArray[np.bool_]
+    guide: NDArray[np.float32]
+    relief: Relief | None
+
+
+def find_boundaries(
+    found: FrameEdges, lines: NDArray[np.bool_], relief: Relief, parameters: BlockParameters
+) -> Boundaries:
+    """The boundaries that a frame's edges suggest.
+
+    Parameters
+    ----------
+    found : FrameEdges
+    lines : ndarray of bool, shape (H, W)
+        Canny's.
+    relief : Relief
+    parameters : BlockParameters
+        With which `find_edges`, `lines_of` and `relief_of` have found these.
+    """
+    strength, edges, guide = found.detected, lines, found.detected
+    if parameters.use_depth and parameters.use_creases and found.crease is not None:
+        strength = np.maximum(strength, found.crease)
+    if found.network is not None:
+        edges = otsu_edges(strength, parameters.threshold)
+        guide = strength + np.where(lines, np.float32(_CANNY_RAISE), np.float32(0))
+    if not parameters.use_depth:
+        return Boundaries(strength, edges, guide, None)
+    if parameters.use_creases and found.crease is None:
+        # single pixels are noise
+        edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)
+        sharpness = relief.bend / (relief.bend + np.float32(_MIDDLING_BEND))
+        guide = np.maximum(guide, np.float32(_CREASE_HEIGHT) * sharpness).astype(np.float32)
+    jumps = mark(relief.jumps)
+    return Boundaries(
+        np.where(jumps, np.float32(1), strength),
+        edges | jumps,
+        np.where(jumps, np.float32(_JUMP_HEIGHT), guide),
+        relief,
+    )
+
+
+# From edges to watertight boundaries: dilation, and contraction with the edges as the guide (section 2).
+
+_NECKS = (32, 16, 8, 4, 2)
+"""Dilations [px] beyond the first at which regions are looked for, too: what only a neck connects comes apart."""
+
+_SNAP = 5
+"""How far [px] a boundary may be off a jump of the depth to be moved to it."""
+
+_SPECK = 4
+"""Pixels that a region has at least, before it grows."""
+
+
+def dilate(edges: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
+    """Edges dilated by a disk, so that gaps of up to two radii close.
+
+    Parameters
+    ----------
+    edges : ndarray of bool, shape (H, W)
+    radius : float
+        Radius of the disk [px].
+    """
+    return distance_to(edges) <= radius
+
+
+def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """4-connected regions that dilated edges leave: of the widest dilation, and of narrower ones what those missed.
+
+    The edges of a surface are rarely closed all around; a gap is a neck between two regions, which closes at some
+    dilation. What looks parted only because of that is one again after the regions have been merged.
+
+    Parameters
+    ----------
+    edges : ndarray of bool, shape (H, W)
+    radius : float
+        The narrowest dilation [px].
+    inside : ndarray of bool, shape (H, W)
+        Where regions may be.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Regions 1, 2, ...; 0 on the dilated edges and outside. All of the inside where edges leave nothing.
+    """
+    distance = np.where(inside, distance_to(edges), -1)
+    regions = np.zeros(edges.shape, np.int32)
+    largest = 0
+    for further in (*_NECKS, 0):
+        parts = _parts(distance > radius + further)
+        largest = _take_in(parts.ravel(), regions.ravel(), largest)
+    if not regions.any():
+        # edges everywhere tell nothing apart
+        regions = _parts(inside)
+    return regions
+
+
+def _take_in_one_by_one(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+    sizes = np.zeros(parts.max() + 1, np.int64)
+    for pixel in range(parts.size):
+        sizes[parts[pixel]] += 1 if regions[pixel] == 0 else -parts.size
+    numbers = np.zeros(sizes.size, np.int32)
+    for part in range(1, sizes.size):
+        if sizes[part] >= _SPECK:
+            largest += 1
+            numbers[part] = largest
+    for pixel in range(parts.size):
+        if numbers[parts[pixel]] > 0:
+            regions[pixel] = numbers[parts[pixel]]
+    return largest
+
+
+@compiled(_take_in_one_by_one)
+def _take_in(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+    """Make regions of the parts in which there is none, in place; the largest number of a region before and after.
+
+    Part 0 is none, nor is a speck.
+    """
+    new = np.bincount(parts) >= _SPECK
+    new[0] = False
+    new[parts[regions > 0]] = False
+    numbers = np.where(new, np.cumsum(new, dtype=np.int32) + np.int32(largest), 0)
+    np.copyto(regions, numbers[parts], where=new[parts])
+    return int(numbers.max(initial=largest))
+
+
+def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Distance to the nearest edge [px], float32 (H, W); beyond all bounds where there is none."""
+    if not edges.any():
+        return np.full(edges.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
+def _parts(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    return np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)[1], np.int32)
+
+
+def contract(
+    regions: NDArray[np.int32], strength: NDArray[np.float32], inside: NDArray[np.bool_] | None = None
+) -> NDArray[np.int32]:
+    """Let the regions grow into the dilated boundary until they meet where the edges are strongest.
+
+    A watershed from the regions over the edge strength: every pixel ends in one region, so the result is
+    watertight by construction.
+
+    Parameters
+    ----------
+    regions : ndarray of int32, shape (H, W)
+        Regions > 0 to grow, 0 elsewhere.
+    strength : ndarray of float32, shape (H, W)
+        Edge strength; edges that shall guide the contraction are at the top.
+    inside : ndarray of bool, shape (H, W), optional
+        Where regions may grow; everywhere if left out.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Regions that touch each other, 0 outside; all 0 where there was no region to start from.
+    """
+    if not regions.any():
+        return regions.copy()
+    # what lies deep inside a region has no say in it, and would only wait in the queue
+    open_ground = (regions == 0) if inside is None else (regions == 0) & inside
+    shore = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    grown = flood(strength, np.where(shore, regions, 0), shore if inside is None else shore & inside)
+    return np.where(open_ground, grown, regions).astype(np.int32, copy=False)
+
+
+def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]:
+    """Boundaries that run a few pixels beside a jump of the depth, moved to it.
+
+    Edges of colour lie a little off those of depth. Around jumps inside a region, the regions let go of a narrow band
+    and grow into it again, from all sides and not across a jump.
+
+    Parameters
+    ----------
+    regions : ndarray of int32, shape (H, W)
+        Regions > 0, 0 for none.
+    jumps : pair of ndarray of bool
+        Neighbours between which depth jumps.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Regions, each of them 4-connected, in any order.
+    """
+    parted = apart(regions)
+    inner = mark((jumps[0] & ~parted[0], jumps[1] & ~parted[1])) & (regions > 0)
+    if not inner.any():
+        return regions
+    band = distance_to(inner) <= _SNAP
+    # a rim of no region, so that every pixel has four neighbours
+    old = np.pad(regions, 1)
+    grown = np.where(np.pad(band, 1), 0, old).ravel()
+    free = np.pad(~jumps[0], ((1, 1), (1, 2))).ravel(), np.pad(~jumps[1], ((1, 2), (1, 1))).ravel()
+    width = old.shape[1]
+    waiting = np.flatnonzero(np.pad(band & (regions > 0), 1))
+    for _ in range(2 * _SNAP):
+        found = np.zeros(waiting.size, grown.dtype)
+        for way, step in zip((free[0], free[1]), (1, width), strict=True):
+            for neighbour, passage in ((waiting - step, way[waiting - step]), (waiting + step, way[waiting])):
+                found = np.where((found == 0) & passage, grown[neighbour], found)
+        grown[waiting] = found
+        waiting = waiting[found == 0]
+    grown[waiting] = old.ravel()[waiting]
+    snapped = grown.reshape(old.shape)[1:-1, 1:-1]
+    return np.asarray(connected_regions(snapped, background=0, connectivity=1), np.int32)
+
+
+def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Pixels whose right or lower neighbour has another label: the picture of a label map's boundaries."""
+    return mark(apart(labels))
+
+
+_USUAL_LIMIT = 0.2
+"""Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
+
+
+_OF_MERGING = {
+    name: getattr(BlockParameters(), name) for name in ("granularity", "min_size", "min_known_share", "existence_rate")
+}
+"""Parameters that have a say only after the contraction, as the defaults have them."""
+
+
+class FoundBlocks(NamedTuple):
+    """What an extraction is made for.
+
+    Attributes
+    ----------
+    blocks : ndarray of int32, shape (H, W)
+        The label map: operation blocks 1, 2, ... from the largest down, 0 = none. Read-only: it is remembered.
+    network : str or None
+        SHA-256 of the edge network whose edges were really used; None where Canny's were.
+    notes : tuple of str
+        What the user should know of how it came about: none if all went as asked for.
+    """
+
+    blocks: NDArray[np.int32]
+    network: str | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Extraction:
+    """The pictures of all stages, each of shape (H, W).
+
+    Attributes
+    ----------
+    strength : ndarray of float32
+        Edge strength in [0, 1]; depth jumps stand at 1.
+    edges : ndarray of bool
+        The same, binarised.
+    dilated : ndarray of bool
+        The binarised edges, dilated.
+    contracted : ndarray of int32
+        Regions that touch each other after the contraction: more and smaller ones than blocks.
+    blocks : ndarray of int32
+        The label map: operation blocks 1, 2, ... from the largest down, 0 = none.
+    network : str or None
+        SHA-256 of the edge network whose edges were really used; None where Canny's were.
+    notes : tuple of str
+        What the user should know of how it came about: none if all went as asked for.
+    """
+
+    strength: NDArray[np.float32]
+    edges: NDArray[np.bool_]
+    dilated: NDArray[np.bool_]
+    contracted: NDArray[np.int32]
+    blocks: NDArray[np.int32]
+    network: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extraction:
+    """Extract boundaries and surfaces, and keep the picture of every stage.
+
+    The frame's edges, regions and blocks are remembered with it, so that other parameters cost only what follows them.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : BlockParameters, optional
+    """
+    chosen = parameters or BlockParameters()
+    blocks, network, notes = found_blocks(frame, chosen)
+    boundaries = _boundaries(frame, chosen)
+    return Extraction(
+        boundaries.strength,
+        boundaries.edges,
+        dilate(boundaries.edges, chosen.dilation),
+        _regions(frame, chosen.replace(**_OF_MERGING)),
+        blocks.copy(),
+        network,
+        notes,
+    )
+
+
+def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> FoundBlocks:
+    """The same blocks without the pictures of the stages, which take time and memory."""
+    chosen = as_extraction(parameters)
+    edges = find_edges(checked_frame(frame), chosen)
+    return FoundBlocks(_blocks(frame, chosen), edges.network, edges.notes)
+
+
+def forget_stages(frame: RGBDFrame) -> None:
+    """Give up what is remembered for other extractions of a frame: regions and what they follow from, a third of all
+    that is known of it. Blocks and edges stay."""
+    forget(frame, _regions)
+    forget_evidence(frame)
+
+
+def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
+    edges, lines = find_edges(frame, parameters), lines_of(frame, parameters)
+    return find_boundaries(edges, lines, relief_of(frame, parameters), parameters)
+
+
+@once_per_frame
+def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
+    """The label map, int32 (H, W)."""
+    regions = _regions(frame, parameters.replace(**_OF_MERGING))
+    found = _boundaries(frame, parameters)
+    smallest = parameters.smallest_block(regions.size)
+    check_stopped()
+    graph = RegionGraph(regions, found.strength, frame, found.relief)
+    give_back(regions.size)
+    check_stopped()
+    graph.merge_below(_USUAL_LIMIT ** (2 * parameters.granularity))
+    graph.take_in_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
+    blocks = graph.labels()
+    if parameters.existence_rate > 0:
+        blocks = numbered(keep_existing(blocks, frame.known, parameters.existence_rate, smallest))
+    return blocks
+
+
+@once_per_frame
+def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
+    """The regions after the contraction, int32 (H, W)."""
+    margins = find_margins(frame.rgb) if parameters.margin < 0 else (parameters.margin,) * 4
+    inside = _inside(frame.shape, margins)
+    found = _boundaries(frame, parameters)
+    seeds = regions_between(found.edges, parameters.dilation, inside)
+    check_stopped()
+    regions = contract(seeds, found.guide, inside)
+    check_stopped()
+    return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
+
+
+def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) -> NDArray[np.int32]:
+    """Operation blocks of a frame by EBS (section 2).
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : BlockParameters, optional
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Label map: blocks 1, 2, ... from the largest down, 0 = none. Neighbouring blocks touch, every block is one
+        4-connected region, and all but the margin is in a block, unless nothing is known at all or an existence rate
+        is asked for.
+
+    Raises
+    ------
+    InputError
+        For anything but a frame.
+    ParameterError
+        For other parameters, such as those of the filter.
+
+    Warns
+    -----
+    RuntimeWarning
+        If Canny's edges stand in for the network's, because it is missing or none. A bare label map cannot carry
+        notes, and other blocks than asked for must not pass in silence; `ilf.ebs.extract` gives the same blocks with
+        `notes` and without a warning.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> from ilf._runtime.installation import asset_path
+    >>> blocks = ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")))
+    >>> blocks.dtype, blocks.shape, bool((blocks == 1).sum() >= (blocks == 2).sum())
+    (dtype('int32'), (480, 640), True)
+    """
+    blocks, _, notes = found_blocks(frame, parameters)
+    for note in notes:
+        warnings.warn(note, RuntimeWarning, stacklevel=2)
+    return blocks.copy()
+
+
+@once_per_image
+def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
+    """Widths [px] of a white border at top, bottom, left and right, as NYU's colour images have it.
+
+    All 0 unless there is white on all four sides: a bright wall is not a border.
+    """
+    white = np.minimum(np.minimum(rgb[..., 0], rgb[..., 1]), rgb[..., 2]) >= 240
+    limit = min(white.shape) // 8
+    top, bottom, left, right = (_white_lines(side, limit) for side in (white, white[::-1], white.T, white.T[::-1]))
+    return (top, bottom, left, right) if min(top, bottom, left, right) > 0 else (0, 0, 0, 0)
+
+
+def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
+    """How many lines from the first on are white nearly all over; 0 if that is more than a border would be."""
+    shares = white[: limit + 1].mean(axis=1)
+    darker = np.flatnonzero(shares < 0.9)
+    return int(darker[0]) if darker.size else 0
+
+
+def _inside(shape: tuple[int, int], margins: tuple[int, ...]) -> NDArray[np.bool_]:
+    top, bottom, left, right = margins
+    inside = np.zeros(shape, bool)
+    inside[top : shape[0] - bottom, left : shape[1] - right] = True
+    return inside

@@ -1,0 +1,157 @@
+"""Growing regions over a landscape until they meet: a watershed that can be stopped in the middle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.segmentation import watershed
+
+from .._runtime.cancellation import check_stopped
+from .._runtime.compiling import compiled, is_compiled
+
+_AT_ONCE = 100_000
+"""So many pixels are flooded between two questions whether the work goes on: some 30 ms."""
+
+Keys = NDArray[np.int64]
+Pixels = NDArray[np.int32]
+
+
+def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Let regions grow over their 4-connected neighbours as water rises, until they meet.
+
+    The watershed of scikit-image: by kernels that give the same, pixel by pixel, and can be stopped; where they are not
+    compiled by scikit-image itself, which cannot.
+
+    Parameters
+    ----------
+    heights : ndarray of float32, shape (H, W)
+        Finite.
+    markers : ndarray of int32, shape (H, W)
+        Regions > 0 to grow, 0 elsewhere. What is outside the mask does not count.
+    mask : ndarray of bool, shape (H, W)
+        Where they may grow.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Regions; 0 outside the mask, and where none can get.
+    """
+    if is_compiled():
+        return flooded(heights, markers, mask)
+    return np.asarray(watershed(heights, markers, mask=mask), np.int32)
+
+
+def flooded(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """The same, always by the kernels.
+
+    Pixels that water has reached wait in a binary heap. The lowest comes first, where none is lower than the water that
+    has reached it; of equals the one that was reached first; of equals that were marked, which all wait from the
+    start, the one that the heap has on top.
+    """
+    # a rim that is never reached, so that every pixel has four neighbours
+    regions = np.pad(np.where(mask, markers, 0).astype(np.int32, copy=False), 1)
+    dry = np.pad(mask, 1) & (regions == 0)
+    levels = np.pad(_ranks(heights), 1)
+    room = np.count_nonzero(mask)
+    heap = np.empty(room, np.int64), np.empty(room, np.int32)
+    flat = levels.ravel(), dry.ravel(), regions.ravel()
+    waiting, reached = begin(heap, flat[0], np.flatnonzero(regions)), 0
+    while waiting > 0:
+        check_stopped()
+        waiting, reached = spread(heap, waiting, reached, _AT_ONCE, regions.shape[1], *flat)
+    return np.ascontiguousarray(regions[1:-1, 1:-1])
+
+
+def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Integers in the order of the heights, and equal where these are; the lower 32 bits are 0."""
+    bits = (heights.astype(np.float32) + np.float32(0)).view(np.int32)  # there is no -0 afterwards
+    return np.where(bits < 0, bits ^ np.int32(0x7FFFFFFF), bits).astype(np.int64) << 32
+
+
+@compiled()
+def begin(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> int:
+    """Put marked pixels into an empty heap; how many wait there then."""
+    for waiting in range(marked.size):
+        put(heap, waiting, levels[marked[waiting]], marked[waiting])
+    return int(marked.size)
+
+
+@compiled()
+def put(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
+    """Put a pixel into a heap in which so many wait."""
+    keys, pixels = heap
+    place = waiting
+    while place > 0:
+        above = (place - 1) // 2
+        if keys[above] <= key:
+            break
+        keys[place], pixels[place] = keys[above], pixels[above]
+        place = above
+    keys[place], pixels[place] = key, pixel
+
+
+@compiled()
+def take_first(heap: tuple[Keys, Pixels], waiting: int) -> None:
+    """Take the first pixel out of a heap in which so many wait: the last one takes its place, and sinks from there."""
+    keys, pixels = heap
+    last = waiting - 1
+    key, pixel = keys[last], pixels[last]
+    place, below = 0, 1
+    while below < last:
+        if below + 1 < last and keys[below + 1] < keys[below]:
+            below += 1
+        if key <= keys[below]:
+            break
+        keys[place], pixels[place] = keys[below], pixels[below]
+        place, below = below, 2 * below + 1
+    keys[place], pixels[place] = key, pixel
+
+
+@compiled()
+def spread(
+    heap: tuple[Keys, Pixels],
+    waiting: int,
+    reached: int,
+    steps: int,
+    width: int,
+    levels: Keys,
+    dry: NDArray[np.bool_],
+    regions: NDArray[np.int32],
+) -> tuple[int, int]:
+    """Let so many of the waiting pixels take in their neighbours, or all that there are.
+
+    Parameters
+    ----------
+    heap : tuple of ndarray
+        Keys, a pixel's level plus when it was reached, and pixels, with room for all.
+    waiting, reached : int
+        How many wait in it, and how many have been reached so far.
+    steps : int
+    width : int
+        Of the picture, with its rim.
+    levels : ndarray of int64
+        Of each pixel, in multiples of 2^32; raised to that of the water, in place.
+    dry : ndarray of bool
+        Where no water has been, in place.
+    regions : ndarray of int32
+        In place.
+
+    Returns
+    -------
+    waiting, reached : int
+    """
+    for _ in range(steps):
+        if waiting == 0:
+            break
+        pixel = heap[1][0]
+        take_first(heap, waiting)
+        waiting -= 1
+        for neighbour in (pixel - width, pixel - 1, pixel + 1, pixel + width):
+            if dry[neighbour]:
+                dry[neighbour] = False
+                regions[neighbour] = regions[pixel]
+                levels[neighbour] = max(levels[neighbour], levels[pixel])
+                reached += 1
+                put(heap, waiting, levels[neighbour] + reached, neighbour)
+                waiting += 1
+    return waiting, reached

@@ -1,0 +1,313 @@
+"""Neighbouring regions become one where nothing parts them: no jump, no crease, no strong edge (section 2)."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from ..data.blocks import find_blocks
+from ..data.frame import RGBDFrame
+from ..data.pixel_grids import both, sides
+from .edges.relief import Relief
+
+_JUMPS_ALLOWED = 2
+"""Pairs of neighbours with a jump between them that do not yet keep two regions apart."""
+
+_APART = 9.0
+"""Cost of a border with jumps, above that of all borders without."""
+
+_EDGE_ON_SURFACE = 0.1
+"""What an edge of colour counts where the depth on both sides is seen to go on."""
+
+_BEND_COST, _LEVEL, _SHARPEST = 0.2, 0.5, 3.0
+"""Cost of a bend, and the bends up to which there is none and beyond which there is no more."""
+
+_EDGE_ON_PLANE = 0.2
+"""What an edge of colour counts where depth is missing at the border, but one plane holds both regions."""
+
+_SEEN_SHARE = 0.5
+"""Share of a border from which its own depth says whether the surface goes on, rather than the regions' planes."""
+
+_PLANE_STEP, _PLANE_PIXELS = 2, 50
+"""Every so many pixels, along rows and columns, the depth is looked at for planes; how many of them a region needs."""
+
+_PLANE_SHARE, _PLANE_PER_METRE = 0.01, 0.003
+"""Largest deviation from a plane (root mean square), as a share of the depth: the larger of a constant and one that
+grows with depth."""
+
+
+@dataclass(frozen=True)
+class Fitness:
+    """What a region needs to be a block of its own.
+
+    Attributes
+    ----------
+    pixels : float
+        Least number of pixels.
+    known_share : float
+        Least share of pixels with depth, 0-1.
+    known_pixels : int
+        Least number of them, unless the share is 0.
+    """
+
+    pixels: float
+    known_share: float
+    known_pixels: int
+
+
+class RegionGraph:
+    """Regions, their borders, and what there is to know about both. Uniting two keeps it all up to date.
+
+    Parameters
+    ----------
+    regions : ndarray of int32, shape (H, W)
+        Regions 1, 2, ...; 0 for none.
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1].
+    frame : RGBDFrame
+    relief : Relief or None
+        What the depth says; without it, edges decide alone.
+    """
+
+    def __init__(
+        self, regions: NDArray[np.int32], strength: NDArray[np.float32], frame: RGBDFrame, relief: Relief | None
+    ) -> None:
+        count = int(regions.max()) + 1
+        self._regions = regions
+        self._parent = np.arange(count)
+        self.pixels = np.bincount(regions.ravel(), minlength=count)
+        self.known = np.bincount(regions[frame.known], minlength=count)
+        self._planes = _Planes(regions, frame, count) if relief is not None else None
+        self._borders: list[dict[int, NDArray[np.float64]]] = [{} for _ in range(count)]
+        for one, other, border in _borders(regions, strength, relief):
+            self._borders[one][other] = self._borders[other][one] = border
+
+    def merge_below(self, limit: float) -> None:
+        """Unite neighbours, the least parted first, as long as a border costs less than `limit`.
+
+        A border counts with its cost when it came about, or what it has risen to since.
+        """
+        heap: list[tuple[float, int, int, int, NDArray[np.float64]]] = []
+        serial = itertools.count()
+
+        def push(one: int, other: int) -> None:
+            cost = self._cost(one, other)
+            if cost < limit:
+                heapq.heappush(heap, (cost, next(serial), one, other, self._borders[one][other]))
+
+        for one, neighbours in enumerate(self._borders):
+            for other in neighbours:
+                if one < other:
+                    push(one, other)
+        while heap:
+            cost, _, one, other, border = heapq.heappop(heap)
+            if self._borders[one].get(other) is not border:
+                continue
+            if self._cost(one, other) > cost:  # what a region has taken in since may lie on another plane
+                push(one, other)
+                continue
+            kept, moved = self._unite(one, other)
+            for neighbour in moved:
+                push(kept, neighbour)
+
+    def take_in_unfit(self, fitness: Fitness) -> None:
+        """Unite every region that cannot be a block, the smallest first, with the neighbour it is least parted from.
+
+        One that has no neighbours left is a block nevertheless, unless nothing of it is known.
+        """
+
+        def unfit(region: int) -> bool:
+            pixels = self.pixels[region]
+            needed = max(fitness.known_share * pixels, min(fitness.known_pixels, pixels)) if fitness.known_share else 0
+            return bool(pixels < fitness.pixels or self.known[region] < needed)
+
+        heap = [(self.pixels[region], region) for region in range(1, self.pixels.size) if unfit(region)]
+        heapq.heapify(heap)
+        while heap:
+            pixels, region = heapq.heappop(heap)
+            if self._parent[region] != region or self.pixels[region] != pixels or not self._borders[region]:
+                continue
+            nearest = min(self._borders[region], key=lambda other: (self._cost(region, other), other))
+            kept, _ = self._unite(region, nearest)
+            if unfit(kept):
+                heapq.heappush(heap, (self.pixels[kept], kept))
+        for region in range(1, self.pixels.size):
+            if self._parent[region] == region and self.known[region] == 0:
+                self._parent[region] = 0
+
+    def labels(self) -> NDArray[np.int32]:
+        """Label map int32 (H, W): what has become of the regions, numbered from the largest down."""
+        root = self._parent
+        while not np.array_equal(root, root[root]):
+            root = root[root]
+        return numbered(root.astype(np.int32)[self._regions])
+
+    def _cost(self, one: int, other: int) -> float:
+        length, edge, jumps, judged, bend = self._borders[one][other]
+        if jumps > _JUMPS_ALLOWED:
+            return _APART + jumps / length
+        edge /= length
+        seen = judged / length
+        if self._planes is not None and seen < _SEEN_SHARE and self._planes.shared(one, other):
+            edge *= _EDGE_ON_PLANE
+        if judged == 0:
+            return edge
+        on_surface = _BEND_COST * max(bend / judged - _LEVEL, 0.0) + _EDGE_ON_SURFACE * edge
+        return (1 - seen) * edge + seen * on_surface
+
+    def _unite(self, one: int, other: int) -> tuple[int, list[int]]:
+        """Make two regions one; which of their numbers it keeps, and the neighbours to which its border has changed."""
+        kept, gone = (one, other) if len(self._borders[one]) >= len(self._borders[other]) else (other, one)
+        self._parent[gone] = kept
+        self.pixels[kept] += self.pixels[gone]
+        self.known[kept] += self.known[gone]
+        if self._planes is not None:
+            self._planes.unite(kept, gone)
+        del self._borders[kept][gone], self._borders[gone][kept]
+        for neighbour, border in self._borders[gone].items():
+            del self._borders[neighbour][gone]
+            joined = border + self._borders[kept].get(neighbour, 0.0)
+            self._borders[kept][neighbour] = self._borders[neighbour][kept] = joined
+        moved = list(self._borders[gone])
+        self._borders[gone] = {}
+        return kept, moved
+
+
+def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
+    """A label map with its blocks numbered 1, 2, ... from the largest down; 0 stays."""
+    sizes = np.bincount(labels.ravel())
+    there = 1 + np.flatnonzero(sizes[1:])
+    numbers = np.zeros(sizes.size, np.int32)
+    numbers[there[np.argsort(-sizes[there], kind="stable")]] = np.arange(1, there.size + 1)
+    return numbers[labels]
+
+
+def _borders(
+    regions: NDArray[np.int32], strength: NDArray[np.float32], relief: Relief | None
+) -> Iterator[tuple[int, int, NDArray[np.float64]]]:
+    """Neighbouring regions and their border: its length, and the sums along it of the edge strength, of the jumps, of
+    the pixels that are judged, and of the bend of those."""
+    count = int(regions.max()) + 1
+    keys, columns = [], []
+    for side, ((one, other), (edge, beyond)) in enumerate(zip(sides(regions), sides(strength), strict=True)):
+        parted = (one != other) & (one > 0) & (other > 0)
+        first, second = one[parted].astype(np.int64), other[parted].astype(np.int64)
+        keys.append(np.minimum(first, second) * count + np.maximum(first, second))
+        column = [np.ones(first.size), np.maximum(edge, beyond)[parted]]
+        if relief is not None:
+            judged = both(relief.judged)[side][parted]
+            bend = np.maximum(*sides(relief.bend)[side])[parted]
+            column += [relief.jumps[side][parted], judged, np.minimum(bend, _SHARPEST) * judged]
+        else:
+            column += [np.zeros(first.size)] * 3
+        columns.append(np.stack(column))
+    pairs, owner = np.unique(np.concatenate(keys), return_inverse=True)
+    sums = [np.bincount(owner, values, minlength=pairs.size) for values in np.concatenate(columns, axis=1)]
+    for pair, border in zip(pairs.tolist(), np.stack(sums, axis=1), strict=True):
+        yield pair // count, pair % count, border
+
+
+class _Planes:
+    """The plane of every region's known depth, by moments that add up when regions do.
+
+    Inverse depth is linear in the image coordinates on a plane, whatever the camera.
+    """
+
+    def __init__(self, regions: NDArray[np.int32], frame: RGBDFrame, count: int) -> None:
+        coarse = np.s_[::_PLANE_STEP, ::_PLANE_STEP]
+        rows, columns = _PLANE_STEP * np.argwhere(frame.known[coarse] & (regions[coarse] > 0)).T
+        owner = regions[rows, columns]
+        height, width = regions.shape
+        inverse = 1 / frame.depth[rows, columns].astype(np.float64)
+        terms = (np.ones(rows.size), columns / width - 0.5, rows / height - 0.5, inverse)
+        self._moments = np.empty((count, 4, 4))
+        for one in range(4):
+            for other in range(one + 1):
+                product = np.bincount(owner, terms[one] * terms[other], minlength=count)
+                self._moments[:, one, other] = self._moments[:, other, one] = product
+
+    def unite(self, kept: int, gone: int) -> None:
+        """Let one region take in another."""
+        self._moments[kept] += self._moments[gone]
+
+    def shared(self, one: int, other: int) -> bool:
+        """Whether one plane holds the known depth of both."""
+        if min(self._moments[one, 0, 0], self._moments[other, 0, 0]) < _PLANE_PIXELS:
+            return False
+        moments = self._moments[one] + self._moments[other]
+        pixels, sums = moments[0, 0], moments[3, :3]
+        # a trace of ridge: all known pixels may lie on one line
+        plane = np.linalg.solve(moments[:3, :3] + 1e-9 * pixels * np.eye(3), sums)
+        deviation = math.sqrt(max(moments[3, 3] - plane @ sums, 0.0) / pixels)
+        depth = pixels / moments[3, 0]
+        return deviation * depth <= max(_PLANE_SHARE, _PLANE_PER_METRE * depth)
+
+
+# The paper's existence rate: what is left of blocks of which too little is known (section 2).
+
+_HALVINGS = 2
+
+
+def keep_existing(
+    labels: NDArray[np.int32], known: NDArray[np.bool_], rate: float, smallest: float
+) -> NDArray[np.int32]:
+    """Halve blocks of which too small a share is known, up to twice, and keep the parts that reach the rate.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    known : ndarray of bool, shape (H, W)
+        Pixels with depth.
+    rate : float
+        Least share of a block's pixels that have depth, 0-1.
+    smallest : float
+        Least number of pixels of a part.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Blocks that reach the rate keep their label; the parts of others, each one 4-connected region, have new ones
+        above the largest. Pixels of parts that do not reach it belong to no block.
+    """
+    kept = labels.copy()
+    following = int(labels.max()) + 1
+    for block in find_blocks(labels).values():
+        pixels = np.argwhere(block.mask)
+        has_depth = known[block.box][block.mask]
+        if has_depth.mean() >= rate:
+            continue
+        parts = np.zeros(block.mask.shape, np.int32)
+        for number, part in enumerate(_good_parts(pixels, has_depth, rate, _HALVINGS), 1):
+            parts[tuple(part.T)] = number
+        pieces = connected_regions(parts, background=0, connectivity=1)
+        large = np.bincount(pieces.ravel()) >= smallest
+        large[0] = False
+        numbers = np.where(large, np.cumsum(large) + following - 1, 0)
+        kept[block.box][block.mask] = numbers[pieces][block.mask]
+        following += int(np.count_nonzero(large))
+    return kept
+
+
+def _good_parts(
+    pixels: NDArray[np.intp], has_depth: NDArray[np.bool_], rate: float, halvings: int
+) -> list[NDArray[np.intp]]:
+    """Those parts of a block, as rows of (row, column), that reach the rate."""
+    if has_depth.mean() >= rate:
+        return [pixels]
+    if halvings == 0 or len(pixels) < 2:
+        return []
+    off = pixels - pixels.mean(axis=0)
+    _, axes = np.linalg.eigh(off.T @ off)
+    along = off @ axes[:, -1]
+    first = along < np.median(along)
+    if not first.any():
+        return []
+    halves = ((pixels[part], has_depth[part]) for part in (first, ~first))
+    return [part for half in halves for part in _good_parts(*half, rate, halvings - 1)]

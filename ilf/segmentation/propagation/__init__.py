@@ -1,0 +1,1 @@
+"""Blocks of one frame carried to the next."""

@@ -1,0 +1,438 @@
+"""Where the pixels of a frame come from in the one before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from ..._runtime.cancellation import check_stopped
+from ...data.blocks import find_blocks
+from ...data.frame import RGBDFrame
+
+Mask = NDArray[np.bool_]
+Field = NDArray[np.float32]
+
+_CRACK = 0.5
+"""Share of the 3 x 3 pixels around one that something has moved to, above which it shows the same: what is stretched
+gets cracks, while what comes to light behind something is open to one side."""
+
+_JUMP, _JUMP_SHARE = 0.05, 0.04
+"""How far [m] depth may be off what has moved there, and the same as a share of the depth: the larger of the two."""
+
+_AROUND, _ENOUGH = 31, 0.05
+"""Side [px] of the squares over which the motion in depth is averaged, and share of them that must take part."""
+
+_NEARBY, _NEARBY_SHARE = 0.2, 0.1
+"""Pixels take part in it whose motion is off the usual by less than this [m], or this share of the depth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where every pixel of the frame before is in the frame after.
+
+    Attributes
+    ----------
+    columns, rows : ndarray of float32, shape (H, W)
+        Its place [px]; NaN where it is not known.
+    depth : ndarray of float32, shape (H, W)
+        Its depth there [m], as far as it is known; else NaN.
+    sure : ndarray of bool, shape (H, W)
+        Where that can be relied on.
+    """
+
+    columns: Field
+    rows: Field
+    depth: Field
+    sure: Mask
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """For every pixel of the frame after, the pixel before that shows the same point, and how sure that is.
+
+    Attributes
+    ----------
+    pixel : ndarray of intp, shape (H, W)
+        Index of the pixel in the frame before; that of one beside it where `seen` is False.
+    seen : ndarray of bool, shape (H, W)
+        False where the frame before does not show the point: beyond its rim, or behind something else.
+    sure : ndarray of bool, shape (H, W)
+        Part of `seen`: pixels that can be relied on.
+    still : ndarray of bool, shape (H, W)
+        Part of `sure`: pixels that have not changed at all, whose blocks are copied as they are.
+    """
+
+    pixel: NDArray[np.intp]
+    seen: Mask
+    sure: Mask
+    still: Mask
+
+
+def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> Sources:
+    """What has moved to every pixel: the nearest by depth, unless the depth that is seen there is another.
+
+    Parameters
+    ----------
+    motion : Motion
+    after : RGBDFrame
+    still : ndarray of bool, shape (H, W), optional
+        Pixels that come from their own place, whatever the motion says.
+    """
+    height, width = after.shape
+    columns, rows = motion.columns, motion.rows
+    with np.errstate(invalid="ignore"):
+        inside = (columns > -0.5) & (columns < width - 0.5) & (rows > -0.5) & (rows < height - 0.5)
+    moved = np.flatnonzero(inside)
+    # the last of those that fall on a pixel stays: the nearest, and before all the known
+    moved = moved[np.argsort(-np.nan_to_num(motion.depth.ravel()[moved], nan=np.inf), kind="stable")]
+    target = np.rint(rows.ravel()[moved]).astype(np.intp) * width
+    target += np.rint(columns.ravel()[moved]).astype(np.intp)
+    pixel = np.full((height, width), -1, np.intp)
+    pixel.flat[target] = moved
+    seen = pixel >= 0
+    if seen.any() and not seen.all():
+        around = cv2.blur(seen.astype(np.float32), (3, 3), borderType=cv2.BORDER_CONSTANT)
+        pixel = _from_the_nearest(pixel, seen)
+        seen = seen | (around > _CRACK)
+    pixel = np.maximum(pixel, 0)
+    seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
+    sure = seen & motion.sure.ravel()[pixel]
+    if still is None:
+        return Sources(pixel, seen, sure, np.zeros(after.shape, bool))
+    own = np.arange(height * width).reshape(height, width)
+    return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
+
+
+def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
+    """Values where there are some, else that of the nearest pixel."""
+    _, which = cv2.distanceTransformWithLabels(
+        (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    value_of = np.zeros(int(which.max()) + 1, np.intp)
+    value_of[which[there]] = values[there]
+    return value_of[which]
+
+
+def _other_surface(expected: Field, depth: Field) -> Mask:
+    """Where the depth says that another surface is seen than the one that has moved there."""
+    off = depth - expected
+    known = np.isfinite(off)
+    if not known.any():
+        return known
+    # what the camera's own motion changes is much alike among neighbours
+    usual = np.float32(np.median(off[known]))
+    near = known & (np.abs(off - usual) <= np.maximum(_NEARBY, _NEARBY_SHARE * np.nan_to_num(depth)))
+    weight = cv2.blur(near.astype(np.float32), (_AROUND, _AROUND))
+    local = cv2.blur(np.where(near, off, np.float32(0)), (_AROUND, _AROUND)) / np.maximum(weight, np.float32(1e-6))
+    with np.errstate(invalid="ignore"):
+        off = np.abs(off - np.where(weight > _ENOUGH, local, usual))
+        found = off > np.maximum(_JUMP, _JUMP_SHARE * np.fmin(expected, depth))
+    return cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+
+
+# What has not moved from one frame to the next, by colour and depth.
+
+_BLUR = 1.2
+"""Blur [px] before colours are compared, which takes out most of a sensor's noise."""
+
+_NOISES = 5.0
+"""Changes beyond so many standard deviations of the noise are none of it."""
+
+_LEAST_COLOUR = 4.0
+"""Smallest change of brightness [of 255] that counts."""
+
+_LEAST_DEPTH, _DEPTH_SHARE = 0.05, 0.03
+"""Smallest change of depth [m] that counts, and the same as a share of the depth: the larger of the two."""
+
+_STILL_AROUND = 9
+"""Side [px] of the squares around changes that are not still either."""
+
+_DETAIL = 8.0
+"""Gradient of brightness [per px] from which on a pixel would show a motion."""
+
+_CELLS, _LEAST_DETAIL = 8, 40
+"""The picture is divided into so many by so many cells, each of which is judged that has so many pixels with detail."""
+
+_MOTION, _SHARE = 0.06, 0.6
+"""A cell stays where it is if the median of its motion is less than this [px]; and the camera, if such a share of the
+cells does."""
+
+ALL_STILL = 0.001
+"""Share of changed pixels up to which nothing has moved before a camera that is still."""
+
+
+def changed(before: RGBDFrame, after: RGBDFrame) -> Mask:
+    """Pixels of which colour or depth says that they show something else than before, bool (H, W)."""
+    off = np.abs(brightness(after) - brightness(before))
+    # exposure may drift a little, and is no motion
+    off = np.abs(off - np.median(off)) if np.median(off) > 1 else off
+    noise = 1.4826 * float(np.median(off))
+    colour = off > max(_LEAST_COLOUR, _NOISES * noise)
+    both = before.known & after.known
+    with np.errstate(invalid="ignore"):
+        least = np.maximum(_LEAST_DEPTH, _DEPTH_SHARE * np.minimum(before.depth, after.depth))
+        depth = both & (np.abs(before.depth - after.depth) > least)
+    # single pixels are noise, and depth flickers along edges
+    return _opened(colour, 3) | _opened(depth, 5)
+
+
+def _opened(mask: Mask, side: int) -> Mask:
+    return cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8)) > 0
+
+
+def around(mask: Mask) -> Mask:
+    """A mask with what is beside it."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((_STILL_AROUND, _STILL_AROUND), np.uint8)) > 0
+
+
+def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
+    """Whether most of the detail of the picture is where it was, by the flow to the frame after, float32 (H, W, 2)."""
+    motions = [float(np.hypot(*np.median(there, axis=0))) for there in in_cells(flow, detailed(before))]
+    # without any detail, nothing speaks for a motion
+    return not motions or float(np.quantile(motions, _SHARE)) < _MOTION
+
+
+def in_cells(values: Field, mask: Mask) -> Iterator[Field]:
+    """Values at the pixels of a mask, cell by cell of the picture, for cells that have enough of them."""
+    for rows, parts in zip(np.array_split(mask, _CELLS), np.array_split(values, _CELLS), strict=True):
+        cells = zip(np.array_split(rows, _CELLS, axis=1), np.array_split(parts, _CELLS, axis=1), strict=True)
+        yield from (part[here] for here, part in cells if np.count_nonzero(here) >= _LEAST_DETAIL)
+
+
+def detailed(frame: RGBDFrame) -> Mask:
+    """Pixels that would show a motion, bool (H, W)."""
+    grey = brightness(frame)
+    return np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
+
+
+def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
+    """Brightness 0-255, blurred, float32 (H, W)."""
+    grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), _BLUR), np.float32)
+
+
+# Motion by a known pose: points of the one frame seen from where the other was taken.
+
+Pose = NDArray[np.float64]
+
+_LEAST_MOTION = 8.0
+"""Motions that are smaller [px] are not told from errors of the flow."""
+
+_LEAST_CELLS = 16
+"""Of 64: the flow along a single edge tells nothing."""
+
+
+def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
+    """Where points with depth are seen after the camera has moved; what has none goes with the flow.
+
+    Parameters
+    ----------
+    before, after : RGBDFrame
+        Both with intrinsics.
+    pose : ndarray of float64, shape (4, 4)
+        Takes points [m] of the camera before to the camera after.
+    depth : ndarray of float32, shape (H, W)
+        Of the parts before [m], NaN where it is not known.
+    flow : Motion
+        For pixels without depth.
+    """
+    assert before.intrinsics is not None
+    assert after.intrinsics is not None
+    rows, columns = np.indices(before.shape)
+    points = before.intrinsics.points(columns, rows, depth) @ pose[:3, :3].T + pose[:3, 3]
+    camera = after.intrinsics
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = np.where(points[..., 2] > 1e-3, points[..., 2], np.nan)
+        x = camera.fx * points[..., 0] / z + camera.cx
+        y = camera.fy * points[..., 1] / z + camera.cy
+    known = np.isfinite(depth)
+    return Motion(
+        np.where(known, x, flow.columns).astype(np.float32),
+        np.where(known, y, flow.rows).astype(np.float32),
+        z.astype(np.float32),
+        np.where(known, np.isfinite(z), flow.sure),
+    )
+
+
+def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
+    """How far motion by a pose is off the flow, as a share of the flow's length: the median of cells of the picture.
+
+    Parameters
+    ----------
+    motion : Motion
+    flow : ndarray of float32, shape (H, W, 2)
+        Offsets x, y [px].
+    told : ndarray of bool, shape (H, W)
+        Where it can be relied on. If that is in few cells, nothing is told, and the result is 0.
+    """
+    rows, columns = np.indices(told.shape)
+    off = np.hypot(motion.columns - columns - flow[..., 0], motion.rows - rows - flow[..., 1])
+    share = off / np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _LEAST_MOTION)
+    shares = [float(np.median(cell)) for cell in in_cells(share, told & ~np.isnan(off))]
+    return float(np.median(shares)) if len(shares) >= _LEAST_CELLS else 0.0
+
+
+# Connected parts of blocks, each of which moves as its inside does.
+
+Labels = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Connected parts of a label map's blocks, and of what belongs to none.
+
+    Attributes
+    ----------
+    map : ndarray of int32, shape (H, W)
+        Parts 1, 2, ...
+    label : ndarray of int32, shape (N + 1,)
+        Part -> the block that it is of; 0 for none, and of the part 0, which there is not.
+    reach : ndarray of float32, shape (H, W)
+        Distance [px] to the nearest pixel of another part.
+    """
+
+    map: Labels
+    label: NDArray[np.int32]
+    reach: Field
+
+
+def parts_of(labels: Labels) -> Parts:
+    """The parts of a label map, int32 (H, W)."""
+    parts = np.asarray(connected_regions(labels, background=-1, connectivity=1), np.int32)
+    label_of = np.zeros(int(parts.max()) + 1, np.int32)
+    label_of[parts] = labels
+    return Parts(parts, label_of, reach_of(parts))
+
+
+def reach_of(parts: Labels) -> Field:
+    """Distance [px] of every pixel to the nearest of another part."""
+    number = parts.astype(np.float32)
+    square = np.ones((3, 3), np.uint8)
+    inner = cv2.erode(number, square) == cv2.dilate(number, square)
+    return np.asarray(cv2.distanceTransform(inner.astype(np.uint8), cv2.DIST_L2, 5), np.float32) + 1
+
+
+def ridge(reach: Field) -> Mask:
+    """Pixels in the middle of what is thin, or of anything."""
+    return (reach >= cv2.dilate(reach, np.ones((3, 3), np.uint8))) & (reach > 1)
+
+
+def nearest_in_part(parts: Labels, good: Mask) -> NDArray[np.intp]:
+    """For every pixel, the index of the nearest good pixel of the same part; -1 where a part has none."""
+    height, width = parts.shape
+    own = np.arange(height * width).reshape(height, width)
+    nearest = np.where(good, own, -1)
+    for part in find_blocks(parts).values():
+        here = part.mask & good[part.box]
+        if not here.any() or not (part.mask & ~here).any():
+            continue
+        _, which = cv2.distanceTransformWithLabels(
+            (~here).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        index_of = np.zeros(int(which.max()) + 1, np.intp)
+        index_of[which[here]] = own[part.box][here]
+        nearest[part.box][part.mask] = index_of[which[part.mask]]
+    return nearest
+
+
+# Motion by optical flow: what looks alike, from frame to frame.
+
+_SIDE = 24
+"""Pictures are at least so high and wide [px] for flow: its patches need room."""
+
+_BACK, _BACK_SHARE = 1.0, 0.05
+"""How far from where it came from [px] a pixel may be led by going there and back; grows by a share of the motion."""
+
+_FAR = 0.5
+"""Share of the picture that must agree; where less does, it may have moved far."""
+
+_INSIDE = 4.0
+"""From so far [px] inside a part on, the flow's patches see that part alone."""
+
+_BESIDE = 2.0
+"""Up to so far [px] from the border of a part, depth may be that of another."""
+
+
+def by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
+    """Motion along the flow. Parts move to their rims as they do inside, where the flow agrees with itself.
+
+    Parameters
+    ----------
+    flow : ndarray of float32, shape (H, W, 2)
+        From the frame before to the one after.
+    agrees : ndarray of bool, shape (H, W)
+        Where it can be relied on.
+    parts : Parts
+        Of the frame before.
+    depth : ndarray of float32, shape (H, W)
+        Depth of the parts [m]: of two that move to the same place, the nearer one is seen.
+    """
+    source = nearest_in_part(parts.map, agrees & (parts.reach > _INSIDE))
+    thin = nearest_in_part(parts.map, agrees & (source < 0))
+    source = np.where(source < 0, thin, source)
+    rows, columns = np.indices(depth.shape, dtype=np.float32)
+    own = np.arange(source.size).reshape(source.shape)
+    inner = flow.reshape(-1, 2)[np.where(source < 0, own, source)]
+    return Motion(columns + inner[..., 0], rows + inner[..., 1], depth, source >= 0)
+
+
+def flows_between(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
+    """Where the pixels of the frame before are found in the one after, and where that agrees with the way back.
+
+    Where the pictures have moved too far for that, it is looked for again from where they are most alike as a whole.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W, 2)
+        Offsets x, y [px].
+    ndarray of bool, shape (H, W)
+    """
+    pictures = _brightness(before), _brightness(after)
+    found = _there_and_back(*pictures, (0.0, 0.0))
+    if np.count_nonzero(found[1]) < _FAR * found[1].size:
+        window = cv2.createHanningWindow(pictures[0].shape[::-1], cv2.CV_32F)
+        start, end = (picture.astype(np.float32) for picture in pictures)
+        shift, _ = cv2.phaseCorrelate(start, end, window)
+        again = _there_and_back(*pictures, (float(shift[0]), float(shift[1])))
+        if np.count_nonzero(again[1]) > np.count_nonzero(found[1]):
+            found = again
+    height, width = before.shape
+    return found[0][:height, :width], found[1][:height, :width]
+
+
+def _there_and_back(start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]) -> tuple[Field, Mask]:
+    """Flow from one picture to another, beginning with a shift [px] of all, and where the way back agrees."""
+    search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    guess = np.empty((*start.shape, 2), np.float32)
+    guess[:] = shift
+    there = np.asarray(search.calc(start, end, guess.copy()), np.float32)
+    check_stopped()
+    back = np.asarray(search.calc(end, start, -guess), np.float32)
+    check_stopped()
+    rows, columns = np.indices(start.shape, dtype=np.float32)
+    returned = cv2.remap(
+        back, columns + there[..., 0], rows + there[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    off = np.hypot(there[..., 0] + returned[..., 0], there[..., 1] + returned[..., 1])
+    return there, np.asarray(off <= _BACK + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1]), bool)
+
+
+def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
+    """Brightness, uint8, of a picture that is large enough for flow."""
+    grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
+    below, right = (max(0, _SIDE - side) for side in frame.shape)
+    return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
+
+
+def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
+    """Known depth [m], and where it is missing or beside a border that of the nearest pixel of the same part; NaN in
+    parts of which nothing is known."""
+    source = nearest_in_part(parts.map, frame.known & (parts.reach > _BESIDE))
+    thin = nearest_in_part(parts.map, frame.known & (source < 0))
+    source = np.where(source < 0, thin, source)
+    return np.where(source < 0, np.float32(np.nan), frame.depth.ravel()[source])

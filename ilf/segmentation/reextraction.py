@@ -1,0 +1,157 @@
+"""Which blocks stay when blocks are extracted again, and how the new ones flow around them. Labels in, labels out."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from ..data.parameters import BlockParameters
+
+Labels = NDArray[np.int32]
+
+
+def made_by_hand(present: Labels, extracted: Labels | None) -> frozenset[int]:
+    """Blocks that have pixels which the last extraction did not give them, or that pixels were erased from.
+
+    A block that has only lost pixels to others is none: what was made by hand are the others.
+
+    Parameters
+    ----------
+    present : ndarray of int32, shape (H, W)
+        The label map, 0 = no block.
+    extracted : ndarray of int32, shape (H, W), or None
+        The label map of that extraction; None if there was none, so that all blocks are made by hand.
+    """
+    if extracted is None:
+        return _labels_in(present)
+    changed = present != extracted
+    gained, erased = _labels_in(present[changed]), _labels_in(extracted[changed & (present == 0)])
+    return gained | (erased & _labels_in(present))
+
+
+def _labels_in(labels: Labels) -> frozenset[int]:
+    return frozenset(np.flatnonzero(np.bincount(labels.ravel())).tolist()) - {0}
+
+
+def keep_under(present: Labels, kept: Collection[int], labels: Labels) -> Labels:
+    """Another label map under the blocks that stay, whose numbers it leaves to them."""
+    if not kept:
+        return labels
+    numbers = np.array([0, *itertools.islice(_free_numbers(kept), int(labels.max()))], np.int32)
+    return np.where(np.isin(present, list(kept)), present, numbers[labels])
+
+
+def flow_around(present: Labels, kept: Collection[int], fresh: Labels, smallest: float) -> Labels:
+    """The blocks of an extraction around those that stay.
+
+    Parameters
+    ----------
+    present : ndarray of int32, shape (H, W)
+        The label map as it is, 0 = no block.
+    kept : collection of int
+        Blocks of it that stay, pixel for pixel; none of their numbers goes to another block.
+    fresh : ndarray of int32, shape (H, W)
+        What the extraction gave.
+    smallest : float
+        Pixels below which a part that kept blocks cut off is no block: it goes to the new block with which it has
+        the longest border, and if there is none it is left without a block.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Every new block is one 4-connected region; they are numbered from the largest down. `fresh` itself where
+        nothing stays.
+    """
+    if not kept:
+        return fresh
+    stays = np.isin(present, list(kept))
+    left = np.where(stays, 0, fresh)
+    parts = connected_regions(left, background=0, connectivity=1)
+    count = int(parts.max()) + 1
+    sizes = np.bincount(parts.ravel(), minlength=count)
+    origin = np.zeros(count, np.int32)
+    origin[parts] = left
+    slivers = (sizes < smallest) & np.isin(origin, np.unique(fresh[stays]))
+    slivers[0] = False
+    groups = _join(slivers, *_borders(parts, count))
+    sizes = np.bincount(groups, weights=sizes, minlength=count)
+    sizes[0] = 0
+    order = np.argsort(-sizes, kind="stable")[: np.count_nonzero(sizes)]
+    numbers = np.zeros(count, np.int32)
+    numbers[order] = [*itertools.islice(_free_numbers(kept), len(order))]
+    return np.where(stays, present, numbers[groups][parts])
+
+
+def _free_numbers(taken: Collection[int]) -> itertools.filterfalse[int]:
+    return itertools.filterfalse(frozenset(taken).__contains__, itertools.count(1))
+
+
+def _borders(parts: NDArray[np.integer], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of parts that touch, (n, 2), the lower number first, and how many pairs of pixels they touch in, (n,)."""
+    found = []
+    for one, other in ((parts[:, 1:], parts[:, :-1]), (parts[1:], parts[:-1])):
+        across = (one != other) & (one > 0) & (other > 0)
+        pair = one[across].astype(np.int64), other[across].astype(np.int64)
+        found.append(np.minimum(*pair) * count + np.maximum(*pair))
+    pairs, lengths = np.unique(np.concatenate(found), return_counts=True)
+    return np.column_stack((pairs // count, pairs % count)), lengths
+
+
+def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Part -> the part that it becomes one with: itself, a neighbour if it is a sliver, 0 if it finds none."""
+    neighbours: dict[int, dict[int, int]] = {int(sliver): {} for sliver in np.flatnonzero(slivers)}
+    for (one, other), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
+        for part, neighbour in ((one, other), (other, one)):
+            if part in neighbours:
+                neighbours[part][neighbour] = length
+    groups = np.arange(slivers.size)
+    while True:
+        # slivers behind slivers come in at a later round
+        homes = {sliver: _longest(around, neighbours, groups) for sliver, around in neighbours.items()}
+        found = {sliver: home for sliver, home in homes.items() if home}
+        if not found:
+            groups[[*neighbours]] = 0
+            return groups
+        for sliver, home in found.items():
+            groups[sliver] = home
+            del neighbours[sliver]
+
+
+def _longest(around: dict[int, int], homeless: Collection[int], groups: NDArray[np.intp]) -> int:
+    """The group that most of a border is with; 0 if all of it is with parts that have none yet."""
+    lengths: Counter[int] = Counter()
+    for part, length in around.items():
+        if part not in homeless:
+            lengths[int(groups[part])] += length
+    return max(lengths, key=lengths.__getitem__, default=0)
+
+
+# Blocks that do not cover the frame, as other programs leave them, and what the extraction finds between them.
+
+
+def gaps_filled(
+    labels: NDArray[np.int32], extracted: NDArray[np.int32], parameters: BlockParameters
+) -> NDArray[np.int32]:
+    """A label map with the blocks of an extraction where it has none.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        0 = no block; its blocks stay as they are, with their numbers.
+    extracted : ndarray of int32, shape (H, W)
+        Blocks of an extraction.
+    parameters : BlockParameters
+        What the extraction was made with: slivers that are smaller than it lets blocks be go to a neighbouring new
+        block.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+    """
+    kept = frozenset(np.unique(labels).tolist()) - {0}
+    return flow_around(labels, kept, extracted, parameters.smallest_block(labels.size))

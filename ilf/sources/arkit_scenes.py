@@ -1,0 +1,155 @@
+"""Sequences of ARKitScenes: folders of colour, depth and confidence, named by time, with cameras and a trajectory."""
+
+from __future__ import annotations
+
+import bisect
+import os
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file
+from ..data.camera import CameraIntrinsics
+from ..errors import FormatError, InputError
+from ..io.companions import read_confidence
+from ..io.depth import read_depth_values
+from ..io.images import image_header, read_colour
+from .poses import checked_pose
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
+from .registration import Camera
+from .times import MOST_APART_S, associated
+
+_DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
+_COLOURS = "lowres_wide", "vga_wide", "wide"
+_NAME = re.compile(r"(?:\w{1,40}_)?(\d{1,10}\.\d{1,9})")
+_NEAR_POSE = 0.002
+"""How far apart in time [s] a frame and its pose may be: names of files are rounded to milliseconds."""
+
+_Timed = list[tuple[float, str]]
+
+
+class ARKitScenes(Recording):
+    """A sequence of ARKitScenes. Keys are the names of its depth images without ending; confidence goes from 0 to 2."""
+
+    kind = "a sequence of ARKitScenes"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._colour_folder = next(name for name in _COLOURS if (path / name).is_dir())
+        colours, depths = _timed(path / self._colour_folder, ".png"), _timed(path / _DEPTH, ".png")
+        if not colours or not depths:
+            raise InputError(
+                f"{path}: {self._colour_folder} has {len(colours)} and {_DEPTH} {len(depths)} images that are named by "
+                "their times. Unpack both."
+            )
+        self._colours, self._times = colours, {Path(name).stem: time for time, name in depths}
+        self._depths = depths
+        self._cameras = _timed(path / f"{self._colour_folder}_intrinsics", ".pincam")
+        self._poses: NDArray[np.float64] | None = None
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        return (path / _DEPTH).is_dir() and any((path / name).is_dir() for name in _COLOURS)
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        pairs = associated(self._colours, self._depths, max_gap)
+        if not pairs:
+            raise InputError(
+                f"{self.path}: no colour lies within {max_gap:g} s of a depth image. Are they of one sequence?"
+            )
+        keys = tuple(Path(depth).stem for _, depth in pairs)
+        lonely = len(self._depths) - len(pairs)
+        notes = (f"{lonely} depth images left out: no colour lies {max_gap:g} s near.",) if lonely else ()
+        return RecordingIndex(keys, tuple(self._times[key] for key in keys), notes)
+
+    def frame(self, key: str) -> RecordedFrame:
+        colour, depth = self._colour_file(key), read_file(self.path / _DEPTH / f"{key}.png")
+        values = read_depth_values(depth)
+        confidence = self.path / _CONFIDENCE / f"{key}.png"
+        return RecordedFrame(
+            read_colour(colour),
+            values,
+            colour.sha256,
+            depth.sha256,
+            "mm",
+            time=self._times[key],
+            confidence=read_confidence(confidence, values.shape) if confidence.is_file() else None,
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        return read_colour(self._colour_file(key))
+
+    def cameras(self, key: str) -> Cameras:
+        colour, depth = self._colour_file(key), read_file(self.path / _DEPTH / f"{key}.png")
+        sizes = [image_header(file, file.data.tobytes()) for file in (colour, depth)]
+        size, depth_size = ((header.width, header.height) for header in sizes)
+        if not self._cameras:
+            return Cameras(None, None, np.eye(4), is_registered=True)
+        path = self.path / f"{self._colour_folder}_intrinsics" / _nearest(self._cameras, self._times[key])[1]
+        try:
+            width, height, fx, fy, cx, cy = map(float, read_file(path).data.tobytes().split())
+            if (width, height) != size:
+                raise ValueError(f"colour is {size[0]} x {size[1]}")
+            return scaled_cameras(Camera(CameraIntrinsics(fx, fy, cx, cy), size), depth_size)
+        except (ValueError, InputError) as error:
+            raise FormatError(
+                f"{path} must hold width height fx fy cx cy of the colour images ({error!s:.200})."
+            ) from error
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        if key not in self._times:
+            raise self.unknown(key)
+        rows, time = self._trajectory(), self._times[key]
+        near = np.abs(rows[:, 0] - time)
+        if not rows.size or near.min() > _NEAR_POSE:
+            return None
+        row = rows[near.argmin()]
+        to_camera = np.eye(4)
+        to_camera[:3, :3], to_camera[:3, 3] = cv2.Rodrigues(row[1:4])[0], row[4:]
+        return checked_pose(np.linalg.inv(to_camera).astype(np.float64))
+
+    def _trajectory(self) -> NDArray[np.float64]:
+        """Lines of time, rotation as an axis times an angle, and shift, from the world to the camera; none if there is
+        no such file."""
+        if self._poses is None:
+            path = self.path / _TRAJECTORY
+            if not path.is_file():
+                self._poses = np.empty((0, 7))
+                return self._poses
+            try:
+                rows = [line.split() for line in read_file(path).data.tobytes().splitlines() if line.strip()]
+                found = np.array(rows, float)
+                if found.shape[1:] != (7,) or not np.isfinite(found).all():
+                    raise ValueError("they are others")
+            except ValueError as error:
+                raise FormatError(
+                    f"{path} must have lines of seven numbers ({error!s:.80}). Download it again."
+                ) from error
+            self._poses = found
+        return self._poses
+
+    def _colour_file(self, key: str) -> FileContent:
+        if key not in self._times:
+            raise self.unknown(key)
+        return read_file(self.path / self._colour_folder / _nearest(self._colours, self._times[key])[1])
+
+
+def _timed(folder: Path, suffix: str) -> _Timed:
+    """Times [s] and names of the files in a folder that are named by time, in their order; none without the folder."""
+    try:
+        names = os.listdir(folder)
+    except OSError:
+        return []
+    return sorted(
+        (float(found[1]), name)
+        for name in names
+        if name.endswith(suffix) and (found := _NAME.fullmatch(name.removesuffix(suffix)))
+    )
+
+
+def _nearest(timed: _Timed, time: float) -> tuple[float, str]:
+    at = bisect.bisect_left(timed, (time, ""))
+    return min(timed[max(at - 1, 0) : at + 1], key=lambda one: abs(one[0] - time))

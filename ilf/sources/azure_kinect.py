@@ -1,0 +1,267 @@
+"""Recordings of Azure Kinect and Femto cameras (.mkv), read by PyAV."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import takewhile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from .._runtime.installation import optional
+from .._runtime.schema import Section
+from ..data.camera import CameraIntrinsics
+from ..errors import FormatError, InputError, cause
+from ..io.images import check_pixel_count, read_colour
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
+from .registration import Camera
+from .times import MOST_APART_S
+
+# The calibration of an Azure Kinect: one for its sensors, from which those of its modes follow.
+
+_DEPTH_CAMERA, _COLOUR_CAMERA = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocationPV0"
+_PARAMETERS = 14
+
+
+class _Mode(NamedTuple):
+    """How a mode's image lies in the picture of the whole sensor: that picture's size, and what is cut off at its left
+    and top."""
+
+    whole: tuple[int, int]
+    cut: tuple[int, int]
+    size: tuple[int, int]
+
+
+_DEPTH_MODES = {
+    "NFOV_2X2BINNED": _Mode((512, 512), (96, 90), (320, 288)),
+    "NFOV_UNBINNED": _Mode((1024, 1024), (192, 180), (640, 576)),
+    "WFOV_2X2BINNED": _Mode((512, 512), (0, 0), (512, 512)),
+    "WFOV_UNBINNED": _Mode((1024, 1024), (0, 0), (1024, 1024)),
+}
+_COLOUR_MODES = {
+    "720P": _Mode((1280, 960), (0, 120), (1280, 720)),
+    "1080P": _Mode((1920, 1440), (0, 180), (1920, 1080)),
+    "1440P": _Mode((2560, 1920), (0, 240), (2560, 1440)),
+    "1536P": _Mode((2048, 1536), (0, 0), (2048, 1536)),
+    "2160P": _Mode((3840, 2880), (0, 360), (3840, 2160)),
+    "3072P": _Mode((4096, 3072), (0, 0), (4096, 3072)),
+}
+
+
+def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
+    """The cameras of a recording.
+
+    Parameters
+    ----------
+    content : bytes
+        Of calibration.json.
+    depth_mode, colour_mode : str
+        As the recording's tracks name them: "NFOV_UNBINNED", "MJPG_720P".
+
+    Raises
+    ------
+    FormatError
+        If the calibration is damaged, or there is no such mode.
+    """
+    resolution = colour_mode.rpartition("_")[2]
+    for what, mode, known in (("depth", depth_mode, _DEPTH_MODES), ("colour", resolution, _COLOUR_MODES)):
+        if mode not in known:
+            raise FormatError(f"the {what} mode {mode!r:.40} is not known; {', '.join(known)} are.")
+    try:
+        data = json.loads(content.rstrip(b"\0"))
+        listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
+        by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
+        depth, colour = by_place[_DEPTH_CAMERA], by_place[_COLOUR_CAMERA]
+        return Cameras(
+            _camera(colour, _COLOUR_MODES[resolution]),
+            _camera(depth, _DEPTH_MODES[depth_mode]),
+            _motion(colour) @ np.linalg.inv(_motion(depth)),
+            is_registered=False,
+        )
+    except (ValueError, KeyError, RecursionError, AttributeError, InputError, np.linalg.LinAlgError) as error:
+        raise FormatError(f"its calibration is damaged ({error!s:.120}).") from error
+
+
+def _camera(section: Section, mode: _Mode) -> Camera:
+    """The camera of a mode: the numbers of the file are shares of the whole sensor's width and height."""
+    values = section.section("Intrinsics").items("ModelParameters", float)
+    if len(values) != _PARAMETERS:
+        raise FormatError(f"a camera has {len(values)} parameters in place of {_PARAMETERS}.")
+    cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, centre_x, centre_y, p2, p1 = values
+    if centre_x or centre_y:
+        raise FormatError("a camera's distortion has a centre of its own, which is not supported.")
+    (width, height), (left, top) = mode.whole, mode.cut
+    intrinsics = CameraIntrinsics(fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5)
+    return Camera(intrinsics, mode.size, (k1, k2, p1, p2, k3, k4, k5, k6))
+
+
+def _motion(section: Section) -> NDArray[Any]:
+    """What takes points [m] to a camera."""
+    place, matrix = section.section("Rt"), np.eye(4)
+    matrix[:3, :3] = np.reshape(place.items("Rotation", float), (3, 3))
+    matrix[:3, 3] = place.items("Translation", float)
+    return matrix
+
+
+_COLOUR_TRACK, _DEPTH_TRACK, _INFRARED_TRACK = "K4A_COLOR_TRACK", "K4A_DEPTH_TRACK", "K4A_IR_TRACK"
+_CALIBRATION = "K4A_CALIBRATION_FILE"
+_PER_SECOND = 1_000_000
+
+
+class AzureKinect(Recording):
+    """A recording of k4arecorder, or of what writes the same: a frame is a colour image with the depth image that is
+    nearest in time. A key is the device's time of the colour."""
+
+    kind = "a recording of an Azure Kinect"
+    suffixes = (".mkv",)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._av = optional("av", "sequences", "A recording of an Azure Kinect")
+        with self._reading():
+            self._container = self._av.open(str(path))
+        try:
+            self._colour, self._depth = self._needed_track(_COLOUR_TRACK), self._needed_track(_DEPTH_TRACK)
+        except FormatError:
+            self.close()
+            raise
+        self._infrared = self._track(_INFRARED_TRACK)
+        self._paired: StampedPairs | None = None
+
+    def close(self) -> None:
+        self._container.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        return self._pairs().index(max_gap, self.path)
+
+    def frame(self, key: str) -> RecordedFrame:
+        colour_stamp, depth_stamp = self._stamps(key)
+        colour, depth = self._packet(self._colour, colour_stamp), self._packet(self._depth, depth_stamp)
+        return RecordedFrame(
+            self._decoded(colour),
+            self._values(depth),
+            sha256_of(bytes(colour)),
+            sha256_of(bytes(depth)),
+            1000.0,
+            time=colour_stamp / _PER_SECOND,
+            depth_view=self._lit(depth_stamp),
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        return self._decoded(self._packet(self._colour, self._stamps(key)[0]))
+
+    def _values(self, packet: Any) -> NDArray[np.uint16]:
+        """The values of a packet of depth or infrared."""
+        width, height = packet.stream.codec_context.width, packet.stream.codec_context.height
+        data = bytes(packet)
+        if len(data) != 2 * width * height:
+            raise FormatError(f"{self.path}: an image has {len(data)} bytes in place of {2 * width * height}.")
+        return np.frombuffer(data, ">u2").reshape(height, width).astype(np.uint16)
+
+    def _lit(self, stamp: int) -> NDArray[np.bool_] | None:
+        """Where the depth camera's own light falls, a hexagon or a circle, beyond which it cannot measure: the infrared
+        image is black there. None where there is no such image."""
+        packet = None if self._infrared is None else self._find(self._infrared, stamp)
+        if packet is None:
+            return None
+        infrared = self._values(packet)
+        points = np.argwhere(infrared)[:, ::-1].astype(np.int32)
+        lit = np.zeros(infrared.shape, np.uint8)
+        if len(points):
+            cv2.fillConvexPoly(lit, cv2.convexHull(points), 1)
+        return lit.astype(bool)
+
+    def cameras(self, key: str) -> Cameras:
+        attached = [one for one in self._container.streams.attachments if _CALIBRATION in one.metadata]
+        if not attached:
+            raise FormatError(f"{self.path}: the calibration that such a recording has is not in it. Record it again.")
+        depth_mode, colour_mode = (
+            track.metadata.get(name, "")
+            for track, name in ((self._depth, "K4A_DEPTH_MODE"), (self._colour, "K4A_COLOR_MODE"))
+        )
+        try:
+            return cameras_of(attached[0].data, depth_mode, colour_mode)
+        except FormatError as error:
+            raise FormatError(f"{self.path}: {error}") from error
+
+    def _needed_track(self, tag: str) -> Any:
+        found = self._track(tag)
+        if found is None:
+            what = "colour" if tag == _COLOUR_TRACK else "depth"
+            raise FormatError(
+                f"{self.path} has no {what} track of an Azure Kinect or Femto camera; other videos are not read."
+            )
+        check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
+        return found
+
+    def _track(self, tag: str) -> Any:
+        """The track with a tag, of images of a kind that is known; None if there is none."""
+        videos = (stream for stream in self._container.streams.video if stream.codec_context is not None)
+        return next((stream for stream in videos if tag in stream.metadata), None)
+
+    def _pairs(self) -> StampedPairs:
+        if self._paired is None:
+            stamps: dict[int, list[int]] = {self._colour.index: [], self._depth.index: []}
+            for packet in self._from(None, self._colour, self._depth):
+                stamps[packet.stream.index].append(_stamp(packet))
+            self._paired = StampedPairs(stamps[self._colour.index], stamps[self._depth.index], _PER_SECOND)
+        return self._paired
+
+    def _stamps(self, key: str) -> tuple[int, int]:
+        stamps = self._pairs().find(key)
+        if stamps is None:
+            raise self.unknown(key)
+        return stamps
+
+    def _packet(self, track: Any, stamp: int) -> Any:
+        """The packet of a track with a stamp, which is known to be there."""
+        found = self._find(track, stamp)
+        if found is None:
+            raise FormatError(f"{self.path}: an image that was there when it was listed is gone. It is damaged.")
+        return found
+
+    def _find(self, track: Any, stamp: int) -> Any:
+        """The same, or None if there is none."""
+        packets = takewhile(lambda packet: _stamp(packet) <= stamp, self._from(stamp, track))
+        return next((packet for packet in packets if _stamp(packet) == stamp), None)
+
+    def _from(self, stamp: int | None, *tracks: Any) -> Iterator[Any]:
+        """Packets of tracks that are not empty, from a stamp on or a little before, or from the start."""
+        with self._reading():
+            self._container.seek(0 if stamp is None else stamp, backward=True)
+            for packet in self._container.demux(*tracks):
+                if packet.size and packet.pts is not None:
+                    yield packet
+
+    def _decoded(self, packet: Any) -> NDArray[np.uint8]:
+        """Colour of a packet, red first."""
+        if self._colour.codec_context.name == "mjpeg":
+            return read_colour(FileContent(self.path, np.frombuffer(bytes(packet), np.uint8)))
+        with self._reading():
+            images = packet.decode()
+            if images:
+                return np.ascontiguousarray(images[0].to_ndarray(format="rgb24"))
+        raise FormatError(f"{self.path}: a colour image cannot be decoded. It is damaged.")
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Whatever the library stumbles over becomes one FormatError."""
+        try:
+            yield
+        except PermissionError as error:
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
+        except (self._av.FFmpegError, ValueError, OverflowError) as error:
+            raise FormatError(
+                f"{self.path}: this recording is truncated, damaged or of a rare kind ({error!s:.120})."
+            ) from error
+
+
+def _stamp(packet: Any) -> int:
+    """Time of a packet [microseconds]."""
+    return round(packet.pts * packet.time_base * _PER_SECOND)

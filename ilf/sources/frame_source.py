@@ -1,0 +1,181 @@
+"""Where a frame is and how it is read."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from ..errors import InputError, warn_of_reading
+from .naming import name_by, name_of_recorded
+
+if TYPE_CHECKING:
+    from ..data.frame import FrameInputs, RGBDFrame
+    from ..io.cameras import IntrinsicsSpec
+    from ..io.depth_reading import DepthReading
+    from ..io.encodings import EncodingSpec
+    from .frames import FrameFiles
+    from .recorded import ReadFrame
+    from .registration import RawPair
+
+
+@dataclass(frozen=True)
+class FrameSource:
+    """What to open: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
+
+    `depth_units`, `encoding`, `invalid` and `intrinsics` are what `ilf.load_frame` takes. `truth` is the file with
+    the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
+    is the file with the guide, None for that of the folder if it has one. `frame` is the key of a frame of a recording,
+    which `rgb` then is, without `depth`. `confidence` is the file with the confidence map, None for that of the folder
+    if it has one, and depth below `min_confidence` counts as missing.
+    """
+
+    rgb: str
+    depth: str | None = None
+    depth_units: float | None = None
+    intrinsics: IntrinsicsSpec | None = None
+    truth: str | None = None
+    truth_units: float | None = None
+    guide: str | None = None
+    encoding: EncodingSpec | None = None
+    invalid: float | None = None
+    frame: str | None = None
+    confidence: str | None = None
+    min_confidence: float | None = None
+
+    @classmethod
+    def of(cls, inputs: FrameInputs) -> Self:
+        """What a frame with these inputs is opened from again, but for its guide and what of it is distrusted."""
+        truth = inputs.truth
+        return cls(
+            inputs.rgb.path,
+            inputs.depth.path if inputs.frame is None else None,
+            inputs.depth_units if inputs.encoding is None else None,
+            inputs.intrinsics,
+            None if truth is None else truth.path,
+            None if truth is None else truth.units,
+            encoding=inputs.encoding,
+            invalid=inputs.invalid,
+            frame=inputs.frame,
+        )
+
+    @property
+    def key(self) -> str:
+        """Tells frames apart: the path of what holds the depth, with the frame's key in a recording."""
+        path = os.path.abspath(self.depth or self.rgb)
+        return path if self.frame is None else f"{path}#{self.frame}"
+
+    @property
+    def name(self) -> str:
+        """What to call the frame as long as it has not been read."""
+        path = Path(self.rgb).absolute()
+        if self.frame is not None:
+            return name_of_recorded(path, self.frame)
+        return path.name if self.depth is None else name_by(path)
+
+    def absolute(self) -> FrameSource:
+        """The same with absolute paths; itself if it has them."""
+        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide", "confidence")}
+        if all(path is None or os.path.isabs(path) for path in paths.values()):
+            return self
+        return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
+
+    def load(self, warn: bool = False) -> RGBDFrame:
+        """Read the frame; raises what `ilf.load_frame` does. What is doubtful is in its `notes`, and told by
+        `DepthWarning` only if asked for."""
+        from .frames import load_frame
+
+        return load_frame(
+            self.rgb,
+            self.depth,
+            depth_units=self.depth_units,
+            encoding=self.encoding,
+            invalid=self.invalid,
+            intrinsics=self.intrinsics,
+            truth=self.truth,
+            truth_units=self.truth_units,
+            guide=self.guide,
+            frame=self.frame,
+            confidence=self.confidence,
+            min_confidence=self.min_confidence,
+            warn=warn,
+        )
+
+    def load_pair(self, warn: bool = False) -> RawPair:
+        """Colour and depth as their two cameras have seen them, before any registration; of registered images both
+        cameras are one. What is doubtful is told as by `load`.
+
+        Raises
+        ------
+        InputError
+            If a camera is not known, or as `ilf.load_frame` does.
+        """
+        from .registration import Camera, RawPair
+
+        if self.frame is not None:
+            recorded = self.recorded()
+            for text in recorded.reading.warnings if warn else ():
+                warn_of_reading(text)
+            return recorded.pair()
+        frame = self.load(warn)
+        if frame.intrinsics is None:
+            raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to have the pair as it is.")
+        camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
+        return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
+
+    def read_depth(self) -> DepthReading:
+        """Its depth alone, and what speaks against the way that it is read; of whatever scale."""
+        from .frames import read_frame_depth
+
+        if self.frame is not None:
+            return self.recorded().reading
+        return read_frame_depth(self.rgb, self.depth, self._encoding(), self.invalid)
+
+    def recorded(self) -> ReadFrame:
+        """A frame of a recording as it is stored, and its depth in metres; raises what `ilf.load_frame` does."""
+        from .recorded import read_recorded
+
+        return read_recorded(self.rgb, self.frame or "", self._encoding(), self.invalid)
+
+    def _encoding(self) -> EncodingSpec | None:
+        from ..io.encodings import one_encoding
+
+        return one_encoding(self.encoding, self.depth_units)
+
+    def files(self) -> FrameFiles:
+        """Its files, with what is stated of them here or beside them; raises what `frame_folder` does."""
+        from ..io.cameras import intrinsics_from
+        from .frames import files_of
+
+        found = files_of(self.rgb, self.depth, beside=True)
+        spec = self._encoding()
+        return replace(
+            found,
+            depth_units=None if spec is not None else found.depth_units,
+            encoding=found.encoding if spec is None else spec,
+            invalid=found.invalid if self.invalid is None else self.invalid,
+            intrinsics=intrinsics_from(self.intrinsics) or found.intrinsics,
+            confidence=found.confidence if self.confidence is None else Path(self.confidence),
+            min_confidence=found.min_confidence if self.min_confidence is None else self.min_confidence,
+        )
+
+    def beside(self) -> str:
+        """What is taken from a meta.json that lies beside the two files, as a sentence; "" for nothing."""
+        from .frames import META_NAME, frame_beside
+
+        files = frame_beside(self.rgb, self.depth) if self.depth is not None else None
+        if files is None:
+            return ""
+        taken = ["name"]
+        says_nothing = self.depth_units is None and self.encoding is None
+        taken += ["depth units"] * (says_nothing and files.depth_units is not None)
+        taken += ["depth encoding"] * (says_nothing and files.encoding is not None)
+        taken += ["invalid value"] * (self.invalid is None and files.invalid is not None)
+        taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
+        taken += ["truth"] * (self.truth is None and files.truth is not None)
+        taken += ["guide"] * (self.guide is None and files.guide is not None)
+        taken += ["least confidence"] * (self.min_confidence is None and files.min_confidence is not None)
+        return f"As {META_NAME} beside the files says: {', '.join(taken)}."

@@ -1,0 +1,523 @@
+"""Colour + depth files, or a folder that holds both, -> RGBDFrame."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, read_file, read_json, write_bytes
+from ..data.camera import CameraIntrinsics, checked_motion
+from ..data.frame import FrameInputs, InputFile, RGBDFrame
+from ..errors import ExportError, FormatError, InputError, ParameterError, cause, one_line, warn_of_reading
+from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.companions import (
+    CONFIDENCE_SUFFIXES,
+    GUIDE_SUFFIXES,
+    NO_MAP,
+    UNUSED,
+    below,
+    checked_least,
+    is_truth,
+    load_guide,
+    read_confidence,
+    with_truth_file,
+)
+from ..io.depth import checked_units, write_depth
+from ..io.depth_reading import DepthReading, read_depth
+from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
+from ..io.float_images import COLMAP_SUFFIX
+from ..io.images import encode_image, read_doubted_colour
+from ..io.labels import read_mask
+from .naming import name_by
+from .opening import is_recording
+from .poses import camera_pose
+from .recorded import read_recorded
+
+META_NAME = "meta.json"
+COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = (*USUAL_DEPTH_SUFFIXES, ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """The files of a frame, and what is known about them before they are read.
+
+    Attributes
+    ----------
+    rgb, depth : Path
+        Absolute paths.
+    depth_units : float or None
+        File units per metre, if stated.
+    encoding : str, float or None
+        The depth encoding, if stated in place of them.
+    invalid : float or None
+        The depth file's value that stands for missing, if stated.
+    intrinsics : CameraIntrinsics or None
+    size : (int, int) or None
+        Width and height that both images should have, if stated.
+    name : str
+    truth : Path or None
+        Of true depth, if there is any.
+    truth_units : float or None
+        Its file units per metre, if stated.
+    guide : Path or None
+        Of a guide, if there is any.
+    confidence : Path or None
+        Of a confidence map, if there is any.
+    min_confidence : float or None
+        The confidence below which depth counts as missing, if stated.
+    pose : tuple of tuple of float, or None
+        Where the camera was, as rows of a matrix, if stated.
+    outside_view : Path or None
+        Of the mask of what the depth camera could not see, if stated.
+    """
+
+    rgb: Path
+    depth: Path
+    depth_units: float | None
+    intrinsics: CameraIntrinsics | None
+    size: tuple[int, int] | None
+    name: str
+    truth: Path | None = None
+    truth_units: float | None = None
+    guide: Path | None = None
+    encoding: EncodingSpec | None = None
+    invalid: float | None = None
+    confidence: Path | None = None
+    min_confidence: float | None = None
+    pose: tuple[tuple[float, ...], ...] | None = None
+    outside_view: Path | None = None
+
+    @property
+    def camera_pose(self) -> NDArray[np.float64] | None:
+        """Where the camera was, (4, 4): as stated, or else as files beside the depth tell; None if it is not known."""
+        return camera_pose(self.depth) if self.pose is None else np.array(self.pose)
+
+    @property
+    def stated_encoding(self) -> EncodingSpec | None:
+        """How the depth file is to be read, by whatever key that is said."""
+        return one_encoding(self.encoding, self.depth_units)
+
+
+def load_frame(
+    rgb: str | os.PathLike[str],
+    depth: str | os.PathLike[str] | None = None,
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    name: str | None = None,
+    truth: str | os.PathLike[str] | None = None,
+    truth_units: float | None = None,
+    guide: str | os.PathLike[str] | None = None,
+    confidence: str | os.PathLike[str] | None = None,
+    min_confidence: float | None = None,
+    frame: str | None = None,
+    beside: bool = True,
+    warn: bool = True,
+) -> RGBDFrame:
+    """Read an RGB-D frame: of registered images, or of a recording, whose depth is registered where it is not.
+
+    Parameters
+    ----------
+    rgb : path-like
+        Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
+        depth `depth.*`; or, with `frame`, a recording.
+    depth : path-like, optional
+        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
+    depth_units : float, optional
+        File units per metre: the encoding of most files, as a number.
+    encoding : str or float, optional
+        How the values of the depth file become metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
+        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It goes in place of `depth_units`. Without
+        both, what meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000
+        units per metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
+    invalid : float, optional
+        The file's value that stands for missing, beside zero, negative and not finite ones; 0 says that there is none.
+        None takes what meta.json says.
+    intrinsics : optional
+        Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
+    name : str, optional
+        What to call the frame; None takes it from meta.json or the file names.
+    truth : path-like, optional
+        True depth, in a file like that of the depth, to judge results by. None takes that of the folder, if it has any.
+    truth_units : float, optional
+        Its file units per metre. None takes what meta.json says; otherwise those of the depth file if both hold
+        integers, 1 if it holds floats.
+    guide : path-like, optional
+        What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
+    confidence : path-like, optional
+        How sure the sensor was of its depth, see `ilf.io.read_confidence`. None takes that of the folder, if it has
+        any.
+    min_confidence : float, optional
+        Depth of a lower confidence counts as missing: it is the frame's distrusted depth. None takes what meta.json
+        says; without that, all depth counts. Where there is no confidence map it changes nothing, which is a note.
+    frame : str, optional
+        The key of a frame of a recording, see `ilf.open_source`.
+    beside : bool
+        Whether a meta.json that lies beside two files counts.
+    warn : bool
+        Whether what is doubtful, or was left out, is told by `DepthWarning`, too, and not only in the frame's `notes`.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `inputs` hold the absolute paths of the files and the SHA-256 of the bytes that were read, the depth units
+        and the intrinsics; its `sources` are what it takes to read the same frame again.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, the sizes differ, no depth is known or none that is sure enough, the depth scale is
+        absurd, or that of the truth does not fit it.
+    FormatError
+        If a file is damaged or holds something other than its role asks for.
+    ParameterError
+        If depth or truth units are not a positive number, there is no such encoding, there are both units and an
+        encoding, there are units of a truth that there is not, or the least confidence is no number.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> frame = load_frame(asset_path("samples/room"))
+    >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.truth is None
+    ('room', (480, 640), 0.168, False)
+    """
+    given = one_encoding(encoding, depth_units)
+    known_confidence: Path | NDArray[Any] | None
+    if frame is not None:
+        if depth is not None:
+            raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
+        recorded = read_recorded(rgb, frame, given, invalid)
+        camera = intrinsics_from(intrinsics, recorded.shape)
+        loaded, told = recorded.frame(camera, name), recorded.reading.warnings
+        known_guide, known_truth, known_units = None, None, None
+        known_confidence, stated_least = recorded.stored.confidence, None
+    else:
+        files = files_of(rgb, depth, beside)
+        if depth is None and files.stated_encoding is None and given is None:
+            raise FormatError(
+                f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
+                "(1000 for millimetres) or the encoding's name, or give depth units."
+            )
+        loaded, told = _from_files(files, given, invalid, intrinsics, name)
+        known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
+        known_confidence, stated_least = files.confidence, files.min_confidence
+    if warn:
+        for text in told:
+            warn_of_reading(text)
+    least = stated_least if min_confidence is None else checked_least(min_confidence)
+    loaded = _sure_enough(loaded, known_confidence if confidence is None else confidence, least)
+    if (chosen_guide := known_guide if guide is None else guide) is not None:
+        loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
+    chosen = known_truth if truth is None else truth
+    if chosen is None:
+        if truth_units is not None:
+            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+        return loaded
+    stated = known_units if truth is None else None
+    return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
+
+
+def _from_files(
+    files: FrameFiles,
+    given: EncodingSpec | None,
+    invalid: float | None,
+    intrinsics: IntrinsicsSpec | None,
+    name: str | None,
+) -> tuple[RGBDFrame, tuple[str, ...]]:
+    """A frame without truth and guide, and what a program should hear of how it was read."""
+    rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
+    colour, colour_doubt = read_doubted_colour(rgb_file)
+    of_colour = (colour_doubt,) if colour_doubt else ()
+    read = _read_depth(files, depth_file, given, invalid)
+    values = read.values
+    if colour.shape[:2] != values.shape:
+        raise InputError(
+            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
+            "pixels: register and resize one to the other first."
+        )
+    if files.size not in {None, (values.shape[1], values.shape[0])}:
+        raise FormatError(
+            f"{files.rgb.with_name(META_NAME)} says {files.size} pixels, but the images are {_size(values)}. "
+            "Correct its size, or load the two files by themselves."
+        )
+    camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
+    try:
+        frame = RGBDFrame(
+            rgb=colour,
+            depth=read.metres,
+            intrinsics=camera,
+            name=name or files.name,
+            inputs=FrameInputs(
+                _input_file(rgb_file),
+                _input_file(depth_file),
+                read.encoding.units,
+                None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy),
+                encoding=read.encoding.name,
+                invalid=read.encoding.invalid,
+            ),
+            notes=(*of_colour, *read.notes),
+            doubts=(*of_colour, *(doubt.text for doubt in read.doubts)),
+            pose=files.camera_pose,
+            outside_view=None if files.outside_view is None else read_mask(files.outside_view, colour.shape[:2]),
+        )
+    except InputError as error:
+        raise InputError(f"{files.depth}: {error}{read.other_ways}") from error
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
+
+
+def _sure_enough(
+    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, least: float | None
+) -> RGBDFrame:
+    """A frame without depth that is less sure than the least confidence, by a map or a file that holds one."""
+    low, told = None, UNUSED
+    if confidence is None:
+        told = "" if least is None else NO_MAP
+    elif least is not None:
+        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        low, told = below(values, least, frame.depth)
+    return replace(frame, distrusted=low, notes=(*frame.notes, told)) if told else frame
+
+
+def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
+    """The depth of a frame alone, read as `load_frame` reads it; raises what it does but for the depth's scale."""
+    files = files_of(rgb, depth, beside=True)
+    return _read_depth(files, read_file(files.depth), given, invalid)
+
+
+def _read_depth(
+    files: FrameFiles, content: FileContent, given: EncodingSpec | None, invalid: float | None
+) -> DepthReading:
+    return read_depth(content, given, files.stated_encoding, files.invalid if invalid is None else invalid)
+
+
+def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
+    """The files that two paths or a folder name, and what is stated beside them."""
+    if depth is not None:
+        return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+    if is_recording(rgb):
+        raise InputError(f"{rgb} is a recording: name one of its frames by its key (--frame; `ilf info` lists them).")
+    if os.path.isdir(rgb):
+        return frame_folder(rgb)
+    if not os.path.exists(rgb):
+        raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
+    raise InputError(
+        f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
+        f"that has {META_NAME} in it."
+    )
+
+
+def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
+    """What a frame folder's meta.json says, without reading the images.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, or in its place
+        `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value that stands for missing), `K` [fx,
+        fy, cx, cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt`
+        (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
+        that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
+        left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
+        (below which depth counts as missing), `pose` (where the camera was, see `RGBDFrame`), `outside_view` (where the
+        mask is of what the depth camera could not see), and `run` (the record without which the folder is a
+        half-written one).
+
+    Raises
+    ------
+    InputError
+        If meta.json or one of the images is not there.
+    FormatError
+        If meta.json is not JSON or has values of the wrong kind.
+    """
+    root = Path(folder).absolute()
+    meta_path = root / META_NAME
+    if not os.path.isfile(meta_path):
+        raise InputError(
+            f"{root} has no {META_NAME}. Give the colour and the depth file by themselves, or a frame of the folder by "
+            "its key (--frame) if it holds several."
+        )
+    meta = read_json(meta_path)
+    if not isinstance(meta, dict):
+        raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
+    try:
+        stated = (meta.get(key) for key in ("depth_units_per_m", "gt_units_per_m"))
+        units, truth_units = (None if value is None else checked_units(value) for value in stated)
+        encoding = _meta_encoding(meta.get("depth_encoding"))
+        one_encoding(encoding, units)
+        invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
+        camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
+        least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
+        pose = None if meta.get("pose") is None else checked_motion(meta["pose"], "pose")
+        size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "outside_view", "run")}
+        for key, value in {"name": name, **named}.items():
+            if not isinstance(value, str | None):
+                raise InputError(f"{key} must be text, not {value!r:.60}.")
+        if name != one_line(name):
+            raise InputError(f"name must be one line of text, not {name!r:.60}.")
+    except (InputError, ParameterError) as error:
+        raise FormatError(f"{meta_path}: {error}") from error
+    if named["run"] and not os.path.isfile(root / named["run"]):
+        raise InputError(
+            f"{root} holds an export that was interrupted: its {named['run']} is missing, so its files may not belong "
+            "together. Export again."
+        )
+    rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    hint = ""
+    if os.path.isfile(root / "gt.png"):
+        hint = (
+            f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
+            f" with depth units {meta.get('gt_units_per_m')}."
+        )
+    depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
+    truth = _truth_in(root, named["gt"])
+    confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
+    return FrameFiles(
+        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least),
+        pose=None if pose is None else tuple(map(tuple, pose.tolist())),
+        outside_view=_named_image(root, named["outside_view"]),
+    )
+
+
+def _truth_in(root: Path, worth: str | None) -> Path | None:
+    """The file of a frame folder's truth: what meta.json names or calls a truth, or `gt.*`; None if there is none."""
+    if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
+        return _named_image(root, worth)
+    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_truth(worth) else None
+
+
+def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
+    """What the meta.json in the folder of two files says of them: units, intrinsics and name, as for the folder.
+
+    Returns
+    -------
+    FrameFiles or None
+        None if there is none, if it cannot be read, or if it speaks of other files: whoever names two files can have
+        them without it. Its `size` is not held against them.
+    """
+    colour_path, depth_path = Path(rgb).absolute(), Path(depth).absolute()
+    try:
+        files = frame_folder(colour_path.parent)
+    except InputError:
+        return None
+    is_theirs = _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
+    return replace(files, rgb=colour_path, depth=depth_path, size=None) if is_theirs else None
+
+
+def _is_same(file: Path, other: Path) -> bool:
+    return file == other or (os.path.exists(other) and file.samefile(other))
+
+
+def _input_file(content: FileContent) -> InputFile:
+    return InputFile(str(content.path), content.sha256)
+
+
+def _two_files(rgb: Path, depth: Path) -> FrameFiles:
+    rgb, depth = rgb.absolute(), depth.absolute()
+    return FrameFiles(rgb, depth, None, None, None, name_by(rgb))
+
+
+def _named_image(root: Path, named: str | None) -> Path | None:
+    """An image that meta.json names: there, or by that name in the folder; None if it names none."""
+    if not named:
+        return None
+    for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
+        if os.path.isfile(path):
+            return path
+    raise InputError(f"{root / META_NAME} names {named}, which is not there. Put it beside {META_NAME}, or correct it.")
+
+
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:
+    if path := _found(root, stem, suffixes):
+        return path
+    others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
+    what = "raw depth" if stem == "depth" else "colour image"
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it holds {others}.{hint}")
+
+
+def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
+    return next((root / (stem + suffix) for suffix in suffixes if os.path.isfile(root / (stem + suffix))), None)
+
+
+def _meta_encoding(spec: Any) -> EncodingSpec | None:
+    if not isinstance(spec, str | int | float | None):
+        raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
+    if spec is not None and not needs_its_scene(spec):
+        encoding_of(spec)
+    return spec
+
+
+def _meta_size(size: Any) -> tuple[int, int] | None:
+    if size is None:
+        return None
+    if not (isinstance(size, list) and len(size) == 2 and all(type(number) is int for number in size)):
+        raise InputError(f"size must be [width, height] in whole pixels, not {size!r:.60}.")
+    return size[0], size[1]
+
+
+def _size(array: Any) -> str:
+    return f"{array.shape[1]} x {array.shape[0]}"
+
+
+# RGBDFrame -> a frame folder that `ilf.load_frame` reads.
+
+_COLOUR, _DEPTH = "rgb.png", "depth.tiff"
+
+
+def new_frame_files(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """The files that `write_frame` writes: colour, depth and meta.json; raises ExportError if one is there already."""
+    paths = tuple(Path(folder) / name for name in (_COLOUR, _DEPTH, META_NAME))
+    for path in paths:
+        if path.exists():
+            raise ExportError(f"{path} is there already. Choose another folder.")
+    return paths
+
+
+def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path, ...]:
+    """Write a frame into a folder of its own: rgb.png, depth.tiff (float32 [m], NaN = missing) and meta.json.
+
+    Parameters
+    ----------
+    folder : path-like
+        Made if missing; it must not hold a frame yet.
+    frame : RGBDFrame
+        Its measured depth is written, distrusted depth included.
+
+    Returns
+    -------
+    tuple of Path
+        The files.
+
+    Raises
+    ------
+    ExportError
+        If there is a frame in the folder already, or a file cannot be written.
+    """
+    root, camera = Path(folder), frame.intrinsics
+    meta = {
+        "name": frame.name,
+        "size": [frame.shape[1], frame.shape[0]],
+        "depth_units_per_m": 1.0,
+        "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
+    }
+    paths = new_frame_files(root)
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{root} cannot be made ({cause(error)}). Choose another folder.") from error
+    write_bytes(paths[0], encode_image(".png", frame.rgb[..., ::-1]))
+    write_depth(paths[1], frame.measured)
+    write_bytes(paths[2], f"{json.dumps(meta, indent=2)}\n".encode())
+    return paths

@@ -1,0 +1,381 @@
+"""Which frames a folder or a recording holds, by names and indices: no image is decoded."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .._runtime.files import read_file
+from .._runtime.formatting import counted
+from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
+from ..errors import FormatError, InputError, ParameterError, cause
+from ..io.cameras import CAMERA_FILE, IntrinsicsSpec, read_cameras
+from ..io.companions import checked_least
+from ..io.encodings import EncodingSpec, one_encoding
+from .frame_source import FrameSource
+from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from .opening import is_recording, opened, recording_suffixes
+from .pairing import Pairs, natural, paired, paired_by_time, time_of, told_apart
+from .recording import Topics
+from .times import ASSOCIATION_FILES, MOST_APART_S, UNITS, associated, read_associations, read_time_list
+
+# Data sets whose layout says how their frames are read: BOP, SUN RGB-D, 7-Scenes.
+
+SEVEN_SCENES_NOTE = (
+    "These look like frames of 7-Scenes: 65535 is read as missing, and depth is not registered to colour, so that "
+    "edges of both may lie some pixels apart."
+)
+_SUN_CAMERA_FILE = "intrinsics.txt"
+_SUN_FOLDERS = "image", "depth"
+_SEVEN_SCENES_CAMERA = CameraIntrinsics(585.0, 585.0, 320.0, 240.0, "7-scenes")
+_SEVEN_SCENES_NAME = re.compile(r"frame-\d{6}\.(color|depth)\.png$")
+_BOP_COLOUR_FOLDERS = "rgb", "gray"
+
+
+def stated(how: FrameSource, source: FrameSource) -> FrameSource:
+    """A source with what the user has said of all frames in the place of what the data set says."""
+    says_nothing = how.depth_units is None and how.encoding is None
+    return replace(
+        source,
+        depth_units=source.depth_units if says_nothing else how.depth_units,
+        encoding=source.encoding if says_nothing else how.encoding,
+        invalid=source.invalid if how.invalid is None else how.invalid,
+        min_confidence=source.min_confidence if how.min_confidence is None else how.min_confidence,
+        intrinsics=source.intrinsics if how.intrinsics is None else how.intrinsics,
+    )
+
+
+def is_bop(files: Collection[str]) -> bool:
+    """Whether a folder with these files is a scene of BOP."""
+    return CAMERA_FILE in files
+
+
+def bop_frames(root: str | Path) -> list[FrameSource]:
+    """The frames of a BOP scene that have colour and depth, by number; each has intrinsics and a scale of its own."""
+    cameras = read_cameras(Path(root) / CAMERA_FILE)
+    colours = {
+        int(path.stem): path
+        for folder in reversed(_BOP_COLOUR_FOLDERS)
+        for path in _files(Path(root) / folder, COLOUR_SUFFIXES)
+        if path.stem.isdecimal()
+    }
+    return [
+        FrameSource(str(colours[int(path.stem)]), str(path), 1000 / scale, camera)
+        for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
+        if path.stem.isdecimal() and int(path.stem) in colours
+        for camera, scale in (cameras.get(int(path.stem), (None, None)),)
+        if camera is not None and scale is not None
+    ]
+
+
+def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
+    """Whether a folder that holds these is a frame of SUN RGB-D."""
+    return _SUN_CAMERA_FILE in files and set(_SUN_FOLDERS) <= set(folders)
+
+
+def sun_frame(root: str | Path) -> FrameSource:
+    """The frame of a folder of SUN RGB-D; InputError if it has not one colour and one depth file."""
+    colours, depths = (
+        _files(Path(root) / folder, suffixes)
+        for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
+    )
+    if len(colours) != 1 or len(depths) != 1:
+        raise InputError(
+            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files in "
+            "place of one each."
+        )
+    path = Path(root) / _SUN_CAMERA_FILE
+    try:
+        numbers = np.array(read_file(path).data.tobytes().split(), float)
+        camera = camera_from_numbers(numbers, "")
+    except (ValueError, InputError) as error:
+        raise FormatError(f"{path} must hold the nine numbers of a camera matrix ({error!s:.200}).") from error
+    return FrameSource(str(colours[0]), str(depths[0]), None, camera, encoding="sun")
+
+
+def is_seven_scenes(files: Collection[str]) -> bool:
+    """Whether a folder with these files is a sequence of 7-Scenes."""
+    return any(name.endswith(".pose.txt") for name in files) and any(map(_SEVEN_SCENES_NAME.match, files))
+
+
+def of_seven_scenes(source: FrameSource) -> FrameSource:
+    """The same files, read as 7-Scenes has them."""
+    return replace(source, depth_units=1000.0, invalid=65535.0, intrinsics=_SEVEN_SCENES_CAMERA)
+
+
+def camera_by_name(root: Path) -> CameraIntrinsics | None:
+    """The published camera of a sequence of TUM or Bonn, by its folder's name; None for others."""
+    name = root.name.lower()
+    if number := re.search(r"freiburg([123])", name):
+        return INTRINSICS[f"tum-fr{number[1]}"]
+    return INTRINSICS["bonn"] if name.startswith("rgbd_bonn") else None
+
+
+def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    """Files with one of these endings, by name; none if there is no such folder."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
+    except OSError:
+        return []
+    return [folder / name for name in sorted(names) if Path(name).suffix.lower() in suffixes]
+
+
+_COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
+_DEPTH_FOLDERS = ("depth", "depths")
+
+WHAT_A_FOLDER_HOLDS = (
+    f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
+    "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
+    "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
+    "list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
+)
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Frames of a folder.
+
+    Attributes
+    ----------
+    sources : tuple of FrameSource
+        Absolute paths; in the natural order of their names, or of time where that is known.
+    notes : tuple of str
+        What the user should know, a sentence each.
+    times : tuple of float
+        Of the frames' colour [s]; empty where they are not known.
+    is_registered : bool
+        Whether colour and depth show the same pixels. Those of files, where they do not, are read as they are, with the
+        intrinsics of depth; those of recordings are registered.
+    """
+
+    sources: tuple[FrameSource, ...]
+    notes: tuple[str, ...] = ()
+    times: tuple[float, ...] = ()
+    is_registered: bool = True
+
+
+def list_frames(
+    folder: str | os.PathLike[str],
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
+    max_gap: float = MOST_APART_S,
+    topics: Topics | None = None,
+) -> Listing:
+    """Find the frames of a folder or a recording.
+
+    It may hold a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or by time
+    where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000 units per
+    metre unless others are given. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read as these have them. A
+    frame folder gives just itself. Recordings (see `ilf.open_source`) have frames inside, which are not decoded.
+
+    Parameters
+    ----------
+    folder : path-like
+    depth_units, encoding, invalid : optional
+        How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
+    intrinsics : optional
+        Of all frames; anything that `ilf.io.intrinsics_from` takes.
+    min_confidence : float, optional
+        As for `ilf.load_frame`.
+    max_gap : float
+        How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
+    topics : tuple of str, optional
+        Those of colour and depth, in a recording of ROS that has several cameras. None takes those that suit best.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, it cannot be read, it holds no frames, or its depth would be misread.
+    FormatError
+        If it has lists by time or calibrations that are damaged.
+    ParameterError
+        If there are both units and an encoding, `max_gap` is no length of time, or there are `topics` of what has none.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> [Path(source.rgb).name for source in list_frames(asset_path("samples")).sources]
+    ['room']
+    """
+    root = Path(folder).absolute()
+    one_encoding(encoding, depth_units)
+    if not max_gap >= 0:
+        raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
+    how = FrameSource(
+        *("", None, depth_units, intrinsics),
+        encoding=encoding,
+        invalid=invalid,
+        min_confidence=None if min_confidence is None else checked_least(min_confidence),
+    )
+    if is_recording(root):
+        return _recorded(root, how, max_gap, topics)
+    if topics is not None:
+        raise ParameterError(f"{root} is no recording of ROS: it has no topics to choose from.")
+    content = _content(root)
+    if META_NAME in content.files:
+        return Listing((replace(how, rgb=str(root)),))
+    if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
+        return _by_time(root, content, how, max_gap)
+    if is_bop(content.files):
+        return _of_scenes(root, [str(root)], how)
+    if is_sun(content.files, content.folders):
+        return Listing((stated(how, sun_frame(root)),))
+    pairs, notes = _side_by_side(root, content, max_gap)
+    found = [replace(how, rgb=rgb, depth=depth) for rgb, depth in pairs]
+    if is_seven_scenes(content.files):
+        found = [stated(how, of_seven_scenes(source)) for source in found]
+        notes.append(SEVEN_SCENES_NOTE)
+    if not found:
+        inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
+        if scenes := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
+            return _of_scenes(root, scenes, how)
+        folders = [_frame_in(path, how) for path in inside]
+        found = [source for frame in folders for source in frame]
+        if empty := sum(not frame for frame in folders):
+            notes.append(
+                f"{counted(empty, 'folder')} left out, with no colour and depth file that belong together, or several."
+            )
+    if not found:
+        raise InputError(f"{root} holds no frames. {WHAT_A_FOLDER_HOLDS}")
+    times = tuple(time for source in found if (time := time_of(source.rgb)) is not None)
+    times = times if len(times) == len(found) else ()
+    return Listing(tuple(found), tuple(notes), times, SEVEN_SCENES_NOTE not in notes)
+
+
+@dataclass(frozen=True)
+class _Content:
+    files: frozenset[str]
+    folders: tuple[str, ...]
+
+    def file(self, names: Iterable[str]) -> str | None:
+        """The first of these files that is there."""
+        return next((name for name in names if name in self.files), None)
+
+    def folder(self, names: Iterable[str]) -> str | None:
+        """The first of these folders that is there, in whatever case."""
+        there = {name.lower(): name for name in self.folders}
+        return next((there[name] for name in names if name in there), None)
+
+
+def _content(folder: str | Path) -> _Content:
+    """Names in a folder, without hidden ones."""
+    try:
+        with os.scandir(folder) as entries:
+            shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
+    except NotADirectoryError:
+        raise InputError(
+            f"{folder} is a file, and no recording by its name ({', '.join(recording_suffixes())}). Name the folder "
+            "that holds the frames."
+        ) from None
+    except FileNotFoundError:
+        raise InputError(f"{folder}: there is no such folder. Check the name.") from None
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{folder!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
+        ) from error
+    return _Content(
+        frozenset(name for name, is_folder in shown if not is_folder),
+        tuple(name for name, is_folder in shown if is_folder),
+    )
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # a link that leads nowhere is no reason to list none of the others
+        return False
+
+
+def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | None) -> Listing:
+    """The frames of a recording."""
+    with opened(path) as recording:
+        if topics is not None and not recording.has_topics:
+            raise ParameterError(f"{path} is {recording.kind}: it has no topics to choose from.")
+        index = recording.index(max_gap, topics)
+        registered = recording.cameras(index.keys[0]).is_registered
+    sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
+    return Listing(sources, index.notes, index.times, registered)
+
+
+def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:
+    """The frames of scenes of BOP."""
+    found = [stated(how, source) for scene in scenes for source in bop_frames(scene)]
+    if not found:
+        raise InputError(f"{root}: no scene of BOP in it has both colour and depth of an image.")
+    return Listing(tuple(found))
+
+
+def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) -> Listing:
+    listed = content.file(ASSOCIATION_FILES)
+    notes: list[str] = []
+    if {"rgb.txt", "depth.txt"} <= content.files:
+        colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
+        pairs = associated(colours, depths, max_gap)
+        if not pairs:
+            raise FormatError(
+                f"{root}: no file of rgb.txt lies within {max_gap:g} s of one of depth.txt. Are they of one recording?"
+            )
+        lonely = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
+        notes += _told_lonely(lonely, f" {max_gap:g} s near")
+        times = {name: time for time, name in colours}
+        rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
+    else:
+        rows = read_associations(root / str(listed))
+    how = stated(how, FrameSource("", None, UNITS, camera_by_name(root)))
+    said = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
+    sources = (replace(how, rgb=os.path.join(root, rgb), depth=os.path.join(root, depth)) for _, rgb, depth in rows)
+    times_found = tuple(time for time, _, _ in rows)
+    return Listing(tuple(sources), (f"Depth is read with {said}.", *notes), times_found)
+
+
+def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:
+    """Pairs of paths in two folders or in one, and what there is to say of them."""
+    rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
+    near = " that name"
+    if rgb is not None and depth is not None:
+        at = os.path.join(root, rgb), os.path.join(root, depth)
+        colours, depths = (_content(folder).files for folder in at)
+        pairs = paired(colours, depths)
+        if not pairs.pairs:
+            pairs, near = paired_by_time(colours, depths, max_gap), f" {max_gap:g} s near"
+    else:
+        at = str(root), str(root)
+        pairs = paired(*told_apart(content.files))._replace(lonely_colours=0)  # they may be anything
+    paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
+    return (paths, _told_lonely(pairs, near)) if paths else ([], [])
+
+
+def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
+    """The frame of a folder: itself if it has a meta.json, one of SUN RGB-D, or the one pair in it; nothing if there is
+    none, or more."""
+    if os.path.isfile(os.path.join(folder, META_NAME)):
+        return [replace(how, rgb=folder)]
+    try:
+        content = _content(folder)
+        if is_sun(content.files, content.folders):
+            return [stated(how, sun_frame(folder))]
+    except InputError:
+        return []
+    pairs = paired(*told_apart(content.files)).pairs
+    if len(pairs) != 1:
+        return []
+    return [replace(how, rgb=os.path.join(folder, pairs[0][0]), depth=os.path.join(folder, pairs[0][1]))]
+
+
+def _told_lonely(pairs: Pairs, near: str) -> list[str]:
+    counts = (("colour", "depth", pairs.lonely_colours), ("depth", "colour", pairs.lonely_depths))
+    return [
+        f"{count} {what} file{'s' * (count != 1)} left out: there is no {other} file of{near}."
+        for what, other, count in counts
+        if count
+    ]

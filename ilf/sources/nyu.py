@@ -1,0 +1,336 @@
+"""NYU Depth V2's labelled file (nyu_depth_v2_labeled.mat): frames by their numbers from 1."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import existing_file, read_file
+from .._runtime.sandbox import in_child
+from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
+from ..data.frame import RGBDFrame
+from ..errors import FormatError, InputError, cause
+from ..io.depth import read_depth_values
+from ..io.hdf5 import dataset, open_hdf5, rows
+from ..io.images import check_pixel_count, read_colour
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
+from .registration import Camera
+from .times import MOST_APART_S, associated
+
+# NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
+#
+# MATLAB stores columns first, so HDF5 shows every array with its axes the other way round: images (N, 3, W, H),
+# depths and rawDepths (N, W, H).
+
+MAT_SUFFIX = ".mat"
+SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
+
+_MOST_FRAMES = 1_000_000
+CAMERA = "nyu-kinect-v1"
+"""Preset of its intrinsics."""
+
+_IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
+
+
+class NyuLabelled:
+    """The file, opened: frames are read one at a time. A context manager.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or the package that reads it is missing.
+    FormatError
+        If it is no MATLAB v7.3 file, or lacks images, depths or rawDepths in the form that they should have.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path).absolute()
+        if not os.path.isfile(self.path) or self.path.stat().st_size == 0:
+            existing_file(self.path)  # says what is wrong with it
+        self._file = open_hdf5(self.path, str(self.path), "experiments", "Reading NYU Depth V2's labelled file")
+        try:
+            self._data = self._checked()
+        except FormatError:
+            self._file.close()
+            raise
+
+    def _checked(self) -> dict[str, Any]:
+        """Images, depths and rawDepths, in the form that they should have."""
+        found = {}
+        for name, dimensions, kind in ((_IMAGES, 4, "u"), (_FILLED, 3, "f"), (_RAW, 3, "f")):
+            found[name] = dataset(self._file, name, kind, dimensions, str(self.path))
+            if found[name] is None:
+                raise FormatError(
+                    f"{self.path} has no {name} as NYU Depth V2's labelled file stores them. Is this "
+                    "nyu_depth_v2_labeled.mat?"
+                )
+        shapes = {name: data.shape for name, data in found.items()}
+        count, channels, *size = shapes[_IMAGES]
+        if channels != 3 or shapes[_FILLED] != (count, *size) or shapes[_RAW] != (count, *size):
+            raise FormatError(
+                f"{self.path}: images {shapes[_IMAGES]}, depths {shapes[_FILLED]} and rawDepths {shapes[_RAW]} do not "
+                "fit each other; they should be (N, 3, W, H), (N, W, H) and (N, W, H)."
+            )
+        check_pixel_count(self.path, *size)
+        return found
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its frames in pixels."""
+        width, height = self._data[_RAW].shape[1:]
+        return int(width), int(height)
+
+    def __len__(self) -> int:
+        return int(self._data[_RAW].shape[0])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._file.close()
+
+    def frame(self, index: int) -> RGBDFrame:
+        """Colour and raw depth of a frame, by its index from 0. 0 m is missing.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame, or it has no depth.
+        FormatError
+            If the file is damaged there.
+        """
+        camera = INTRINSICS[CAMERA] if IMAGE_SIZES[CAMERA] == self.size else None
+        return RGBDFrame(self.colour(index), self.measured(index), camera, frame_name(index))
+
+    def colour(self, index: int) -> NDArray[np.uint8]:
+        """Colour of a frame, uint8 (H, W, 3)."""
+        return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
+
+    def measured(self, index: int) -> NDArray[np.float32]:
+        """Depth of a frame as it was measured and registered to colour [m], shape (H, W), 0 = missing."""
+        return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
+
+    def filled(self, index: int) -> NDArray[np.float32]:
+        """Depth of a frame with its holes in-painted by the toolbox [m], shape (H, W), NaN = unknown.
+
+        Where the sensor measured it is what was measured; in the holes it is the toolbox's colourisation, no
+        measurement.
+        """
+        depth = self._read(_FILLED, index).T.astype(np.float32)
+        depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
+        return depth
+
+    def _read(self, name: str, index: int) -> NDArray[Any]:
+        if not 0 <= index < len(self):
+            raise InputError(f"{self.path} has no frame {index + 1}; it has 1 to {len(self)}.")
+        return rows(self._data[name], index, str(self.path))
+
+
+def frame_name(index: int) -> str:
+    """What a frame is called: its number from 1, as MATLAB and the split count."""
+    return f"nyu_{index + 1:04d}"
+
+
+def read_split(path: str | os.PathLike[str]) -> list[int]:
+    """Indices from 0 of the frames that a split names.
+
+    Parameters
+    ----------
+    path : path-like
+        splits.mat of the toolbox, whose test frames are taken; or a text file with one number from 1 per line.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it holds no list of whole numbers from 1.
+    """
+    found = existing_file(path)
+    is_matlab = found.suffix.lower() == MAT_SUFFIX
+    numbers = in_child(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
+    if not numbers or min(numbers) < 1 or max(numbers) > _MOST_FRAMES:
+        raise FormatError(f"{found} names no frames. A split lists whole numbers from 1.")
+    return [number - 1 for number in dict.fromkeys(numbers)]
+
+
+def _matlab_split(path: Path) -> list[int]:
+    """The numbers in a MATLAB v5 file, whose reader damaged files can crash."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        content = loadmat(path, variable_names=[TEST_FRAMES])
+    except (MatReadError, ValueError, TypeError, NotImplementedError, OSError) as error:
+        raise FormatError(
+            f"{path} is not a MATLAB v5 file that can be read. Give the toolbox's {SPLIT_FILE}, or a text file with "
+            "one number per line."
+        ) from error
+    numbers = np.asarray(content.get(TEST_FRAMES, []))
+    whole = numbers.dtype.kind in "iuf" and bool((np.isfinite(numbers) & (numbers == np.floor(numbers))).all())
+    if not whole or numbers.size > _MOST_FRAMES:
+        raise FormatError(f"{path}: {TEST_FRAMES} must hold whole numbers.")
+    return [int(number) for number in numbers.ravel()]
+
+
+def _listed(path: Path) -> list[int]:
+    try:
+        return [int(word) for word in path.read_text(encoding="utf-8").split()]
+    except ValueError as error:
+        raise FormatError(f"{path} must hold one whole number per line: the numbers of the frames, from 1.") from error
+
+
+class NyuLabelledFrames(Recording):
+    """The file as a recording. Its frames have no truth: what fills the holes of `depths` was not measured."""
+
+    kind = "NYU Depth V2's labelled file"
+    suffixes = (MAT_SUFFIX,)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._file = NyuLabelled(path)
+
+    def close(self) -> None:
+        self._file.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        return RecordingIndex(tuple(str(number) for number in range(1, len(self._file) + 1)))
+
+    def frame(self, key: str) -> RecordedFrame:
+        rgb, depth = self.colour(key), self._file.measured(self._at(key))
+        return RecordedFrame(rgb, depth, sha256_of(rgb.tobytes()), sha256_of(depth.tobytes()), "m")
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        return self._file.colour(self._at(key))
+
+    def cameras(self, key: str) -> Cameras:
+        self._at(key)
+        size = IMAGE_SIZES[CAMERA]
+        return registered_cameras(Camera(INTRINSICS[CAMERA], size) if size == self._file.size else None)
+
+    def _at(self, key: str) -> int:
+        if not key.isdecimal() or not 1 <= int(key) <= len(self._file) or str(int(key)) != key:
+            raise self.unknown(key)
+        return int(key) - 1
+
+
+# Raw folders of NYU Depth V2: colour and depth of a Kinect v1, in files that are named after their times.
+
+_NAME = re.compile(r"(?P<what>[rd])-(?P<time>\d+\.\d+)-\d+\.(?:ppm|pgm)")
+_ENDING = {"r": ".ppm", "d": ".pgm"}
+_GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
+"""Largest gaps in time [s] by which a frame is looked for. What is paired by a smaller one is so by a larger, too."""
+
+# camera_params.m of the data set's toolbox; its shift is taken away from its turned points
+_CAMERA = "nyu-kinect-v1"
+_COLOUR = Camera(
+    INTRINSICS[_CAMERA], IMAGE_SIZES[_CAMERA], (0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987)
+)
+_DEPTH = Camera(
+    CameraIntrinsics(582.62448, 582.69103, 313.04476, 238.44390, "nyu-kinect-v1-depth"),
+    IMAGE_SIZES[_CAMERA],
+    (-0.099897237, 0.39065325, 0.0019290593, -0.0019422022, -0.51031725),
+)
+_TURN = np.array(
+    [
+        [9.9997798940829263e-01, 5.0518419386157446e-03, 4.3011152014118693e-03],
+        [-5.0359919480810989e-03, 9.9998051861143999e-01, -3.6879781309514218e-03],
+        [-4.3196624923060242e-03, 3.6662365748484798e-03, 9.9998394948385538e-01],
+    ]
+)
+_SHIFT = np.array([2.5031875059141302e-02, -2.9342312935846411e-04, 6.6238747008330102e-04])
+
+
+def nyu_cameras() -> Cameras:
+    """The cameras that the data set was recorded with, as its toolbox has them."""
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = _TURN.T, -_SHIFT
+    return Cameras(_COLOUR, _DEPTH, motion, is_registered=False)
+
+
+class NyuRawFolder(Recording):
+    """Files r-TIME-NUMBER.ppm and d-TIME-NUMBER.pgm, disparity with swapped bytes. A key is the name of the colour file
+    without its ending."""
+
+    kind = "a raw folder of NYU Depth"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        found: dict[str, list[tuple[float, str]]] = {"r": [], "d": []}
+        try:
+            names = os.listdir(path)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({cause(error)}). Check the name and its permissions.") from error
+        for name in names:
+            match = _NAME.fullmatch(name)
+            if match is not None and name.endswith(_ENDING[match["what"]]):
+                found[match["what"]].append((float(match["time"]), name))
+        self._colours, self._depths = found["r"], found["d"]
+        self._pairs: dict[float, dict[str, tuple[str, str]]] = {}
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        if not path.is_dir():
+            return False
+        with os.scandir(path) as entries:
+            return any(entry.name.endswith(_ENDING["d"]) and _NAME.fullmatch(entry.name) for entry in entries)
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        pairs = self._paired(max_gap)
+        if not pairs:
+            raise InputError(
+                f"{self.path}: none of {len(self._colours)} colour files (r-TIME-NUMBER.ppm) lies within {max_gap:g} s "
+                "of a depth file. Allow a larger gap (--max-gap)."
+            )
+        notes = [
+            f"{lonely} {what} file{'s' * (lonely != 1)} left out: there is no {other} file {max_gap:g} s near."
+            for what, other, files in (("colour", "depth", self._colours), ("depth", "colour", self._depths))
+            if (lonely := len(files) - len(pairs))
+        ]
+        times = {Path(name).stem: time for time, name in self._colours}
+        return RecordingIndex(tuple(pairs), tuple(times[key] for key in pairs), tuple(notes))
+
+    def frame(self, key: str) -> RecordedFrame:
+        colour, depth = (read_file(self.path / name) for name in self._files(key))
+        return RecordedFrame(
+            read_colour(colour), read_depth_values(depth), colour.sha256, depth.sha256, "nyu-raw", time=_time(key)
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        return read_colour(self.path / self._files(key)[0])
+
+    def cameras(self, key: str) -> Cameras:
+        return nyu_cameras()
+
+    def _paired(self, max_gap: float) -> dict[str, tuple[str, str]]:
+        """Key -> files of colour and depth."""
+        if max_gap not in self._pairs:
+            pairs = associated(self._colours, self._depths, max_gap)
+            self._pairs[max_gap] = {Path(colour).stem: (colour, depth) for colour, depth in pairs}
+        return self._pairs[max_gap]
+
+    def _files(self, key: str) -> tuple[str, str]:
+        found = next((pairs[key] for gap in _GAPS if key in (pairs := self._paired(gap))), None)
+        if found is None:
+            raise self.unknown(key)
+        return found
+
+
+def _time(key: str) -> float:
+    return float(key.split("-")[1])

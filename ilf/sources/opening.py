@@ -1,0 +1,96 @@
+"""Which kind of recording lies at a path, and keeping those open that are read from."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import FormatError, InputError
+from .arkit_scenes import ARKitScenes
+from .azure_kinect import AzureKinect
+from .nyu import NyuLabelledFrames, NyuRawFolder
+from .raw_pairs import RawPairs
+from .record3d import Record3D
+from .recording import Recording
+from .ros import RosBag
+from .scannet import ScanNet
+from .stray_scanner import StrayScanner
+
+KINDS: tuple[type[Recording], ...] = (
+    RosBag,
+    AzureKinect,
+    Record3D,
+    ScanNet,
+    NyuLabelledFrames,
+    StrayScanner,
+    ARKitScenes,
+    NyuRawFolder,
+    RawPairs,
+)
+"""All kinds, in the order in which they are tried."""
+
+_MOST_OPEN = 2
+
+_access = threading.RLock()
+_open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
+
+
+def kind_of(path: Path) -> type[Recording] | None:
+    """The kind of recording that lies at a path, by names alone; None if there is none."""
+    try:
+        return next((kind for kind in KINDS if kind.fits(path)), None)
+    except (OSError, ValueError):  # nothing of that name can be there
+        return None
+
+
+def is_recording(path: str | os.PathLike[str]) -> bool:
+    """Whether a recording lies at a path, by names alone."""
+    return kind_of(Path(path)) is not None
+
+
+def recording_suffixes() -> tuple[str, ...]:
+    """Endings of the files that are recordings."""
+    return tuple(suffix for kind in KINDS for suffix in kind.suffixes)
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
+    """A recording to read from, for one thread at a time; it stays open for the next time.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be read.
+    FormatError
+        If it is damaged.
+    """
+    found = Path(path).absolute()
+    kind = kind_of(found)
+    if kind is None:
+        is_there = os.path.lexists(found)
+        raise InputError(
+            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
+            "Scanner, ARKitScenes, NYU's raw frames or raw pairs with a calibration.json."
+            if is_there
+            else f"{found}: there is no such recording. Check the name."
+        )
+    with _access:
+        if found.is_file() and found.stat().st_size == 0:
+            raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
+        name = os.getpid(), str(found), kind.state(found)
+        recording = _open.pop(name, None) or kind(found)
+        _open[name] = recording
+        while len(_open) > _MOST_OPEN:
+            _open.popitem(last=False)[1].close()
+        yield recording
+
+
+def close_all() -> None:
+    """Let go of all recordings, so that their files can be moved or deleted."""
+    with _access:
+        while _open:
+            _open.popitem()[1].close()

@@ -1,0 +1,156 @@
+"""Which colour file belongs to which depth file, by their names alone."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
+from .times import associated
+
+_COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])")
+_DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
+_NUMBER = re.compile(r"\d+")
+
+Tell = Callable[[str], str | None]
+"""What tells a name from others; None for names that it says nothing of."""
+
+
+class Pairs(NamedTuple):
+    """Names of colour files with those of their depth files, in natural order, and how many files have no partner."""
+
+    pairs: list[tuple[str, str]]
+    lonely_colours: int
+    lonely_depths: int
+
+
+def natural(name: str) -> str:
+    """Sorts names as people count.
+
+    Examples
+    --------
+    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
+    ['frame-1', 'Frame-2', 'frame-10']
+    """
+    return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
+
+
+def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Colour and depth files among the names of one folder.
+
+    Depth files have the word depth in their name, or begin with d-; those of colour have rgb, color, colour or image,
+    begin with r-, or have neither.
+    """
+    colours, depths = [], []
+    for name in names:
+        stem, suffix = _parts(name)
+        if _DEPTH_WORD.search(stem):
+            if suffix in DEPTH_FILE_SUFFIXES:
+                depths.append(name)
+        elif suffix in COLOUR_SUFFIXES:
+            colours.append(name)
+    return colours, depths
+
+
+def depth_files(names: Iterable[str]) -> list[str]:
+    """Names of files that may hold depth; those of rarer kinds only where there are none of the usual ones, beside
+    which they are likely to hold something else."""
+    known = [name for name in names if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
+    return [name for name in known if _parts(name)[1] in USUAL_DEPTH_SUFFIXES] or known
+
+
+def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
+    """Match names of colour files with those of depth files.
+
+    Two belong together if their names are the same but for the words that tell colour from depth, and for zeros before
+    numbers if that gives more pairs. If no two are, it is the last number in their names that counts, where it is that
+    of one file alone, and if most of the fewer files find a partner by it: a few may do so by chance. Files of other
+    kinds are left out.
+    """
+    colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
+    depth_names = depth_files(depths)
+    pairs = max((_matched(colour_names, depth_names, tell) for tell in (_rest, _rest_without_zeros)), key=len)
+    if not pairs:
+        pairs = _matched(colour_names, depth_names, _last_number)
+        if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
+            pairs = []
+    return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
+
+
+def _matched(colours: Iterable[str], depths: Iterable[str], tell: Tell) -> list[tuple[str, str]]:
+    """Pairs of names of which the same is told, in natural order."""
+    by_colour, by_depth = _single(colours, tell), _single(depths, tell)
+    shared = by_colour.keys() & by_depth.keys()
+    return sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
+
+
+def _single(names: Iterable[str], tell: Tell) -> dict[str, str]:
+    """Names by what tells them apart, without those that share it with others."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        key = tell(name)
+        if key is not None:
+            found.setdefault(key, []).append(name)
+    return {key: same[0] for key, same in found.items() if len(same) == 1}
+
+
+def _rest(name: str) -> str | None:
+    """A name without its ending and the words that say what it holds."""
+    stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
+    return "-".join(re.findall(r"[^\W_]+", stem))
+
+
+def _rest_without_zeros(name: str) -> str | None:
+    return _NUMBER.sub(lambda digits: str(int(digits[0])), _rest(name) or "")
+
+
+def _last_number(name: str) -> str | None:
+    numbers = _NUMBER.findall(_parts(name)[0])
+    return str(int(numbers[-1])) if numbers else None
+
+
+def _parts(name: str) -> tuple[str, str]:
+    stem, suffix = os.path.splitext(name.lower())
+    return stem, suffix
+
+
+# Files whose names are times.
+
+_TIME = re.compile(r"\d{9,10}\.\d+|\d{13}|\d{16}|\d{19}")
+_UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
+
+
+def time_of(name: str) -> float | None:
+    """The time [s] that a file's name is: seconds with a fraction, or milli-, micro- or nanoseconds since 1970; None if
+    it is none.
+
+    Examples
+    --------
+    >>> time_of("rgb/1305031102.175304.png"), time_of("1305031102175.png"), time_of("000017.png")
+    (1305031102.175304, 1305031102.175, None)
+    """
+    stem = os.path.splitext(os.path.basename(name))[0]
+    if not _TIME.fullmatch(stem):
+        return None
+    return float(stem) if "." in stem else int(stem) * _UNITS[len(stem)]
+
+
+def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float) -> Pairs:
+    """Names of colour files with those of the depth files that are nearest in time, each once; no pairs if names are no
+    times.
+
+    Parameters
+    ----------
+    colours, depths : iterable of str
+    max_gap : float
+        Pairs lie at most this many seconds apart.
+    """
+    images = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)]
+    timed = [
+        [(time, name) for name in names if (time := time_of(name)) is not None]
+        for names in (images, depth_files(depths))
+    ]
+    pairs = associated(timed[0], timed[1], max_gap)
+    return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))

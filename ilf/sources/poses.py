@@ -1,0 +1,124 @@
+"""Where the camera was, as far as files beside the frames tell."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..data.frame import RGBDFrame
+from .times import MOST_APART_S
+
+Matrix = NDArray[np.float64]
+
+OF_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Turns points of a camera with y down and z forward to those of the same with y up and z back, and back."""
+
+_TRAJECTORY = "groundtruth.txt"
+_FOLDERS = "pose", "poses"
+_DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
+
+
+def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
+    """What takes points [m] of the camera before to the camera after, (4, 4); None where it is not known.
+
+    Both frames must have poses, or come from files beside which their poses are told, see `camera_pose`.
+    """
+    start, end = (_pose_of(frame) for frame in (before, after))
+    return None if start is None or end is None else np.linalg.inv(end) @ start
+
+
+def _pose_of(frame: RGBDFrame) -> Matrix | None:
+    if frame.pose is not None or frame.inputs is None or frame.inputs.frame is not None:
+        return frame.pose
+    return camera_pose(frame.inputs.depth.path)
+
+
+def camera_pose(depth: str | Path) -> Matrix | None:
+    """Where the camera of a frame was: takes its points [m] to those of the world.
+
+    Parameters
+    ----------
+    depth : path
+        The frame's depth file. Its pose is looked for as TUM's benchmark has it (`groundtruth.txt` in the folder above,
+        by the time in the file's name), as 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and as ScanNet
+        (`pose/NAME.txt` beside its folder).
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 4), or None
+        x to the right, y down, z forward. None where there is no such file, or it does not tell.
+    """
+    path = Path(depth)
+    name = _DEPTH_WORD.sub("", path.stem)
+    single = [
+        path.with_name(f"{name}.pose.txt".lstrip(".")),
+        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
+    ]
+    for place in single:
+        if os.path.isfile(place):
+            return checked_pose(_numbers(place))
+    trajectory = path.parent.parent / _TRAJECTORY
+    if not os.path.isfile(trajectory):
+        return None
+    return _at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), path.stem)
+
+
+@lru_cache(maxsize=2)
+def _trajectory(path: Path, changed: int) -> Matrix:
+    """The numbers of a file as it was changed last: it has a line for each frame that is read."""
+    return _numbers(path)
+
+
+def _numbers(path: Path) -> Matrix:
+    """The numbers of a text file, a row per line; none if it has anything else."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        rows = np.array([line.split() for line in lines if line.strip() and not line.startswith("#")], float)
+    except (OSError, ValueError):
+        rows = np.empty(0)
+    return rows if rows.ndim == 2 else np.empty((0, 0))
+
+
+def _at_time(rows: Matrix, time: str) -> Matrix | None:
+    """The pose of a trajectory, lines of time, tx ty tz, qx qy qz qw, that is nearest in time."""
+    try:
+        wanted = float(time)
+    except ValueError:
+        return None
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if rows.shape[1:] != (8,) or not rows.size:
+        return None
+    row = rows[np.argmin(np.abs(rows[:, 0] - wanted))]
+    return posed(row[4:], row[1:4]) if abs(row[0] - wanted) <= MOST_APART_S else None
+
+
+def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
+    """The pose of a camera that is turned by a quaternion x, y, z, w and stands at a position [m]; None if that is
+    none."""
+    length = math.hypot(*np.asarray(quaternion, np.float64))
+    if not 0 < length < math.inf:
+        return None
+    x, y, z, w = np.asarray(quaternion, np.float64) / length
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = position
+    return checked_pose(pose)
+
+
+def checked_pose(pose: Matrix) -> Matrix | None:
+    """A pose if it is one; where tracking was lost, files have other numbers."""
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        return None
+    turn = pose[:3, :3]
+    is_turn = np.abs(turn).max() < 2 and np.allclose(turn @ turn.T, np.eye(3), atol=0.01) and np.linalg.det(turn) > 0
+    return pose if is_turn and np.allclose(pose[3], (0, 0, 0, 1), atol=1e-6) else None

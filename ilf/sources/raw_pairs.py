@@ -1,0 +1,130 @@
+"""Folders of raw pairs: colour and depth as two cameras have seen them, and a calibration.json that names both."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import read_file, read_json
+from .._runtime.schema import Section
+from ..data.camera import camera_of, checked_motion
+from ..errors import FormatError, InputError, ParameterError
+from ..io.depth import read_depth_values
+from ..io.encodings import EncodingSpec, encoding_of, one_encoding
+from ..io.images import read_colour
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
+from .registration import Camera
+from .times import MOST_APART_S
+
+_CALIBRATION = "calibration.json"
+_MOTION = "depth_to_colour"
+_COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
+_COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
+_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".exr", ".pfm")
+_LARGEST = 2**20
+"""Bytes that a calibration may have."""
+_ONLY = "1"
+"""Key of the pair in a folder that has just one."""
+
+
+class RawPairs(Recording):
+    """A folder of raw pairs: either the two files `colour.*` and `depth.*`, whose key is 1, or files in two folders of
+    these names, whose keys are the names, without ending, that both have.
+
+    calibration.json holds `colour` and `depth`, each with `size` [width, height], `K` [fx, fy, cx, cy] and, if there is
+    any, `distortion` in OpenCV's order; `depth_to_colour`, the rows of the matrix (4, 4) that takes points [m] of the
+    depth camera to the colour camera; and, as a meta.json does, `depth_units_per_m` or `depth_encoding`, and
+    `depth_invalid`.
+    """
+
+    kind = "a folder of raw pairs"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._calibration = read_file(path / _CALIBRATION)
+        data = read_json(self._calibration)
+        try:
+            if not isinstance(data, dict):
+                raise InputError("it must hold a JSON object with colour, depth and depth_to_colour.")
+            stated = Section("calibration", data)
+            colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
+            motion = checked_motion(stated.get(_MOTION, list), repr(_MOTION))
+            self._cameras = Cameras(colour, depth, motion, is_registered=False)
+            units, named, invalid = (
+                stated.get(key, float, *kinds) if key in data else None
+                for key, kinds in (("depth_units_per_m", ()), ("depth_encoding", (str,)), ("depth_invalid", ()))
+            )
+            self._encoding: EncodingSpec | None = one_encoding(named, units)
+            if self._encoding is not None:
+                encoding_of(self._encoding)
+            self._invalid: float | None = invalid
+        except (InputError, ParameterError) as error:
+            raise FormatError(f"{path / _CALIBRATION}: {error}") from error
+        colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
+        self._files = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
+        self._lonely = len(colours.keys() ^ depths.keys())
+        if not self._files:
+            raise InputError(
+                f"{path} has no pair: put colour.* and depth.* beside {_CALIBRATION}, or folders of these names with "
+                "files of the same names."
+            )
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        file = path / _CALIBRATION
+        if (path / "meta.json").is_file() or not file.is_file():
+            return False
+        try:
+            return file.stat().st_size <= _LARGEST and f'"{_MOTION}"'.encode() in file.read_bytes()
+        except OSError:  # opening it tells why
+            return True
+
+    @classmethod
+    def state(cls, path: Path) -> tuple[int, ...]:
+        return *super().state(path), *super().state(path / _CALIBRATION)
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        notes = (f"{self._lonely} images of colour or depth have no partner of their name.",) if self._lonely else ()
+        return RecordingIndex(tuple(self._files), notes=notes)
+
+    def frame(self, key: str) -> RecordedFrame:
+        colour, depth = map(read_file, self._pair(key))
+        return RecordedFrame(
+            read_colour(colour),
+            read_depth_values(depth),
+            colour.sha256,
+            sha256_of(depth.data.tobytes(), self._calibration.data.tobytes()),  # what depth comes to goes by both
+            self._encoding,
+            self._invalid,
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        return read_colour(self._pair(key)[0])
+
+    def cameras(self, key: str) -> Cameras:
+        return self._cameras
+
+    def _pair(self, key: str) -> tuple[Path, Path]:
+        if key not in self._files:
+            raise self.unknown(key)
+        return self._files[key]
+
+
+def _camera(stated: Section) -> Camera:
+    size = tuple(stated.items("size", int))
+    distortion = stated.items("distortion", float) if "distortion" in stated.values else ()
+    return Camera(camera_of({"K": stated.get("K", list)}, None, ""), size, tuple(distortion))
+
+
+def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:
+    """Images by their keys: those of the first folder that is there, or the file that is called so."""
+    folder = next((root / name for name in names if (root / name).is_dir()), None)
+    with os.scandir(folder or root) as entries:
+        files = [Path(entry.path) for entry in entries if entry.is_file()]
+    images = {file.stem: file for file in sorted(files) if file.suffix.lower() in suffixes}
+    if folder is not None:
+        return images
+    return next(({_ONLY: images[name]} for name in names if name in images), {})

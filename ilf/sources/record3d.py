@@ -1,0 +1,226 @@
+"""Recordings of Record3D (.r3d): a zip with colour as JPEG, and depth and confidence packed by LZFSE."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from .._runtime.formatting import as_float
+from .._runtime.installation import optional
+from ..data.camera import CameraIntrinsics, fitted
+from ..errors import FormatError, InputError, cause
+from ..io.images import check_pixel_count, image_header, read_colour
+from .poses import OF_OPENGL, posed
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras, sha256_of
+from .registration import Camera
+from .times import MOST_APART_S
+
+# Data packed by LZFSE, Apple's compression: unpacked if it is as long as it should be.
+
+_END, _PLAIN, _PACKED, _LZVN = b"bvx$", b"bvx-", b"bvx2", b"bvxn"
+_FEWEST_IN_BLOCK = 10_000
+"""Bytes that an encoder puts into a block, but for the last of them."""
+
+
+def unpacked(data: bytes, size: int, file: str) -> bytes:
+    """Data packed by LZFSE.
+
+    The decoder asks for whatever memory the data take, so what their blocks announce is added up first.
+
+    Parameters
+    ----------
+    data : bytes
+    size : int
+        How many bytes it must give.
+    file : str
+        Where it is from, for messages.
+
+    Raises
+    ------
+    InputError
+        If the package that unpacks it is not installed.
+    FormatError
+        If it is damaged or gives another number of bytes.
+    """
+    lzfse = optional("lzfse", "sequences", "Reading depth of Record3D")
+    try:
+        if _announced(data, size) != size:
+            raise ValueError(f"it does not announce {size} bytes")
+        found = bytes(lzfse.decompress(data))
+    except (lzfse.error, ValueError, struct.error, MemoryError) as error:
+        raise FormatError(f"{file} cannot be unpacked ({error!s:.80}): it is truncated or damaged.") from error
+    if len(found) != size:
+        raise FormatError(f"{file} gives {len(found)} bytes in place of {size}: it is truncated or damaged.")
+    return found
+
+
+def _announced(data: bytes, most: int) -> int:
+    """Bytes that the blocks say they hold."""
+    at, total, blocks = 0, 0, 0
+    while (kind := data[at : at + 4]) != _END:
+        (raw,) = struct.unpack_from("<I", data, at + 4)
+        if kind == _PLAIN:
+            length = 8 + raw
+        elif kind == _LZVN:
+            length = 12 + int(struct.unpack_from("<I", data, at + 8)[0])
+        elif kind == _PACKED:  # lengths of its header and of what that tells how to decode, 20 bits each
+            first, second, third = struct.unpack_from("<3Q", data, at + 8)
+            length = (third & 0xFFFFFFFF) + (first >> 20 & 0xFFFFF) + (second >> 40 & 0xFFFFF)
+        else:
+            raise ValueError("a block is of no kind that there is")
+        at, total, blocks = at + length, total + raw, blocks + 1
+        if total > most or blocks > most // _FEWEST_IN_BLOCK + 2:
+            raise ValueError("it holds more than it should")
+    return total
+
+
+_METADATA = "metadata"
+_DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
+_MOST_BYTES = 2**28
+"""Of a member of the zip, unpacked."""
+
+
+class Record3D(Recording):
+    """A recording of Record3D. Keys are the numbers of its frames; confidence goes from 0 to 2."""
+
+    kind = "a recording of Record3D"
+    suffixes = (".r3d",)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        try:
+            self._zip = zipfile.ZipFile(path)
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            raise FormatError(
+                f"{path} is no whole recording of Record3D ({cause(error):.80}). Export it again."
+            ) from error
+        try:
+            self._names = frozenset(self._zip.namelist())
+            numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
+            self._keys = tuple(str(number) for number in numbers if f"rgbd/{number}.jpg" in self._names)
+            if not self._keys:
+                raise FormatError(f"{path} has no frames: there is no rgbd/0.jpg with rgbd/0.depth in it.")
+            self._metadata = self._read_metadata()
+            self._depth_size = self._size("dw", "dh")
+        except BaseException:
+            self._zip.close()
+            raise
+
+    def close(self) -> None:
+        self._zip.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        times = [self._of_frame("frameTimestamps", key) for key in self._keys]
+        known = tuple(as_float(time) for time in times if isinstance(time, int | float))
+        return RecordingIndex(self._keys, known if len(known) == len(times) and np.isfinite(known).all() else ())
+
+    def frame(self, key: str) -> RecordedFrame:
+        jpeg, depth = self._colour_bytes(key), self._member(f"rgbd/{key}.depth")
+        width, height = self._depth_size
+        values = np.frombuffer(unpacked(depth, 4 * width * height, self._place(f"rgbd/{key}.depth")), "<f4")
+        time = self._of_frame("frameTimestamps", key)
+        return RecordedFrame(
+            self.colour(key),
+            values.astype(np.float32).reshape(height, width),
+            sha256_of(jpeg),
+            sha256_of(depth),
+            "m",
+            time=as_float(time) if isinstance(time, int | float) else None,
+            confidence=self._confidence(key),
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        jpeg = self._colour_bytes(key)
+        return read_colour(FileContent(Path(self._place(f"rgbd/{key}.jpg")), np.frombuffer(jpeg, np.uint8)))
+
+    def cameras(self, key: str) -> Cameras:
+        header = image_header(self._place(f"rgbd/{key}.jpg"), self._colour_bytes(key))
+        size = header.width, header.height
+        try:
+            stated = self._intrinsics(key)
+            return scaled_cameras(
+                Camera(fitted(stated, self._size("w", "h"), (size[1], size[0])), size), self._depth_size
+            )
+        except InputError as error:
+            raise FormatError(f"{self.path}: the camera of frame {key} cannot be ({error})") from error
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        numbers = self._of_frame("poses", key)
+        if not (isinstance(numbers, list) and len(numbers) == 7 and all(isinstance(n, int | float) for n in numbers)):
+            return None
+        numbers = [as_float(number) for number in numbers]
+        found = posed(numbers[:4], numbers[4:])
+        return None if found is None else found @ OF_OPENGL
+
+    def _intrinsics(self, key: str) -> CameraIntrinsics:
+        """Of the size that the metadata tell: those of the frame, or else of the recording, whose matrix is stored by
+        columns."""
+        numbers = self._of_frame("perFrameIntrinsicCoeffs", key)
+        if numbers is None:
+            matrix = self._metadata.get("K")
+            numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
+        if not (isinstance(numbers, list) and len(numbers) == 4 and all(isinstance(n, int | float) for n in numbers)):
+            raise FormatError("its metadata have no K of nine numbers")
+        fx, fy, cx, cy = map(as_float, numbers)
+        return CameraIntrinsics(fx, fy, cx, cy)
+
+    def _confidence(self, key: str) -> NDArray[np.uint8] | None:
+        name = f"rgbd/{key}.conf"
+        if name not in self._names:
+            return None
+        width, height = self._depth_size
+        levels = unpacked(self._member(name), width * height, self._place(name))
+        return np.frombuffer(levels, np.uint8).reshape(height, width)
+
+    def _colour_bytes(self, key: str) -> bytes:
+        if key not in self._keys:
+            raise self.unknown(key)
+        return self._member(f"rgbd/{key}.jpg")
+
+    def _of_frame(self, name: str, key: str) -> Any:
+        """What a list of the metadata has for a frame; None if it has nothing."""
+        values, number = self._metadata.get(name), int(key)
+        return values[number] if isinstance(values, list) and number < len(values) else None
+
+    def _size(self, width: str, height: str) -> tuple[int, int]:
+        size = self._metadata.get(width), self._metadata.get(height)
+        if not (isinstance(size[0], int) and isinstance(size[1], int) and size[0] > 0 and size[1] > 0):
+            raise FormatError(f"{self.path}: its metadata must have {width} and {height}, in pixels, not {size!r:.60}.")
+        check_pixel_count(self.path, size[0], size[1])
+        return size[0], size[1]
+
+    def _read_metadata(self) -> dict[str, Any]:
+        if _METADATA not in self._names:
+            raise FormatError(f"{self.path} has no {_METADATA}, as a recording of Record3D has. Export it again.")
+        try:
+            metadata = json.loads(self._member(_METADATA))
+        except (ValueError, RecursionError) as error:
+            raise FormatError(
+                f"{self._place(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
+            ) from error
+        if not isinstance(metadata, dict):
+            raise FormatError(f"{self._place(_METADATA)} must hold a JSON object. Export the recording again.")
+        return metadata
+
+    def _member(self, name: str) -> bytes:
+        entry = self._zip.getinfo(name)
+        if entry.file_size > _MOST_BYTES:
+            raise FormatError(f"{self._place(name)} would take {entry.file_size / 2**20:.0f} MiB: that is no frame.")
+        try:
+            return self._zip.read(entry)
+        except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
+            raise FormatError(
+                f"{self._place(name)} is damaged ({cause(error):.80}). Export the recording again."
+            ) from error
+
+    def _place(self, name: str) -> str:
+        return f"{self.path}/{name}"

@@ -1,0 +1,170 @@
+"""A frame of a recording -> RGBDFrame, or the raw pair where colour and depth do not show the same pixels."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.camera import CameraIntrinsics
+from ..data.frame import FrameInputs, InputFile, RGBDFrame
+from ..errors import InputError
+from ..io.depth_reading import DepthReading, reading_of
+from ..io.encodings import EncodingSpec
+from ..io.images import scaled_colour
+from .naming import name_of_recorded
+from .opening import opened
+from .recording import Cameras, RecordedFrame
+from .registration import Camera, RawPair, register
+
+
+@dataclass(frozen=True, eq=False)
+class ReadFrame:
+    """A frame that has been read from a recording: as it is stored, and its depth in metres.
+
+    Attributes
+    ----------
+    path : Path
+        Of the recording, absolute.
+    key : str
+        Of the frame.
+    stored : RecordedFrame
+    cameras : Cameras
+    reading : DepthReading
+    pose : ndarray or None
+        Where its camera was, as `RGBDFrame` has it.
+    """
+
+    path: Path
+    key: str
+    stored: RecordedFrame
+    cameras: Cameras
+    reading: DepthReading
+    pose: NDArray[np.float64] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the frame that it becomes."""
+        image = self.reading.metres if self.cameras.is_registered else self.stored.rgb
+        return image.shape[0], image.shape[1]
+
+    def frame(self, intrinsics: CameraIntrinsics | None = None, name: str | None = None) -> RGBDFrame:
+        """Colour with registered depth.
+
+        Parameters
+        ----------
+        intrinsics : CameraIntrinsics, optional
+            Of what comes out; None takes what the recording says.
+        name : str, optional
+
+        Raises
+        ------
+        InputError
+            If depth cannot be registered, because not all is known that it takes, or cannot be metres.
+        """
+        try:
+            frame = self._registered(name) if self.cameras.is_registered else register(self._pair(name))
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}{self.reading.other_ways}") from error
+        camera = intrinsics or frame.intrinsics
+        numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+        inputs = replace(self._inputs(), intrinsics=numbers)
+        doubts = tuple(doubt.text for doubt in self.reading.doubts)
+        return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose, doubts=doubts)
+
+    def pair(self, name: str | None = None) -> RawPair:
+        """Colour and depth as the two cameras have seen them; those of a registered frame are one.
+
+        Raises
+        ------
+        InputError
+            If a camera is not known, or how they stand to each other, or an image is not of its camera's size.
+        """
+        try:
+            return self._pair(name)
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from error
+
+    def _registered(self, name: str | None) -> RGBDFrame:
+        camera, metres = self.cameras.depth, self.reading.metres
+        return RGBDFrame(
+            scaled_colour(self.stored.rgb, (metres.shape[0], metres.shape[1])),
+            metres,
+            None if camera is None else camera.intrinsics,
+            self._name(name),
+            inputs=self._inputs(),
+            notes=(*self._notes(), *_distortion_note(camera)),
+        )
+
+    def _pair(self, name: str | None) -> RawPair:
+        colour, depth, motion = self.cameras.colour, self.cameras.depth, self.cameras.depth_to_colour
+        if colour is None or depth is None or motion is None:
+            known = {
+                "the calibration of the colour camera": colour,
+                "that of the depth camera": depth,
+                "how the two stand to each other": motion,
+            }
+            lacking = " and ".join(what for what, value in known.items() if value is None)
+            raise InputError(
+                f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
+                "depth, or the cameras' calibration with it."
+            )
+        rgb, metres = self.stored.rgb, self.reading.metres
+        view = self.stored.depth_view
+        return RawPair(rgb, metres, colour, depth, motion, self._name(name), self._inputs(), self._notes(), view)
+
+    def _name(self, given: str | None) -> str:
+        return given or name_of_recorded(self.path, self.key)
+
+    def _notes(self) -> tuple[str, ...]:
+        return *self.stored.notes, *self.reading.notes
+
+    def _inputs(self) -> FrameInputs:
+        """Without intrinsics."""
+        encoding = self.reading.encoding
+        rgb, depth = (
+            InputFile(str(self.path), sha256) for sha256 in (self.stored.rgb_sha256, self.stored.depth_sha256)
+        )
+        return FrameInputs(
+            rgb, depth, encoding.units, None, encoding=encoding.name, invalid=encoding.invalid, frame=self.key
+        )
+
+
+def read_recorded(
+    path: str | os.PathLike[str], key: str, given: EncodingSpec | None = None, invalid: float | None = None
+) -> ReadFrame:
+    """Read a frame of a recording.
+
+    Parameters
+    ----------
+    path : path-like
+        Of the recording.
+    key : str
+        Of the frame.
+    given : str or float, optional
+        The depth encoding; None takes what the recording says.
+    invalid : float, optional
+        The value of its depth that stands for missing; None takes what the recording says.
+
+    Raises
+    ------
+    InputError
+        If there is no such recording, or no such frame in it.
+    FormatError
+        If the recording is damaged.
+    ParameterError
+        If there is no such encoding.
+    """
+    with opened(path) as recording:
+        stored, cameras, pose, found = recording.frame(key), recording.cameras(key), recording.pose(key), recording.path
+    known = stored.invalid if invalid is None else invalid
+    return ReadFrame(found, key, stored, cameras, reading_of(stored.depth, found, given, stored.encoding, known), pose)
+
+
+def _distortion_note(camera: Camera | None) -> tuple[str, ...]:
+    if camera is None or not any(camera.distortion):
+        return ()
+    return ("The lens distortion of colour and depth is left as it is, which bends the point cloud at its borders.",)

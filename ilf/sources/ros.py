@@ -1,0 +1,449 @@
+"""Recordings of ROS 1 (.bag) and ROS 2 (a folder, .db3, .mcap), read by rosbags."""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.installation import optional
+from ..errors import FormatError, IlfError, InputError, cause
+from ..io.images import image_header
+from .recording import (
+    Cameras,
+    RecordedFrame,
+    Recording,
+    RecordingIndex,
+    StampedPairs,
+    Topics,
+    registered_cameras,
+    sha256_of,
+)
+from .ros_messages import (
+    COMPRESSED,
+    IMAGE,
+    INFO,
+    METADATA,
+    TRANSFORM,
+    TRANSFORMS,
+    between,
+    camera_of,
+    check_definitions,
+    colour_of,
+    depth_of,
+    is_colour,
+    is_depth,
+    limited,
+    motion,
+)
+from .times import MOST_APART_S
+
+# What recordings of the RealSense library say in words of their own: depth units, and where its cameras stand.
+#
+# Until 2.58 it wrote bags of ROS 1, whose images have no coordinate frame that says anything; since then .db3 of ROS
+# 2.
+
+_STREAM = re.compile(r"((?:/device_\d+)/sensor_\d+)/[^/]+_\d+(?=/image/data)")
+
+
+def stream_of(topic: str) -> str | None:
+    """The stream that a topic has images of; None if it is of another program.
+
+    Examples
+    --------
+    >>> stream_of("/device_0/sensor_0/Depth_0/image/data")
+    '/device_0/sensor_0/Depth_0'
+    """
+    found = _STREAM.match(topic)
+    return None if found is None else found[0]
+
+
+def unit_topics(topic: str) -> tuple[str, ...]:
+    """Topics that may have the depth units of a topic's images; none if it is of another program."""
+    found = _STREAM.match(topic)
+    names = ("Depth Units", "Depth_Units")
+    return () if found is None else tuple(f"{found[1]}/option/{name}/value" for name in names)
+
+
+def units_of(option: Any) -> float:
+    """Units per metre, by the message of one of these topics; raises FormatError if it has no length in metres."""
+    try:
+        metres = float(option.data)
+    except (AttributeError, TypeError, ValueError):
+        metres = math.nan
+    if not (0 < metres < 1):
+        raise FormatError(f"its depth units are {option!s:.80}, which is no length.")
+    return float(f"{1 / metres:.6g}")  # the option is a float32
+
+
+# Which topics of a ROS recording are the colour and the depth of one camera.
+
+_ALIGNED = ("aligned_depth", "depth_registered", "depth_to_rgb", "depth_to_color", "depth2color")
+"""Parts of the names of topics whose depth shows the pixels of the colour."""
+
+_TRANSPORTS = re.compile(r"/(compressed|compressedDepth)$")
+
+
+@dataclass(frozen=True)
+class ImageTopic:
+    """A topic with images.
+
+    Attributes
+    ----------
+    name : str
+    is_depth, is_colour : bool
+        Neither is so of infrared.
+    frame_id : str
+        The coordinate frame of its camera.
+    size : (int, int)
+        Width and height of its first image.
+    count : int
+        How many messages it has.
+    """
+
+    name: str
+    is_depth: bool
+    is_colour: bool
+    frame_id: str
+    size: tuple[int, int]
+    count: int
+
+    @property
+    def base(self) -> str:
+        """The same images, however they are sent."""
+        return _TRANSPORTS.sub("", self.name)
+
+    @property
+    def infos(self) -> tuple[str, ...]:
+        """Topics that may have the calibration of their camera."""
+        stream = stream_of(self.name)
+        beside = f"{self.base.rsplit('/', 1)[0]}/camera_info"
+        return (beside,) if stream is None else (beside, f"{stream}/info/camera_info")
+
+
+@dataclass(frozen=True)
+class CameraTopics:
+    """Colour and depth of one camera, and whether both show the same pixels."""
+
+    colour: ImageTopic
+    depth: ImageTopic
+
+    @property
+    def is_registered(self) -> bool:
+        """Depth is in the coordinate frame of colour, or says so by its name, and has its size."""
+        same_frame = bool(self.depth.frame_id) and self.depth.frame_id == self.colour.frame_id
+        return self.depth.size == self.colour.size and (same_frame or _is_aligned(self.depth))
+
+    @property
+    def rank(self) -> tuple[object, ...]:
+        """The best camera has the least."""
+        steps = zip(self.colour.name.split("/"), self.depth.name.split("/"), strict=False)
+        together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
+        sent = sum(topic.base != topic.name for topic in (self.colour, self.depth))
+        fewest = min(self.colour.count, self.depth.count)
+        return not self.is_registered, not _is_aligned(self.depth), -together, -fewest, sent, *self.names
+
+    @property
+    def names(self) -> Topics:
+        """Of colour and depth."""
+        return self.colour.name, self.depth.name
+
+
+def chosen_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[CameraTopics, str]:
+    """The camera to read, and what there is to say of that; "" where there is no choice.
+
+    Aligned depth goes first, then cameras whose topics lie together.
+
+    Raises
+    ------
+    InputError
+        If there is none, or those that are wanted are not there; the message says what there is.
+    """
+    if wanted is not None:
+        found = [next((topic for topic in topics if topic.name == name), None) for name in wanted]
+        if found[0] is None or found[1] is None:
+            missing = " and ".join(name for name, topic in zip(wanted, found, strict=True) if topic is None)
+            raise InputError(f"has no images of the topic {missing}. {_described(topics)}")
+        return CameraTopics(found[0], found[1]), ""
+    colours = [topic for topic in topics if topic.is_colour] or [topic for topic in topics if not topic.is_depth]
+    cameras = [CameraTopics(colour, depth) for colour in colours for depth in topics if depth.is_depth]
+    if not cameras:
+        raise InputError(f"has no colour with depth. {_described(topics)}")
+    best = min(cameras, key=lambda camera: camera.rank)
+    others = sorted({camera.depth.base for camera in cameras} - {best.depth.base})
+    others += sorted({camera.colour.base for camera in cameras} - {best.colour.base})
+    if not others:
+        return best, ""
+    return best, (
+        f"Colour of {best.colour.name} and depth of {best.depth.name} are read; there are also {', '.join(others)} "
+        "(--topics COLOUR,DEPTH)."
+    )
+
+
+def _is_aligned(depth: ImageTopic) -> bool:
+    return any(word in depth.name for word in _ALIGNED)
+
+
+def _described(topics: Sequence[ImageTopic]) -> str:
+    if not topics:
+        return "It has no images at all."
+    return f"Its images are {', '.join(topic.name for topic in topics)}."
+
+
+_STORAGE = (".db3", ".mcap")
+_IMAGES = (IMAGE, COMPRESSED)
+_Stamped = dict[int, int]
+"""Stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
+
+
+class RosBag(Recording):
+    """A recording of ROS: a frame is a colour image with the depth image that is nearest by the stamps in their
+    headers. A key is the stamp of the colour, after the names of the topics where these have been given."""
+
+    kind = "a ROS bag"
+    suffixes = (".bag", *_STORAGE)
+    has_topics = True
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
+        typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
+        if path.is_dir() and not (path / METADATA).is_file():
+            raise InputError(
+                f"{path} has no {METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
+            )
+        with self._reading():
+            known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+            # recordings of before ROS 2 Iron do not say what their messages are
+            self._reader = highlevel.AnyReader([path], default_typestore=known)
+            with limited(path, self._reader):
+                self._reader.open()
+        own = known.fielddefs
+        if not self._reader.is2:  # where some fields have capitals
+            own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
+        try:
+            kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
+            check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
+            self._check_connections()
+        except FormatError:
+            self.close()
+            raise
+        self._image_topics: list[ImageTopic] | None = None
+        self._firsts: dict[str, Any] = {}
+        self._stamps: dict[str, _Stamped] = {}
+        self._paired: dict[Topics, StampedPairs] = {}
+        self._cameras: dict[Topics, Cameras] = {}
+
+    def _check_connections(self) -> None:
+        """What a folder of ROS 2 says of its topics is what its metadata have, whatever that is."""
+        for one in self._reader.connections:
+            if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
+                raise FormatError(
+                    f"{self.path}: a topic {one.topic!s:.60} of {one.msgcount!s:.60} messages cannot be: its "
+                    f"{METADATA} is damaged. Run: ros2 bag reindex {self.path}"
+                )
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        if not path.is_dir():
+            return super().fits(path)
+        inside = list(path.iterdir())
+        is_ended = any(entry.name == METADATA for entry in inside)
+        has_storage = any(entry.suffix.lower() in _STORAGE for entry in inside)
+        return has_storage and (is_ended or not any(entry.is_dir() for entry in inside))
+
+    def close(self) -> None:
+        self._reader.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        camera, note = self._camera(topics)
+        found = self._pairs(camera).index(max_gap, self.path)
+        before = "" if topics is None else f"{'+'.join(topics)}/"
+        notes = (note, *found.notes) if note else found.notes
+        return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
+
+    def frame(self, key: str) -> RecordedFrame:
+        camera, (colour_stamp, depth_stamp) = self._found(key)
+        colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
+        depth, depth_sha256 = self._message(camera.depth, depth_stamp)
+        with self._reading():  # a message may be of another kind than its topic's
+            (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
+        units = self._stated_units(camera.depth) or units
+        return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        camera, (stamp, _) = self._found(key)
+        with self._reading():
+            return colour_of(self._message(camera.colour, stamp)[0], self.path)
+
+    def cameras(self, key: str) -> Cameras:
+        topics, _ = self._found(key)
+        if topics.names not in self._cameras:
+            try:
+                self._cameras[topics.names] = self._cameras_of(topics)
+            except FormatError as error:
+                raise FormatError(f"{self.path}: {error}") from error
+        return self._cameras[topics.names]
+
+    def _cameras_of(self, topics: CameraTopics) -> Cameras:
+        colour, depth = topics.colour, topics.depth
+        if topics.is_registered:
+            found = self._info(colour) or self._info(depth)
+            return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+        infos = [(self._info(topic), topic) for topic in (colour, depth)]
+        cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
+        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
+
+    def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
+        found = between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+        return found if found is not None else self._realsense_motion(camera)
+
+    def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        """The same by the RealSense library's own topics, which take points of a group of streams to each of them."""
+        streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
+        for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
+            group = name.removeprefix(f"{streams[0]}/tf/")
+            if group == name:
+                continue
+            depth, colour = (self._first(f"{stream}/tf/{group}", TRANSFORM) for stream in streams)
+            if depth is not None and colour is not None:  # a topic may be without a message
+                return motion(colour) @ np.linalg.inv(motion(depth))
+        return None
+
+    def _stated_units(self, depth: ImageTopic) -> float | None:
+        """Units per metre of depth where the recording says them."""
+        option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
+        try:
+            return None if option is None else units_of(option)
+        except FormatError as error:
+            raise FormatError(f"{self.path}: {error}") from error
+
+    # topics
+
+    def _camera(self, wanted: Topics | None) -> tuple[CameraTopics, str]:
+        if self._image_topics is None:
+            self._image_topics = [topic for name in self._names() if (topic := self._image_topic(name)) is not None]
+        try:
+            return chosen_topics(self._image_topics, wanted)
+        except InputError as error:
+            raise InputError(f"{self.path} {error}") from None
+
+    def _names(self) -> list[str]:
+        """Topics with images."""
+        return sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
+
+    def _image_topic(self, name: str) -> ImageTopic | None:
+        """A topic by its first image; None if it has none that is known."""
+        first = self._first(name, *_IMAGES)
+        if first is None:
+            return None
+        # the RealSense library gives all of its streams the same coordinate frame in bags of ROS 1
+        stream = None if self._reader.is2 else stream_of(name)
+        frame_id = first.header.frame_id.strip("/") if stream is None else stream
+        if hasattr(first, "format"):
+            offset = 12 * ("compressedDepth" in first.format)
+            try:
+                header = image_header(self.path, first.data[offset:].tobytes())
+            except FormatError:  # videos are sent so, too
+                return None
+            size = header.width, header.height
+        else:
+            size = first.width, first.height
+        count = sum(one.msgcount for one in self._connections(name, *_IMAGES))
+        depth = is_depth(first, name)
+        return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count)
+
+    def _info(self, topic: ImageTopic) -> Any:
+        """The calibration of a topic's camera; None if there is none."""
+        return next((info for name in topic.infos if (info := self._first(name, INFO)) is not None), None)
+
+    # frames
+
+    def _found(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
+        """The camera and the stamps [ns] of colour and depth of a frame."""
+        names, _, stamp = key.rpartition("/")
+        colour, plus, depth = names.partition("+")
+        camera, _ = self._camera((colour, depth) if plus else None)
+        stamps = self._pairs(camera).find(stamp)
+        if stamps is None:
+            raise self.unknown(key)
+        return camera, stamps
+
+    def _pairs(self, camera: CameraTopics) -> StampedPairs:
+        known = self._paired.get(camera.names)
+        if known is None:
+            known = StampedPairs(self._stamped(camera.colour), self._stamped(camera.depth), 10**9)
+            self._paired[camera.names] = known
+        return known
+
+    def _stamped(self, topic: ImageTopic) -> _Stamped:
+        """The stamps of a topic's messages; those of images without a stamp are the times when they were recorded."""
+        known = self._stamps.get(topic.name)
+        if known is None:
+            known = self._stamps[topic.name] = {}
+            with self._reading():
+                for _, time, raw in self._reader.messages(self._connections(topic.name, *_IMAGES)):
+                    known.setdefault(self._stamp(raw) or time, time)
+        return known
+
+    def _stamp(self, raw: bytes) -> int:
+        """The stamp [ns] in the header that a message begins with."""
+        is_big = self._reader.is2 and not raw[1] & 1
+        seconds, nanoseconds = struct.unpack_from(">II" if is_big else "<II", raw, 4)
+        return int(seconds) * 10**9 + int(nanoseconds)
+
+    # messages
+
+    def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
+        """A topic's message with a stamp, and the SHA-256 of its bytes."""
+        time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
+        with self._reading():
+            for connection, received, raw in self._reader.messages(connections, time, time + 1):
+                if stamp in {self._stamp(raw), received}:
+                    return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
+        raise FormatError(f"{self.path}: an image of {topic.name} that its index lists is not there. It is damaged.")
+
+    def _first(self, name: str, *kinds: str) -> Any:
+        """The first message of a topic; None if there is none."""
+        if name not in self._firsts:
+            self._firsts[name] = next(self._messages(name, *kinds), None)
+        return self._firsts[name]
+
+    def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
+        """All messages of a topic."""
+        connections = self._connections(name, *kinds)
+        if not connections:
+            return
+        with self._reading():
+            for connection, _, raw in self._reader.messages(connections):
+                yield self._reader.deserialize(raw, connection.msgtype)
+
+    def _connections(self, name: str, *kinds: str) -> list[Any]:
+        """Those of a topic whose messages are of some kinds, or of any if none is given."""
+        named = (one for one in self._reader.connections if one.topic == name)
+        return [one for one in named if not kinds or one.msgtype in kinds]
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Whatever the library stumbles over becomes one FormatError."""
+        try:
+            yield
+        except IlfError:
+            raise
+        except PermissionError as error:
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
+        except Exception as error:
+            hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
+            raise FormatError(
+                f"{self.path}: this ROS bag is truncated, damaged or of a rare kind ({error!s:.120}).{hint}"
+            ) from error

@@ -1,0 +1,373 @@
+"""Images of ROS messages -> pixels as they are stored."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from .._runtime.installation import optional
+from ..data.camera import camera_from_numbers, fitted
+from ..errors import FormatError, InputError
+from ..io.images import check_pixel_count, read_colour, read_image
+from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, Allowance, check_plain
+from .registration import Camera
+
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+
+_GREY = ("mono8", "8UC1")
+
+_LAYOUTS: dict[str, tuple[type[np.generic], int]] = {
+    **dict.fromkeys(("rgb8", "bgr8", "8UC3"), (np.uint8, 3)),
+    **dict.fromkeys(("rgba8", "bgra8", "8UC4"), (np.uint8, 4)),
+    **dict.fromkeys(_GREY, (np.uint8, 1)),
+    **dict.fromkeys(("bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"), (np.uint8, 1)),
+    **dict.fromkeys(("yuv422", "uyvy", "UYVY", "yuv422_yuy2", "yuyv", "YUYV"), (np.uint8, 2)),
+    **dict.fromkeys(("rgb16", "bgr16"), (np.uint16, 3)),
+    **dict.fromkeys(("16UC1", "mono16"), (np.uint16, 1)),
+    "32FC1": (np.float32, 1),
+}
+"""Encoding -> type and number of its channels."""
+
+_UNITS = {"16UC1": 1000.0, "mono16": 1000.0, "32FC1": 1.0}
+"""Encoding of depth -> units per metre, as ROS fixes them (REP 118)."""
+
+_TO_RED_FIRST = {
+    **dict.fromkeys(("bgr8", "8UC3", "bgr16"), cv2.COLOR_BGR2RGB),
+    **dict.fromkeys(("bgra8", "8UC4"), cv2.COLOR_BGRA2RGB),
+    "rgba8": cv2.COLOR_RGBA2RGB,
+    **dict.fromkeys(_GREY, cv2.COLOR_GRAY2RGB),
+    **dict.fromkeys(("yuv422", "uyvy", "UYVY"), cv2.COLOR_YUV2RGB_UYVY),
+    **dict.fromkeys(("yuv422_yuy2", "yuyv", "YUYV"), cv2.COLOR_YUV2RGB_YUY2),
+    # the decoder names the pattern by its second row
+    "bayer_rggb8": cv2.COLOR_BayerBG2RGB,
+    "bayer_bggr8": cv2.COLOR_BayerRG2RGB,
+    "bayer_gbrg8": cv2.COLOR_BayerGR2RGB,
+    "bayer_grbg8": cv2.COLOR_BayerGB2RGB,
+}
+
+_DEPTH_HEADER = struct.Struct("<iff")
+"""Of compressedDepth: kind of compression, and what inverse depth was quantised with."""
+
+
+def is_depth(message: Any, topic: str) -> bool:
+    """Whether an image message holds depth, by its encoding."""
+    if hasattr(message, "format"):
+        return "compressedDepth" in message.format + topic or message.format.split(";")[0] in _UNITS
+    return message.encoding in _UNITS
+
+
+def is_colour(message: Any) -> bool:
+    """Whether an image message has colours, and is neither grey nor depth."""
+    if hasattr(message, "format"):
+        return "mono" not in message.format
+    return message.encoding not in {*_UNITS, *_GREY}
+
+
+def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
+    """Colour of an image message, uint8 (h, w, 3), red first; raises FormatError."""
+    if hasattr(message, "format"):
+        return read_colour(FileContent(path, message.data))
+    if message.encoding in _UNITS:
+        raise FormatError(
+            f"{path}: images in {message.encoding} are depth, and no colour. Name the topics the other way."
+        )
+    image = _pixels(message, path)
+    if image.dtype == np.uint16:
+        image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    way = _TO_RED_FIRST.get(message.encoding)
+    return np.ascontiguousarray(image if way is None else cv2.cvtColor(image, way), np.uint8)
+
+
+def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
+    """Depth of an image message, as it is stored, and its units per metre; raises FormatError."""
+    if not hasattr(message, "format"):
+        if message.encoding not in _UNITS:
+            raise FormatError(f"{path}: images in {message.encoding!r:.40} are no depth; {', '.join(_UNITS)} are.")
+        return _pixels(message, path), _UNITS[message.encoding]
+    encoding, data = message.format.split(";")[0].strip(), message.data
+    if encoding not in _UNITS:
+        raise FormatError(f"{path}: compressed depth in {message.format!r:.60} is not supported.")
+    if "compressedDepth" not in message.format:
+        return _one_channel(read_image(FileContent(path, data)), path), _UNITS[encoding]
+    if len(data) <= _DEPTH_HEADER.size:
+        raise FormatError(f"{path}: an image of compressed depth is cut off.")
+    if "rvl" in message.format.lower():
+        raise FormatError(f"{path}: depth compressed by RVL is not supported. Record it as png or as image_raw.")
+    _, scale, shift = _DEPTH_HEADER.unpack_from(data)
+    values = _one_channel(read_image(FileContent(path, data[_DEPTH_HEADER.size :])), path)
+    if encoding != "32FC1":
+        return values, _UNITS[encoding]
+    with np.errstate(divide="ignore"):
+        metres = np.float32(scale) / (values.astype(np.float32) - np.float32(shift))
+    return np.where(values > 0, metres, np.float32(np.nan)), 1.0
+
+
+def _pixels(message: Any, path: Path) -> NDArray[Any]:
+    """An uncompressed image: (h, w), or (h, w, channels)."""
+    if message.encoding not in _LAYOUTS:
+        raise FormatError(
+            f"{path}: images in {message.encoding!r:.40} are not supported; those in {', '.join(_LAYOUTS)} are."
+        )
+    kind, channels = _LAYOUTS[message.encoding]
+    height, width, step = message.height, message.width, message.step
+    check_pixel_count(path, width, height)
+    dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    row = width * channels * dtype.itemsize
+    if min(width, height) < 1 or step < row or len(message.data) < (height - 1) * step + row:
+        raise FormatError(
+            f"{path}: an image of {width} x {height} pixels in {message.encoding} has rows of {step} bytes and "
+            f"{len(message.data)} bytes in all, which do not fit. The recording is damaged."
+        )
+    data = np.zeros(height * step, np.uint8)
+    data[: min(len(data), len(message.data))] = message.data[: len(data)]
+    rows = np.ascontiguousarray(data.reshape(height, step)[:, :row]).view(dtype)
+    image = rows if channels == 1 else rows.reshape(height, width, channels)
+    return image.astype(dtype.newbyteorder("="), copy=False)
+
+
+def _one_channel(image: NDArray[Any], path: Path) -> NDArray[Any]:
+    if image.ndim != 2:
+        raise FormatError(f"{path}: an image of compressed depth has {image.shape[2]} channels in place of one.")
+    return image
+
+
+# Cameras of ROS messages: CameraInfo and transforms.
+
+INFO = "sensor_msgs/msg/CameraInfo"
+TRANSFORM, TRANSFORMS = "geometry_msgs/msg/Transform", "tf2_msgs/msg/TFMessage"
+
+_MOST_COEFFICIENTS = 8
+_OTHER_LENSES = ("equidistant", "fisheye", "kannala")
+
+
+def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
+    """The camera of images of a topic, of `size` (width, height); None if its CameraInfo says nothing.
+
+    Rectified images (of a topic with "rect" in its name) have no distortion, and the projection's camera matrix.
+
+    Raises
+    ------
+    FormatError
+        If it makes no camera, or its lens is none of those that are supported.
+    """
+    # ROS 1 has capitals where ROS 2 has small letters
+    matrix, distortion, projection = (
+        np.asarray(getattr(info, name, getattr(info, name.upper(), ())), float) for name in ("k", "d", "p")
+    )
+    try:
+        is_rectified = "rect" in topic.rsplit("/", 1)[-1] and projection.size == 12 and projection[0] > 0
+        if is_rectified:
+            matrix = projection.reshape(3, 4)[:, :3].ravel()
+        if matrix.size != 9 or not matrix.any():
+            return None
+        intrinsics = camera_from_numbers(matrix, "")
+        if info.width > 0 and info.height > 0:
+            intrinsics = fitted(intrinsics, (info.width, info.height), (size[1], size[0]))
+        return Camera(intrinsics, size, () if is_rectified else _distortion(distortion, info.distortion_model))
+    except InputError as error:
+        raise FormatError(f"the calibration of {topic} cannot be used: {error}") from error
+
+
+def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
+    if not values.any():
+        return ()
+    if any(lens in model.lower() for lens in _OTHER_LENSES):
+        raise InputError(f"the lens model {model!r:.40} is not supported. Rectify the images first.")
+    if values[_MOST_COEFFICIENTS:].any():
+        raise InputError(
+            f"it has {values.size} coefficients of distortion; at most {_MOST_COEFFICIENTS} are supported."
+        )
+    return tuple(values[:_MOST_COEFFICIENTS].tolist())
+
+
+def motion(transform: Any) -> NDArray[np.float64]:
+    """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is none."""
+    turn, shift = transform.rotation, transform.translation
+    quaternion = np.array([turn.w, turn.x, turn.y, turn.z], float)
+    length = np.linalg.norm(quaternion)
+    if not np.isfinite(length) or length < 1e-6:
+        raise FormatError("a transform between the cameras has no rotation that makes sense.")
+    w, x, y, z = quaternion / length
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix[:3, 3] = shift.x, shift.y, shift.z
+    return matrix
+
+
+def between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
+    """What takes points of one coordinate frame to another, (4, 4), by tf messages; None if they do not connect them.
+
+    Parameters
+    ----------
+    transforms : iterable of geometry_msgs/TransformStamped
+        Each has the pose of a child in its parent.
+    start, end : str
+        Names of the frames.
+    """
+    ways: dict[str, list[tuple[str, NDArray[Any]]]] = {}
+    for stamped in transforms:
+        child, parent = (name.strip("/") for name in (stamped.child_frame_id, stamped.header.frame_id))
+        up = motion(stamped.transform)
+        ways.setdefault(child, []).append((parent, up))
+        ways.setdefault(parent, []).append((child, np.linalg.inv(up)))
+    reached = {start.strip("/"): np.eye(4)}
+    waiting = [*reached]
+    while waiting:
+        here = waiting.pop()
+        for there, step in ways.get(here, ()):
+            if there not in reached:
+                reached[there] = step @ reached[here]
+                waiting.append(there)
+    return reached.get(end.strip("/"))
+
+
+# Definitions of messages that a ROS recording brings along: those of the kinds that are read must be ROS's own.
+
+Definitions = Mapping[str, Any]
+"""Kind of message -> its constants, and its fields, as rosbags has them."""
+
+
+def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds: Collection[str]) -> None:
+    """That messages of some kinds have all the fields that ROS gives them, those of messages in them too.
+
+    Further fields do not matter.
+
+    Parameters
+    ----------
+    path : Path
+        Of the recording, for the message.
+    brought : mapping
+        The recording's.
+    own : mapping
+        ROS's, of its version.
+    kinds : collection of str
+        Those that the recording has no definition of are not looked at.
+
+    Raises
+    ------
+    FormatError
+        If one has other fields.
+    """
+    waiting = [kind for kind in kinds if kind in brought]
+    seen = set(waiting)
+    while waiting:
+        kind = waiting.pop()
+        there = dict(brought.get(kind, ((), ()))[1])
+        for name, form in own[kind][1]:
+            if there.get(name) != form:
+                raise FormatError(
+                    f"{path}: by its own definition, messages of the kind {kind} have no {name} as those of ROS do. "
+                    "It is damaged, or of a program with messages of its own."
+                )
+            new = set(_kinds_in(form)) - seen
+            seen |= new
+            waiting += new
+
+
+def _kinds_in(form: Any) -> list[str]:
+    """Kinds of messages that a field is made of: its form says what it is, and then of what, and how many."""
+    if isinstance(form, tuple):
+        return [kind for part in form for kind in _kinds_in(part)]
+    return [form] if isinstance(form, str) and "/" in form else []
+
+
+# What opening a recording of ROS may take: rosbags itself takes whatever a file asks for.
+
+METADATA = "metadata.yaml"
+MOST_TOPICS = 4000
+MOST_SETTINGS = 2**21
+"""Bytes of text about the topics, which rosbags takes some 20 s for each megabyte of."""
+MOST_DEFINITIONS = 2**23
+"""The same of the definitions of their messages, of each topic anew: some 4 s for each megabyte."""
+
+_LISTS = {"topics": MOST_SETTINGS, "message_definitions": MOST_DEFINITIONS}
+"""Tables of an SQLite file that rosbags reads as a whole, and how much text they may have [bytes]."""
+
+
+@contextmanager
+def limited(path: Path, reader: Any) -> Iterator[None]:
+    """Hold the opening of a recording by rosbags to what a sound one needs, and what is then read of its SQLite files.
+
+    Parameters
+    ----------
+    path : Path
+        Of the recording, for messages.
+    reader : AnyReader
+        What opens it, not open yet.
+
+    Raises
+    ------
+    FormatError
+        If there are too many topics, too long texts about them, or an SQLite file that `check_plain` refuses.
+    """
+    apsw = optional("apsw", "sequences", "A ROS bag")
+
+    def guard(connection: Any) -> None:
+        allowance = Allowance(Path(connection.filename).stat().st_size)
+
+        def is_over() -> bool:
+            if allowance.is_spent():
+                raise FormatError(f"{path} is damaged: reading it takes too long. Copy or export it again.")
+            return False
+
+        connection.limit(apsw.SQLITE_LIMIT_LENGTH, LONGEST)
+        connection.set_exec_trace(allowance.begin)
+        connection.set_progress_handler(is_over, STEPS)
+        for name in check_plain(path, connection.execute(DEFINITIONS)):
+            if (most := _LISTS.get(name.lower())) is not None:
+                _check_list(path, connection.execute(f"SELECT * FROM {name} LIMIT {MOST_TOPICS + 1}"), most)
+
+    if path.is_dir():
+        _check(path, 0, (path / METADATA).stat().st_size, MOST_SETTINGS)
+    for one in reader.readers:
+        _check_when_open(path, one)
+    apsw.connection_hooks.append(guard)
+    try:
+        yield
+    finally:
+        apsw.connection_hooks.remove(guard)
+
+
+def _check_list(path: Path, rows: Iterator[Sequence[object]], most: int) -> None:
+    """The rows of one of `_LISTS`."""
+    count = size = 0
+    for count, row in enumerate(rows, 1):
+        size += sum(len(value) for value in row if isinstance(value, str | bytes))
+        _check(path, count, size, most)
+
+
+def _check_when_open(path: Path, reader: Any) -> None:
+    """Check a reader's topics once it has opened its file, before all their definitions are read."""
+    open_file = reader.open
+
+    def open_and_check() -> None:
+        open_file()
+        size = sum(len(one.msgdef.data) for one in reader.connections)
+        try:
+            _check(path, len(reader.connections), size, MOST_DEFINITIONS)
+        except FormatError:
+            reader.close()
+            raise
+
+    reader.open = open_and_check
+
+
+def _check(path: Path, count: int, size: int, most: int) -> None:
+    if count > MOST_TOPICS:
+        raise FormatError(f"{path} has more than {MOST_TOPICS} topics. Record the ones of the camera alone.")
+    if size > most:
+        raise FormatError(
+            f"{path} has more than {most / 2**20:g} MiB of text about its topics. Record the ones of the camera alone."
+        )

@@ -1,0 +1,177 @@
+"""Recordings of ScanNet (.sens, version 4): colour as JPEG, depth as whole numbers packed by zlib."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent
+from ..data.camera import CameraIntrinsics
+from ..errors import FormatError, InputError, cause
+from ..io.images import check_pixel_count, read_colour
+from .poses import checked_pose
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
+from .registration import Camera
+from .times import MOST_APART_S
+
+_VERSION = 4
+_LONGEST_NAME = 1000
+_MATRIX, _HEADER, _FRAME = struct.Struct("<16f"), struct.Struct("<2i4IfQ"), struct.Struct("<16f4Q")
+_JPEG_OR_PNG = 1, 2
+_PLAIN, _ZLIB = 0, 1
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a frame lies in the file, with its pose and the time of its colour."""
+
+    start: int
+    colour_bytes: int
+    depth_bytes: int
+    pose: tuple[float, ...]
+    time: int
+
+
+class ScanNet(Recording):
+    """A recording of ScanNet. Keys are the numbers of its frames from 0 on; times are taken for microseconds."""
+
+    kind = "a recording of ScanNet"
+    suffixes = (".sens",)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        try:
+            self._file = open(path, "rb")  # noqa: SIM115 - it stays open until `close`
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
+        try:
+            self._count = self._read_header()
+            self._frames = self._read_places()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def close(self) -> None:
+        self._file.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        times = tuple(place.time * 1e-6 for place in self._frames)
+        return RecordingIndex(tuple(map(str, range(len(self._frames)))), times if any(times) else ())
+
+    def frame(self, key: str) -> RecordedFrame:
+        place = self._place(key)
+        colour, depth = self._bytes(place.start, place.colour_bytes), self._depth_bytes(place)
+        values = np.frombuffer(self._unpacked(depth, key), "<u2").astype(np.uint16)
+        return RecordedFrame(
+            self._decoded(colour, key),
+            values.reshape(self._depth_size[::-1]),
+            sha256_of(colour),
+            sha256_of(depth),
+            float(self._units),
+            time=place.time * 1e-6 if place.time else None,
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        place = self._place(key)
+        return self._decoded(self._bytes(place.start, place.colour_bytes), key)
+
+    def cameras(self, key: str) -> Cameras:
+        try:
+            colour, depth = (
+                Camera(CameraIntrinsics(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]), size)
+                for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
+            )
+            # extrinsics take points of a camera to the device: those of both are the identity in ScanNet itself
+            with np.errstate(all="ignore"):  # what is not finite is refused where it is used
+                motion = np.linalg.inv(self._extrinsics[0]) @ self._extrinsics[1]
+        except (InputError, np.linalg.LinAlgError) as error:
+            raise FormatError(f"{self.path}: its cameras cannot be ({error})") from error
+        if colour == depth and np.array_equal(motion, np.eye(4)):
+            return registered_cameras(colour)
+        return Cameras(colour, depth, motion, is_registered=False)
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        return checked_pose(np.array(self._place(key).pose).reshape(4, 4))
+
+    def _read_header(self) -> int:
+        """What is told of all frames; returns how many there are."""
+        try:
+            version, length = struct.unpack("<IQ", self._file.read(12))
+            if version != _VERSION or length > _LONGEST_NAME:
+                raise FormatError(
+                    f"{self.path} is no recording of ScanNet of version {_VERSION}, whatever its name says."
+                )
+            self._file.seek(length, 1)
+            matrices = [np.array(_MATRIX.unpack(self._file.read(_MATRIX.size)), np.float64) for _ in range(4)]
+            colour_kind, self._depth_kind, *sizes, self._units, count = _HEADER.unpack(self._file.read(_HEADER.size))
+        except struct.error as error:
+            raise self._cut_short("its header") from error
+        self._colour_size, self._depth_size = (sizes[0], sizes[1]), (sizes[2], sizes[3])
+        for size in (self._colour_size, self._depth_size):
+            check_pixel_count(self.path, *size)
+        colour_camera, colour_place, depth_camera, depth_place = (matrix.reshape(4, 4) for matrix in matrices)
+        self._intrinsics, self._extrinsics = (colour_camera, depth_camera), (colour_place, depth_place)
+        if colour_kind not in _JPEG_OR_PNG or self._depth_kind not in {_PLAIN, _ZLIB}:
+            raise FormatError(
+                f"{self.path}: colour is packed in the way {colour_kind} and depth in the way {self._depth_kind}: only "
+                "JPEG and PNG, and plain and zlib, are read."
+            )
+        if not (0 < self._units < 1e9 and count and min(*self._colour_size, *self._depth_size) > 0):
+            raise FormatError(f"{self.path} has {count} frames, {self._units:g} units per metre, and sizes {sizes}.")
+        return int(count)
+
+    def _read_places(self) -> list[_Place]:
+        """Where the frames lie: their images are passed over."""
+        end = self.path.stat().st_size
+        places: list[_Place] = []
+        at = self._file.tell()
+        while len(places) < self._count:
+            self._file.seek(at)
+            head = self._file.read(_FRAME.size)
+            if len(head) < _FRAME.size:
+                raise self._cut_short(f"frame {len(places)} of {self._count}")
+            *pose, time, _, colour_bytes, depth_bytes = _FRAME.unpack(head)
+            start = at + _FRAME.size
+            at = start + colour_bytes + depth_bytes
+            if at > end:
+                raise self._cut_short(f"frame {len(places)} of {self._count}")
+            places.append(_Place(start, colour_bytes, depth_bytes, tuple(pose), time))
+        return places
+
+    def _place(self, key: str) -> _Place:
+        if not key.isdecimal() or str(int(key)) != key or int(key) >= len(self._frames):
+            raise self.unknown(key)
+        return self._frames[int(key)]
+
+    def _depth_bytes(self, place: _Place) -> bytes:
+        return self._bytes(place.start + place.colour_bytes, place.depth_bytes)
+
+    def _bytes(self, start: int, count: int) -> bytes:
+        stream: BinaryIO = self._file
+        stream.seek(start)
+        data = stream.read(count)
+        if len(data) < count:
+            raise self._cut_short("a frame")
+        return data
+
+    def _unpacked(self, data: bytes, key: str) -> bytes:
+        wanted = 2 * self._depth_size[0] * self._depth_size[1]
+        try:
+            found = zlib.decompressobj().decompress(data, wanted + 1) if self._depth_kind == _ZLIB else data
+        except zlib.error as error:
+            raise FormatError(f"{self.path}: the depth of frame {key} is damaged ({error!s:.80}).") from error
+        if len(found) != wanted:
+            raise FormatError(f"{self.path}: the depth of frame {key} has not the {wanted} bytes that its size takes.")
+        return found
+
+    def _decoded(self, data: bytes, key: str) -> NDArray[np.uint8]:
+        return read_colour(FileContent(Path(f"{self.path}, colour of frame {key}"), np.frombuffer(data, np.uint8)))
+
+    def _cut_short(self, what: str) -> FormatError:
+        return FormatError(f"{self.path} ends within {what}: it is truncated or damaged. Download or copy it again.")

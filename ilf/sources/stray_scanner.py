@@ -1,0 +1,226 @@
+"""Recordings of Stray Scanner: a folder with colour as a video, and depth and confidence as images."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import read_file
+from .._runtime.installation import optional
+from ..data.camera import camera_from_numbers
+from ..errors import FormatError, InputError
+from ..io.companions import read_confidence
+from ..io.depth import read_depth_values
+from ..io.images import check_pixel_count
+from .poses import posed
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
+from .registration import Camera
+from .times import MOST_APART_S
+
+# Frames of a video by their number.
+
+_FAR = 60
+"""Frames after which a jump by the next key frame is likely sooner than decoding what lies between."""
+
+
+class Video:
+    """The first video track of a file, open. Frames that follow one another are decoded as they come.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InputError
+        If the package that reads it is not installed.
+    FormatError
+        If it is no video, or damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._av = optional("av", "sequences", "Reading video")
+        with self._reading():
+            self._container = self._av.open(str(path))
+        try:
+            if not self._container.streams.video:
+                raise FormatError(f"{path} has no video track. Is this the right file?")
+            self._stream = self._container.streams.video[0]
+            if self._stream.codec_context is None:
+                raise FormatError(f"{path}: its video is of a kind that is not known. Copy it again.")
+            self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
+            check_pixel_count(path, *self.size)
+        except BaseException:
+            self.close()
+            raise
+        self._times: list[int] | None = None
+        self._coming: Iterator[tuple[Any, str]] | None = None
+        self._next = 0
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._container.close()
+
+    def frame(self, number: int) -> tuple[NDArray[np.uint8], str]:
+        """A frame, by its number from 0: uint8 (h, w, 3), red first, as it is stored, never rotated; and the SHA-256 of
+        its own bytes in the file.
+
+        Raises
+        ------
+        FormatError
+            If there is no such frame, or it cannot be decoded.
+        """
+        times = self._frame_times()
+        if number >= len(times):
+            raise FormatError(f"{self.path} has {len(times)} frames, and none of number {number}: it is cut short.")
+        with self._reading():
+            if self._coming is None or not 0 <= number - self._next < _FAR:
+                self._container.seek(times[number], stream=self._stream)
+                self._coming = self._decoded()
+            for image, sha256 in self._coming:
+                if image.pts == times[number]:
+                    self._next = number + 1
+                    return image.to_ndarray(format="rgb24"), sha256
+        self._coming = None
+        raise FormatError(f"{self.path}: frame {number} cannot be decoded: the video is damaged there.")
+
+    def _frame_times(self) -> list[int]:
+        """Presentation times of all frames, in their order; the packets are passed over, not decoded."""
+        if self._times is None:
+            with self._reading():
+                packets = self._container.demux(self._stream)
+                self._times = sorted(packet.pts for packet in packets if packet.pts is not None)
+        return self._times
+
+    def _decoded(self) -> Iterator[tuple[Any, str]]:
+        """Frames from where the file stands, with the hashes of their packets."""
+        hashes: dict[int, str] = {}
+        for packet in self._container.demux(self._stream):
+            if packet.pts is not None:
+                hashes[packet.pts] = hashlib.sha256(bytes(packet)).hexdigest()
+            for image in packet.decode():
+                if image.pts in hashes:
+                    yield image, hashes.pop(image.pts)
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        problems: Any = self._av.FFmpegError
+        try:
+            yield
+        except (problems, ValueError, MemoryError, EOFError) as error:
+            raise FormatError(f"{self.path}: this video cannot be read ({error!s:.80}). Copy it again.") from error
+
+
+_VIDEO, _DEPTH, _CONFIDENCE = "rgb.mp4", "depth", "confidence"
+_CAMERA, _ODOMETRY = "camera_matrix.csv", "odometry.csv"
+_SUFFIXES = ".png", ".npy"
+
+
+class StrayScanner(Recording):
+    """A recording of Stray Scanner. Keys are the names of its depth images, which are the numbers of the video's
+    frames; confidence goes from 0 to 2."""
+
+    kind = "a recording of Stray Scanner"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        with os.scandir(path / _DEPTH) as entries:
+            files = {Path(entry.name).stem: Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES)}
+        self._depth = {key: files[key] for key in sorted(files) if key.isdecimal() and len(key) < 10}
+        if not self._depth:
+            raise InputError(
+                f"{path / _DEPTH} has no images whose names are numbers of frames. Export the recording again."
+            )
+        self._rows = self._odometry()
+        self._video: Video | None = None
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        return (path / _VIDEO).is_file() and (path / _DEPTH).is_dir()
+
+    def close(self) -> None:
+        if self._video is not None:
+            self._video.close()
+            self._video = None
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        times = [self._rows.get(int(key), {}).get("timestamp", math.nan) for key in self._depth]
+        return RecordingIndex(tuple(self._depth), tuple(times) if np.isfinite(times).all() else ())
+
+    def frame(self, key: str) -> RecordedFrame:
+        depth = read_file(self._file(key))
+        values = read_depth_values(depth)
+        rgb, sha256 = self._opened_video().frame(int(key))
+        confidence = self.path / _CONFIDENCE / f"{key}.png"
+        return RecordedFrame(
+            rgb,
+            values,
+            sha256,
+            depth.sha256,
+            "mm",
+            time=self._rows.get(int(key), {}).get("timestamp"),
+            confidence=read_confidence(confidence, values.shape) if confidence.is_file() else None,
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        self._file(key)
+        return self._opened_video().frame(int(key))[0]
+
+    def cameras(self, key: str) -> Cameras:
+        path, video = self.path / _CAMERA, self._opened_video()
+        height, width = read_depth_values(self._file(key)).shape
+        try:
+            numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
+            stated = Camera(camera_from_numbers(numbers, ""), video.size)
+            return scaled_cameras(stated, (width, height))
+        except (ValueError, InputError, csv.Error) as error:
+            raise FormatError(
+                f"{path} must hold a camera matrix, three numbers in three lines ({error!s:.200})."
+            ) from error
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        row = self._rows.get(int(self._file(key).stem), {})
+        numbers = [row.get(name, math.nan) for name in ("qx", "qy", "qz", "qw", "x", "y", "z")]
+        return posed(numbers[:4], numbers[4:])
+
+    def _odometry(self) -> dict[int, dict[str, float]]:
+        """What is known of each frame by its number; nothing where the file is missing."""
+        path = self.path / _ODOMETRY
+        if not path.is_file():
+            return {}
+        try:
+            reader = csv.DictReader(io.StringIO(_text(path)), skipinitialspace=True)
+            rows = [{str(name).strip(): float(value) for name, value in row.items()} for row in reader]
+            return {int(row["frame"]): row for row in rows}
+        except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
+            raise FormatError(
+                f"{path} must have a line of names, with frame among them, and numbers below it ({error!s:.80})."
+            ) from error
+
+    def _file(self, key: str) -> Path:
+        if key not in self._depth:
+            raise self.unknown(key)
+        return self._depth[key]
+
+    def _opened_video(self) -> Video:
+        if self._video is None:
+            self._video = Video(self.path / _VIDEO)
+        return self._video
+
+
+def _text(path: Path) -> str:
+    try:
+        return read_file(path).data.tobytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path} is not a text file. Export the recording again.") from error

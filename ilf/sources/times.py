@@ -1,0 +1,162 @@
+"""Lists of images by time, as in the TUM RGB-D benchmark: which colour belongs to which depth."""
+
+from __future__ import annotations
+
+import heapq
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from .._runtime.files import read_file
+from ..errors import FormatError
+
+MOST_APART_S = 0.02
+ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
+"""Names of lists that have colour and depth side by side, as ICL-NUIM and many tools write them."""
+
+UNITS = 5000.0
+"""File units per metre of the depth that such lists name."""
+
+
+def read_time_list(path: Path) -> list[tuple[float, str]]:
+    """Times [s] and file names of a list: a time and a name per line, # before what is no entry.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    FormatError
+        If a line is something else, or names a file for a second time.
+    """
+    try:
+        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path} is not a text file ({error}). Export the list again.") from error
+    found = []
+    for number, line in enumerate(lines, 1):
+        words = line.strip("\ufeff \t").split(maxsplit=1)
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            time, name = float(words[0]), words[1].strip()
+            if not (math.isfinite(time) and _is_file_name(name)):
+                raise ValueError
+        except (ValueError, IndexError):
+            raise FormatError(
+                f"{path}, line {number}: a line must be a time in seconds and a file name, not {line!r:.80}."
+            ) from None
+        found.append((time, name))
+    _refuse_repeats(path, (name for _, name in found))
+    return found
+
+
+def read_associations(path: Path) -> list[tuple[float, str, str]]:
+    """Time of colour [s], colour and depth file of each line of a list of pairs, whichever of both comes first.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_time_list`.
+    """
+    found = []
+    for time, rest in read_time_list(path):
+        words = rest.split()
+        try:
+            first, (other, second) = words[0], (float(words[1]), words[2])
+            if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
+                raise ValueError
+        except (ValueError, IndexError):
+            raise FormatError(
+                f"{path}: a line must be a time and a file of colour and of depth, not {time:g} {rest!r:.80}."
+            ) from None
+        is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
+        found.append((other, second, first) if is_depth_first else (time, first, second))
+    if not found:
+        raise FormatError(f"{path} names no files. Export the list again.")
+    _refuse_repeats(path, (name for _, rgb, depth in found for name in (rgb, depth)))
+    return found
+
+
+def _is_file_name(name: str) -> bool:
+    return Path(name).name not in {"", ".."}
+
+
+def _refuse_repeats(path: Path, names: Iterable[str]) -> None:
+    """Raise FormatError if a list names a file twice, in whatever spelling."""
+    seen: set[str] = set()
+    for name in map(os.path.normpath, names):
+        if name in seen:
+            raise FormatError(f"{path} names {name!r:.80} twice. Export the list again.")
+        seen.add(name)
+
+
+def associated(
+    colours: list[tuple[float, str]], depths: list[tuple[float, str]], most_apart: float = MOST_APART_S
+) -> list[tuple[str, str]]:
+    """Colour and depth files that are nearest in time, each used once, in the order of time.
+
+    Parameters
+    ----------
+    colours, depths : list of (float, str)
+        Times [s] and names.
+    most_apart : float
+        Pairs lie at most this many seconds apart.
+
+    Examples
+    --------
+    >>> associated([(0.00, "a.png"), (0.03, "b.png")], [(0.01, "a-d.png"), (0.06, "c-d.png")])
+    [('a.png', 'a-d.png')]
+    """
+    colours, depths = sorted(colours), sorted(depths)
+    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], most_apart)
+    return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
+
+
+def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list[tuple[int, int]]:
+    """Pairs of the nearest of two sorted lists of times, then of the nearest of those that are left, and so on.
+
+    The nearest pair are neighbours among all times that are left: only neighbours are ever compared, however far apart
+    a pair may be.
+    """
+    order = sorted([(time, 0, row) for row, time in enumerate(rows)] + [(time, 1, i) for i, time in enumerate(columns)])
+    before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
+    waiting: list[tuple[float, int, int, int, int]] = []
+
+    def meet(left: int, right: int) -> None:
+        """Two neighbours wait to become a pair, if they are of different lists and near enough."""
+        if left < 0 or right < 0:
+            return
+        (time, kind, one), (later, other_kind, other) = order[left], order[right]
+        if kind != other_kind and later - time <= most_apart:
+            row, column = (one, other) if kind == 0 else (other, one)
+            heapq.heappush(waiting, (later - time, row, column, left, right))
+
+    def first_alike(place: int) -> int:
+        """The first of those that are left with the same time in the same list."""
+        while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
+            place = before[place]
+        return place
+
+    def take(place: int) -> None:
+        left, right = before[place], after[place]
+        if left >= 0:
+            after[left] = right
+        if right >= 0:
+            before[right] = left
+        taken.add(place)
+        meet(left, right)
+
+    taken: set[int] = set()
+    found = []
+    for place in range(len(order) - 1):
+        meet(place, place + 1)
+    while waiting:
+        *_, left, right = heapq.heappop(waiting)
+        if left in taken or right in taken:
+            continue
+        pair = sorted((first_alike(left), first_alike(right)), key=lambda place: order[place][1])
+        found.append((order[pair[0]][2], order[pair[1]][2]))
+        for place in pair:
+            take(place)
+    return found

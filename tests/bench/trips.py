@@ -1,0 +1,151 @@
+"""How many of the project's files one has to open to follow a thing: `python -m tests.bench.trips`.
+
+Four trips, each in a process of its own, with every function call of every thread recorded: `ilf complete` on the
+bundled sample, and in the window opening the sample, a slider of the filter until its new depth is there, and a stroke
+of the brush until the depth has followed. A file counts if a function in it was called; imports do not count.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import pkgutil
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from inspect import CO_OPTIMIZED
+from pathlib import Path
+from types import FrameType
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+ROOT = Path(__file__).parents[2]
+TRIPS = ("complete", "open", "slider", "stroke")
+
+
+class Recorder:
+    """Which functions of the project were called, and from which file."""
+
+    def __init__(self) -> None:
+        self.functions: set[tuple[str, str]] = set()
+        self.arrows: set[tuple[str, str]] = set()
+        self._names: dict[str, str | None] = {}
+
+    def start(self) -> None:
+        threading.setprofile(self._note)
+        sys.setprofile(self._note)
+
+    def stop(self) -> None:
+        sys.setprofile(None)
+        threading.setprofile(None)
+
+    def _file(self, name: str) -> str | None:
+        if name not in self._names:
+            path = Path(name)
+            inside = path.is_relative_to(ROOT) and path.relative_to(ROOT).parts[0] in ("ilf", "gui")
+            self._names[name] = path.relative_to(ROOT).as_posix() if inside else None
+        return self._names[name]
+
+    def _note(self, frame: FrameType, event: str, _argument: object) -> None:
+        if event != "call" or not frame.f_code.co_flags & CO_OPTIMIZED:
+            return  # the body of a module or a class
+        file = self._file(frame.f_code.co_filename)
+        if file is None:
+            return
+        self.functions.add((file, frame.f_code.co_qualname))
+        caller = frame.f_back and self._file(frame.f_back.f_code.co_filename)
+        if caller and caller != file:
+            self.arrows.add((caller, file))
+
+    def report(self, trip: str, files: bool) -> None:
+        entered = sorted({file for file, _ in self.functions})
+        print(f"{trip:10} {len(entered):4} files {len(self.functions):5} functions {len(self.arrows):4} arrows")
+        if files:
+            print(*(f"    {file}" for file in entered), sep="\n")
+
+
+def import_all() -> None:
+    """Import the library, so that nothing is imported on a trip."""
+    import ilf
+
+    for module in pkgutil.walk_packages(ilf.__path__, "ilf."):
+        if not {"lab", "training", "bench", "experiments", "__main__"} & set(module.name.split(".")):
+            importlib.import_module(module.name)
+
+
+def complete(recorder: Recorder) -> None:
+    """The command line's way from a folder to files."""
+    from ilf.cli import main
+
+    with tempfile.TemporaryDirectory() as folder:
+        recorder.start()
+        main(["complete", str(ROOT / "assets/samples/room"), "--out", f"{folder}/out"])
+        recorder.stop()
+
+
+def in_window(recorder: Recorder, trip: str) -> None:
+    """The window's ways; what comes before a trip is not recorded."""
+    import numpy as np
+    from PySide6.QtWidgets import QApplication
+
+    from ilf.segmentation.editing.painting import brush_stroke, paint
+
+    from .responsive import new_window, open_frame
+    from .waiting import pause, wait
+
+    application = QApplication([])
+    if trip == "open":
+        recorder.start()  # threads that are made from now on are recorded, too
+    window = new_window()
+    open_frame(window, ROOT / "assets/samples/room")
+    workspace, runs = window.workspace, window.runs
+    session = workspace.session
+    if trip != "open":
+        runs.start()
+        wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
+        recorder.start()
+        news: list[None] = []
+        workspace.results_added.connect(lambda: news.append(None))
+        label = max(session.counts(), key=lambda label: session.counts()[label].pixels)
+        if trip == "slider":
+            workspace.select([label])
+            window.filter_panel.edited.emit(session.common.replace(noise=0.02))
+        else:
+            height, width = session.frame.shape
+            line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
+            stroke = brush_stroke((height, width), line, 5.0)
+            assert stroke is not None
+            workspace.stroke(paint(session.labels, stroke, label, session.locked))
+            workspace.end_stroke("Paint")
+        wait(lambda: news)
+    wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
+    pause(300)
+    recorder.stop()
+    window.close()
+    application.processEvents()
+
+
+def _follow(trip: str) -> Callable[[Recorder], None]:
+    return complete if trip == "complete" else lambda recorder: in_window(recorder, trip)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.trips", description="Files that a trip enters.")
+    parser.add_argument("trip", nargs="?", choices=TRIPS, help="only this one, in this process")
+    parser.add_argument("--files", action="store_true", help="name the files, too")
+    arguments = parser.parse_args()
+    if arguments.trip is None:
+        own = [sys.executable, "-m", "tests.bench.trips", *(["--files"] if arguments.files else [])]
+        return max(subprocess.run([*own, trip], check=False).returncode for trip in TRIPS)
+    import_all()
+    recorder = Recorder()
+    _follow(arguments.trip)(recorder)
+    recorder.report(arguments.trip, arguments.files)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
