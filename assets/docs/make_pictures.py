@@ -1,4 +1,4 @@
-"""Make the pictures of README and of the tour: `python assets/docs/make_pictures.py`.
+"""Make the pictures of the window and of the tour: `python assets/docs/make_pictures.py`.
 
 Does in the real window, with mouse and commands, what `tour.md` tells, on the bundled sample, and saves what is seen.
 The figures that the tour quotes are read from the window meanwhile; if one is not to be found in the text, it says so
@@ -140,7 +140,7 @@ def main() -> int:
     app = QApplication(sys.argv[:1])
     theme.apply_theme(app, "light")
     PICTURES.mkdir(exist_ok=True)
-    show_readme(app)
+    show_window(app)
     tour = Tour()
     tell(tour)
     tour.window.close()
@@ -151,8 +151,8 @@ def main() -> int:
     return 1 if wrong else 0
 
 
-def show_readme(app: QApplication) -> None:
-    """What README shows."""
+def show_window(app: QApplication) -> None:
+    """What window.md shows."""
     theme.apply_theme(app, "dark")
     dark = Tour()
     dark.open()

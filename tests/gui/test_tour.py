@@ -1,10 +1,11 @@
-"""The tour names commands and keys that there are, and shows pictures that there are."""
+"""The documents of the window name commands and keys that there are, and show pictures that there are."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
+import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
@@ -12,8 +13,9 @@ from gui.app.main_window import MainWindow
 DOCS = Path(__file__).parents[2] / "assets" / "docs"
 
 
-def test_the_tour_names_what_there_is(qtbot: QtBot) -> None:
-    text = " ".join((DOCS / "tour.md").read_text(encoding="utf-8").split())
+@pytest.mark.parametrize("document", ["window.md", "tour.md"])
+def test_the_documents_name_what_there_is(document: str, qtbot: QtBot) -> None:
+    text = " ".join((DOCS / document).read_text(encoding="utf-8").split())
     window = MainWindow(remembers=False)
     qtbot.addWidget(window)
     actions = {action.text().replace("&", "").rstrip("…"): action for action in window.actions() if action.text()}

@@ -1,8 +1,8 @@
-"""What README shows runs as it stands there: the command line's lines, the Python block, the calls in the text.
+"""What README, commands.md and library.md show runs as it stands there; links between documents lead somewhere.
 
 The sample that they write is thinned to every second pixel for what comes after, and the surface of a quick experiment
-is small: how large frames are is not what README tells of.
-Left out are the lines that set up an environment; `.ci/run` runs the one that runs the tests.
+is small: how large frames are is not what the documents are about.
+Left out are the window's lines and those that set up an environment, of which `.ci/run` runs that of the tests.
 """
 
 import contextlib
@@ -19,7 +19,11 @@ from ilf.cli import main
 from ilf.data.parameters import PRESETS
 from ilf.lab.experiments import cylinder
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "assets" / "docs"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+COMMANDS = (DOCS / "commands.md").read_text(encoding="utf-8")
+LIBRARY = (DOCS / "library.md").read_text(encoding="utf-8")
 PREFIX = ".venv/bin/ilf "
 
 RESULTS = {
@@ -30,28 +34,29 @@ STAGES = {"1-strength.png", "2-edges.png", "3-dilated.png", "4-contracted.png", 
 WRITTEN = {
     "sample room": {"room": {"rgb.jpg", "depth.png", "gt.png", "meta.json"}},
     "info room": {},
+    "complete room --out room-done": {"room-done": RESULTS},
+    "complete --replay": {"room-again": RESULTS},
+    "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
+    "complete room --guide": {"room-guided": RESULTS | {"guide_used.npy"}},
+    "complete room --mesh": {"room-mesh": RESULTS | {"mesh.glb"}},
+    "report room-done": {".": {"room-report.html"}},
     "info .": {},
     "complete . --frame": {"room-by-key": RESULTS},
     "batch . --frames": {"room-batch": {"manifest.csv"}, "room-batch/room": RESULTS | {"frame.json", "preview.png"}},
-    "complete room --out room-done": {"room-done": RESULTS},
-    "complete room --mesh": {"room-mesh": RESULTS | {"mesh.glb"}},
-    "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
-    "complete room --guide": {"room-guided": RESULTS | {"guide_used.npy"}},
     "judge room --preset": {},
     "judge room --hidden": {".": {"room-sweep.csv"}},
-    "complete --replay": {"room-again": RESULTS},
-    "report room-done": {".": {"room-report.html"}},
     "bench room": {},
     "blocks room --out": {".": {"room-blocks.png"}, "room-stages": STAGES},
     "blocks room --from": {".": {"room-blocks.json"}},
     "complete room --blocks": {"room-given": RESULTS - {"cloud.ply"}},
     "project new": {".": {"room.ilf"}},
     "project info": {},
+    "presets": {},
+    "models list": {},
     "experiments run": {"experiments": {"convergence.json", "cylinder.json", "cylinder-curves.png"}},
     "experiments report": {"experiments": {"report.html"}},
-    "models list": {},
 }
-"""What a command of README begins with -> the files that it writes, by folder."""
+"""What a command of commands.md begins with -> the files that it writes, by folder."""
 
 TOLD_OF_THE_SAMPLE = (
     "ilf: warning: Depth is missing where it rises to the sensor's reach",
@@ -84,19 +89,19 @@ NEEDS = {
 """Which command must have been run before."""
 
 
-def section(title: str) -> str:
-    """A section of README, without its title."""
-    return README.split(f"\n## {title}\n", 1)[1].split("\n## ", 1)[0]
-
-
 def indented(text: str) -> list[str]:
     """The lines of all code blocks, without their indent."""
     return [line[4:] for line in text.splitlines() if line.startswith("    ")]
 
 
-def commands() -> list[str]:
-    """The `ilf` lines of README, as pasted, but for the environment that they are run from."""
-    return [line.removeprefix(PREFIX).split("  #")[0].strip() for line in indented(README) if line.startswith(PREFIX)]
+def commands(text: str = COMMANDS) -> list[str]:
+    """The `ilf` lines of a document, as pasted, but for the environment that they are run from."""
+    return [line.removeprefix(PREFIX).split("  #")[0].strip() for line in indented(text) if line.startswith(PREFIX)]
+
+
+def python(text: str) -> str:
+    """The lines of Python of a document."""
+    return "\n".join(line for line in indented(text) if not line.startswith((".venv", "python3", "py ")))
 
 
 def thin(room: Path) -> None:
@@ -111,7 +116,7 @@ def thin(room: Path) -> None:
 
 
 class Shell:
-    """Runs commands of README in one folder, each after what it needs, and once."""
+    """Runs the documented commands in one folder, each after what it needs, and once."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -142,12 +147,18 @@ def sample_room(tmp_path, monkeypatch):
     thin(Path("room"))
 
 
-def test_every_command_of_readme_is_known_here():
+def test_every_command_of_the_documents_is_known_here():
     assert len(commands()) == len(WRITTEN)
     for command, beginning in zip(commands(), WRITTEN, strict=True):
         assert command.startswith(beginning)
-    loose = [line for line in indented(section("The command line")) if not line.startswith(PREFIX)]
+    loose = [line for line in indented(COMMANDS) if not line.startswith(PREFIX)]
     assert not loose, "only ilf's own commands stand there"
+    assert set(commands(README)) <= set(commands()), "what README shows is explained in commands.md"
+
+
+def test_readme_sets_up_and_tests_by_one_line_each():
+    lines = [line for line in indented(README) if line.startswith("python3 -m venv ")]
+    assert ["pytest" in line for line in lines] == [False, True]
 
 
 @pytest.mark.parametrize("beginning", WRITTEN)
@@ -169,9 +180,17 @@ def test_the_replay_gives_the_same_depth_bit_for_bit(shell):
 
 
 @pytest.mark.usefixtures("sample_room")
-def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(capsys):
+def test_the_lines_of_python_in_readme_run(capsys):
     names: dict[str, object] = {}
-    exec(compile("\n".join(indented(section("The library"))), "README.md", "exec"), names)
+    exec(compile(python(README), "README.md", "exec"), names)
+    assert "pixels filled" in capsys.readouterr().out
+    assert names["error"].shape == names["frame"].shape
+
+
+@pytest.mark.usefixtures("sample_room")
+def test_the_examples_of_the_library_run_and_so_do_the_calls_in_the_text(capsys):
+    names: dict[str, object] = {}
+    exec(compile(python(LIBRARY), "library.md", "exec"), names)
     assert all(Path(name).is_file() for name in ("completed.png", "completed.ply", "completed.glb"))
     assert "pixels filled" in capsys.readouterr().out
     frame, result = names["frame"], names["result"]
@@ -179,12 +198,54 @@ def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(caps
     np.testing.assert_array_equal(result.filled, ~frame.known & np.isfinite(result.depth))
 
     names |= {"rgb_uint8": frame.rgb, "depth_m": frame.depth}
-    calls = re.findall(r"`(ilf\.\w+\([^`]*\))`", re.sub(r"\s+", " ", section("The library")))
+    calls = re.findall(r"`(ilf\.\w+\([^`]*\))`", re.sub(r"\s+", " ", LIBRARY))
     assert len(calls) >= 3
     for call in calls:
         assert eval(call, names) is not None
 
 
 def test_the_presets_of_the_table_are_those_there_are():
-    listed = re.findall(r"^\| `([\w-]+)`", section("The library"), re.MULTILINE)
+    listed = re.findall(r"^\| `([\w-]+)`", LIBRARY, re.MULTILINE)
     assert listed == list(PRESETS)
+
+
+DOCUMENTS = [
+    *(ROOT / "README.md", ROOT / ".github" / "CONTRIBUTING.md", ROOT / "assets" / "models" / "README.md"),
+    *sorted(DOCS.rglob("*.md")),
+]
+
+
+def anchors(document: Path) -> set[str]:
+    """What `#...` may name in a document: its headings, as they are written in addresses."""
+    titles = re.findall(r"^#+ (.+)$", document.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_relative_links_lead_to_files_and_headings(document):
+    broken = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", document.read_text(encoding="utf-8")):
+        name, _, anchor = link.partition("#")
+        target = (document.parent / name) if name else document
+        if name.startswith(("https:", "http:", "mailto:")):
+            continue
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            broken.append(link)
+    assert broken == []
+
+
+@pytest.mark.parametrize("document", sorted((DOCS / "decisions").glob("*.md")), ids=lambda path: path.stem)
+def test_a_decision_is_read_in_one_sitting(document):
+    longest = 60 if document.stem.endswith("-rooms") else 40
+    assert len(document.read_text(encoding="utf-8").splitlines()) <= longest
+
+
+def test_files_that_documents_name_are_there():
+    lost = {
+        (document.name, path)
+        for document in DOCUMENTS
+        if document.name not in ("changelog.md", "0038-rooms.md")
+        for path in re.findall(r"`((?:ilf|gui|tests|assets)/[\w./-]+)`", document.read_text(encoding="utf-8"))
+        if not (ROOT / path).exists()
+    }
+    assert lost == set()
