@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ilf.completion.completion import Watch
+from ilf.completion.block import Watch
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult, Completion, IterationRecord
 from ilf.project.frame_state import own_values

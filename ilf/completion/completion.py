@@ -5,47 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
-from functools import cache, partial
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_stopped
-from .._runtime.formatting import counted
-from .._runtime.memory import give_back
-from .._runtime.threads import Steps, available_cores, one_by_one, side_by_side
+from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, as_parameters
-from ..data.results import (
-    NO_BLOCK,
-    BlockOutcome,
-    BlockResult,
-    CompactHistory,
-    Completion,
-    IterationRecord,
-    Progress,
-    Status,
-    compose,
-    notes_of,
-)
+from ..data.results import NO_BLOCK, BlockResult, Completion, Progress, compose, notes_of
 from ..errors import InputError
-from ..segmentation.edges.frame_edges import FrameEdges
-from ..segmentation.extraction import found_blocks
-from .correction import UNCORRECTED, Correction, changes_any, corrections, corrects, load_correction_network, made_of
-from .filter import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper, most_pixels
-
-_AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
-"""Pixels that are worked on at a time, at most, or so many times those of the frame if that is more: each takes some 70
-bytes, however many threads there are."""
+from .block import BlockTask, Watch, block_depth, filter_steps
+from .correction import Base, Correction, find_base, is_to_be_corrected
+from .filter import edges_for, make_stepper
+from .stepper import Stepper
 
 ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
 """Of all blocks, or block label -> parameters; a text is the name of a preset."""
-
-Watch = Callable[[Block, IterationRecord, Stepper], None]
-"""Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
 
 
 class CompletionRun(Iterator[Progress]):
@@ -96,37 +75,24 @@ class CompletionRun(Iterator[Progress]):
         drawn: ArrayLike | None = None,
         watch: Watch | None = None,
     ) -> None:
-        self._frame = frame
         borders = checked_drawn(drawn, frame.shape)
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
-        choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
-        self._parameters = {label: _parameters_for(choice, label) for label in self.blocks}
         self.uncorrected: dict[int, BlockResult] = {}
         """Blocks that have been iterated on and wait for the correction, as they are without it."""
-        self._live: dict[int, Stepper] = {}
-        # a network's file is looked at once, not for every block
-        edges = cache(partial(edges_for, frame, extraction=extraction))
-        tasks = {
-            label: _block_steps(
-                frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live, watch, edges
+        choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
+        self._tasks = {
+            label: BlockTask(
+                frame,
+                block,
+                _parameters_for(choice, label),
+                extraction or BlockParameters(),
+                drawn_of(block, borders),
             )
             for label, block in self.blocks.items()
         }
-        width = min(available_cores() if threads is None else threads, len(tasks))
-        if width > 1:
-            sizes = {label: most_pixels(frame, self.blocks[label], self._parameters[label]) for label in tasks}
-            largest_first = sorted(tasks, key=lambda label: sizes[label], reverse=True)
-            self._steps = side_by_side(
-                [tasks[label] for label in largest_first],
-                width,
-                [sizes[label] for label in largest_first],
-                max(_AT_ONCE, _FRAMES_AT_ONCE * frame.depth.size),
-            )
-        else:
-            self._steps = one_by_one(tasks.values())
-        if any(map(corrects, self._parameters.values())):
-            self._steps = _and_correct(self._steps, frame, extraction, threads, self.uncorrected)
+        self._live: dict[int, Stepper] = {}
+        self._steps = _stages(self._tasks, self._live, self.uncorrected, threads, watch)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -154,13 +120,10 @@ class CompletionRun(Iterator[Progress]):
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
         """The running blocks, those that wait for the correction among them, and what their depth [m] would be if they
         stopped now. From any thread."""
-        running = [
-            (
-                self.blocks[label],
-                block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label]),
-            )
-            for label, iteration in list(self._live.items())
-        ]
+        running = []
+        for label, stepper in list(self._live.items()):
+            task = self._tasks[label]
+            running.append((task.block, block_depth(task.frame, task.block, stepper.surface, task.parameters)))
         return running + [(result.block, result.depth) for result in list(self.uncorrected.values())]
 
 
@@ -301,163 +264,60 @@ def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameter
     edges_for(frame, parameters, extraction)
 
 
-def _block_steps(
-    frame: RGBDFrame,
-    block: Block,
-    parameters: Parameters,
-    extraction: BlockParameters | None,
-    drawn: NDArray[np.bool_] | None,
+def _stages(
+    tasks: Mapping[int, BlockTask],
     live: dict[int, Stepper],
-    watch: Watch | None,
-    edges_of: Callable[[Parameters], FrameEdges | None],
-) -> Generator[Progress, None, None]:
-    """All steps of one block; while they go on, its stepper stands in `live`."""
-    refusal = _refusal(frame, block, parameters)
-    edges = edge_parameters(parameters, extraction)
-    if refusal is not None:
-        raw = frame.depth[block.box][block.mask]
-        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges, drawn=drawn))
-        return
-    stepper = make_stepper(frame, block, parameters, extraction, drawn, edges_of(parameters))
-    live[block.label] = stepper
-    history: list[IterationRecord] = []
-    truth = _hidden_truth(frame, block)
-    if truth is not None:
-        stepper.judge(*truth)
-    for record in stepper:
-        history.append(record)
-        if watch is not None:
-            watch(block, record, stepper)
-        yield Progress(block.label, record=record)
-    del live[block.label]
-    depth = block_depth(frame, block, stepper.surface, parameters)
-    outcome = _outcome(frame, block, depth, history, stepper, parameters)
-    result = BlockResult(
-        block,
-        depth,
-        outcome,
-        CompactHistory(history),
-        parameters,
-        stepper.network,
-        stepper.notes,
-        edges,
-        drawn,
-        explained=stepper.explained,
-    )
-    del stepper
-    give_back(block.mask.size)
-    yield Progress(block.label, result=result)
-
-
-def _and_correct(
-    steps: Steps[Progress],
-    frame: RGBDFrame,
-    extraction: BlockParameters | None,
-    threads: int | None,
     uncorrected: dict[int, BlockResult],
+    threads: int | None,
+    watch: Watch | None,
 ) -> Steps[Progress]:
-    """The same steps, but that results which are to be corrected are, and come last."""
-    waiting: list[BlockResult] = []
-    with closing(steps):
+    """The way of a run's data: blocks, those that the correction starts from among them, filter, correction."""
+    base = find_base([*tasks.values()])
+    done: dict[int, BlockResult] = {}
+    with closing(filter_steps([*tasks.values()], threads, live, watch)) as steps:
         for progress in steps:
-            result = progress.result
-            if result is not None and _to_be_corrected(result):
-                waiting.append(result)
-                uncorrected[progress.label] = replace(result, parameters=result.parameters.replace(correction=False))
-            else:
-                yield progress
-    if waiting:
-        correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
-        for result in waiting:
-            check_stopped()  # each is either handed over or still waits
-            del uncorrected[result.block.label]
-            yield Progress(result.block.label, result=_corrected(frame, result, correction, notes))
+            if (result := progress.result) is not None:
+                done[progress.label] = result
+                if is_to_be_corrected(result):
+                    plain = result.parameters.replace(correction=False)
+                    uncorrected[progress.label] = replace(result, parameters=plain)
+                    continue
+            yield progress
+    if not uncorrected:
+        return
+    correction, notes = yield from _look(base, done, threads)
+    for label in list(uncorrected):
+        check_stopped()  # each is either handed over or still waits
+        del uncorrected[label]
+        yield Progress(label, result=_corrected(tasks[label], done[label], correction, notes))
 
 
-def _to_be_corrected(result: BlockResult) -> bool:
-    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there. Nor
-    one whose known depth a smooth surface explains."""
-    own = result.drawn is not None or result.explained
-    return corrects(result.parameters) and result.outcome.recovered > 0 and not own
+def _look(
+    base: Base | Correction | None, done: Mapping[int, BlockResult], threads: int | None
+) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
+    """What the correction network says of the frame, or why it says nothing; the rest of a base is completed before."""
+    if not isinstance(base, Base):
+        return base, ()
+    try:
+        network = base.network()
+        results = [done[label] for label in base.own]
+        with closing(filter_steps(base.rest, threads, {})) as steps:
+            for progress in steps:
+                if progress.result is not None:
+                    results.append(progress.result)
+                yield NO_BLOCK
+        return base.correction(network, results), ()
+    except InputError as error:
+        return None, (f"Depth is not corrected: {error}",)
 
 
 def _corrected(
-    frame: RGBDFrame, result: BlockResult, correction: Correction | None, notes: tuple[str, ...]
+    task: BlockTask, result: BlockResult, correction: Correction | None, notes: tuple[str, ...]
 ) -> BlockResult:
     if correction is None:
         return replace(result, notes=(*result.notes, *notes))
-    block = result.block
-    depth = correction.applied(block, frame.depth[block.box][block.mask], result.depth)
+    depth = correction.applied(task.block, task.raw, result.depth)
     return replace(result, depth=depth, correction=correction.network)
-
-
-def _correction_steps(
-    frame: RGBDFrame, extraction: BlockParameters | None, ready: list[BlockResult], threads: int | None
-) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
-    """What the correction network says of a frame, remembered with it, or why it says nothing.
-
-    It depends on the frame and the extraction's parameters alone; results that are `ready` and of blocks as extracted
-    spare work.
-    """
-    chosen = extraction or BlockParameters()
-    known = corrections.find(frame, chosen)
-    if known is not None or is_guided(frame) or not changes_any(frame.known):
-        return known, ()
-    edges = edges_for(frame, UNCORRECTED, chosen)
-    try:
-        network = load_correction_network()
-    except InputError as error:
-        return None, (f"Depth is not corrected: {error}",)
-    if edges is None or edges.network is None:
-        return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
-    labels = found_blocks(frame, chosen).blocks
-    check_stopped()
-    results = _same_blocks(frame, find_blocks(labels), ready)
-    rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
-    with CompletionRun(frame, labels, UNCORRECTED, rest, threads, chosen) as run:
-        for _ in run:
-            yield NO_BLOCK
-    completed = compose(frame, results | run.results).depth
-    try:
-        change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
-    except InputError as error:
-        return None, (f"Depth is not corrected: {error}",)
-    give_back(change.size)
-    return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
-
-
-def _same_blocks(frame: RGBDFrame, blocks: Mapping[int, Block], ready: list[BlockResult]) -> dict[int, BlockResult]:
-    """Of the blocks those that have been completed already, as the network is to see them."""
-    plain = {
-        _place(result.block): _in_view(frame, result)
-        for result in ready
-        if result.parameters.replace(outside_view=False).same_effect(UNCORRECTED)
-    }
-    found = {label: plain.get(_place(block)) for label, block in blocks.items()}
-    return {label: replace(result, block=blocks[label]) for label, result in found.items() if result is not None}
-
-
-def _in_view(frame: RGBDFrame, result: BlockResult) -> BlockResult:
-    """A result as if nothing outside the view had been asked for."""
-    left = frame.left_missing()
-    if left is None or not result.parameters.outside_view:
-        return result
-    block = result.block
-    return replace(result, depth=np.where(left[block.box][block.mask], np.float32(np.nan), result.depth))
-
-
-def _place(block: Block) -> tuple[int, int, bytes]:
-    """Other for other pixels."""
-    return block.box[0].start, block.box[1].start, np.packbits(block.mask).tobytes()
-
-
-def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
-    """Which of the block's pixels in view have no depth but a truth, and that truth [m]; None if there are none."""
-    if frame.truth is None:
-        return None
-    truth = frame.truth[block.box][block.mask]
-    judged = frame.missing[block.box][block.mask] & np.isfinite(truth)
-    return (judged, truth[judged].astype(np.float64)) if judged.any() else None
 
 
 def _parameters_for(parameters: Parameters | Mapping[int, Parameters | str], label: int) -> Parameters:
@@ -467,104 +327,3 @@ def _parameters_for(parameters: Parameters | Mapping[int, Parameters | str], lab
         return as_parameters(parameters[label])
     except KeyError:
         raise InputError(f"No parameters are given for block {label}.") from None
-
-
-def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOutcome | None:
-    """Why a block is not iterated on, or None if it is."""
-    pixels = int(np.count_nonzero(block.mask))
-    known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
-    outside = int(np.count_nonzero(_outside(frame, block)))
-    missing = pixels - known - outside * (not parameters.outside_view)
-    if missing == 0 and parameters.mode == "fill":
-        message = _told_outside(outside, parameters) or "All depth is known."
-        return BlockOutcome(block.label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
-    needed = int(known_needed(pixels, parameters))
-    if known < needed and not guide_carries(frame, block, parameters):
-        message = (
-            f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
-            "Merge it with a neighbour on the same surface, or lower the limits under Data."
-        )
-        return BlockOutcome(block.label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
-    return None
-
-
-def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
-    """Known pixels that blocks of so many pixels need at least to be iterated on."""
-    share = np.ceil(parameters.min_known_share * np.asarray(pixels))
-    return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
-
-
-def block_depth(
-    frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
-) -> NDArray[np.float32]:
-    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block; outside
-    the depth camera's view only if the parameters ask for it.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    block : Block
-    surface : ndarray of float64
-        P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
-    parameters : Parameters
-        Their mode and `outside_view`.
-
-    Returns
-    -------
-    ndarray of float32
-        Depth [m] at the same pixels, NaN = missing.
-    """
-    raw = frame.depth[block.box][block.mask]
-    replace = surface > 0
-    if parameters.mode == "fill":
-        replace &= np.isnan(raw)
-    left = frame.left_missing(parameters.outside_view)
-    if left is not None:
-        replace &= ~left[block.box][block.mask]
-    return np.where(replace, surface, raw).astype(np.float32)
-
-
-def _outside(frame: RGBDFrame, block: Block) -> NDArray[np.bool_]:
-    """Which of the block's pixels lie outside the depth camera's view, in the order of `block.mask`'s True values."""
-    if frame.outside_view is None:
-        return np.zeros(np.count_nonzero(block.mask), bool)
-    return frame.outside_view[block.box][block.mask]
-
-
-def _told_outside(pixels: int, parameters: Parameters) -> str:
-    """What becomes of the pixels outside the depth camera's view, as a sentence; "" if there are none."""
-    if not pixels:
-        return ""
-    how = "filled, though nothing could be measured there" if parameters.outside_view else "left missing"
-    return f"{counted(pixels, 'pixel')} outside the depth camera's view {how}."
-
-
-def _outcome(
-    frame: RGBDFrame,
-    block: Block,
-    completed: NDArray[np.float32],
-    history: list[IterationRecord],
-    stepper: Stepper,
-    parameters: Parameters,
-) -> BlockOutcome:
-    raw = frame.depth[block.box][block.mask]
-    outside = _outside(frame, block)
-    beyond = int(np.count_nonzero(outside))
-    missing = np.isnan(raw) & ~outside
-    left = int(np.count_nonzero(missing & np.isnan(completed)))
-    message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
-    if left:
-        message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
-    message = f"{message} {_told_outside(beyond, parameters)}".strip()
-    return BlockOutcome(
-        label=block.label,
-        status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
-        message=message,
-        pixels=raw.size,
-        known=int(np.count_nonzero(np.isfinite(raw))),
-        recovered=int(np.count_nonzero(missing)) - left,
-        iterations=len(history),
-        stages=history[-1].stage,
-        sigma_i=history[-1].sigma_i,
-        outside=beyond,
-    )

@@ -1,10 +1,8 @@
-"""What all filters promise to those who iterate with them, and which of them parameters ask for."""
+"""The filters that parameters ask for, and the edges that these see."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,73 +10,12 @@ from numpy.typing import NDArray
 from ..data.blocks import Block
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
-from ..data.results import IterationRecord
 from ..segmentation.edges.frame_edges import FrameEdges, find_edges
 from .edge_aware.fitted_guide import fit_guide
 from .edge_aware.iteration import EdgeAwareIteration
 from .edge_aware.view import widest_window
 from .pass_band.iteration import PassBandIteration
-from .snapshot import Snapshot
-
-
-class Stepper(Iterator[IterationRecord], Protocol):
-    """ILF on one block: an iterator, of which every `next()` is one iteration and gives its record.
-
-    It ends when its filter has let through all that it is to let through and the iteration is steady, or after
-    `max_iterations`. `next()` is for one thread at a time; `surface` may be looked at from any other meanwhile. The
-    results depend on frame, block, its drawn pixels and parameters alone: neither on threads nor on other blocks.
-    """
-
-    def __next__(self) -> IterationRecord:
-        """One iteration: its record, whose `i` is one more than that of the last, and whose `stage` does not fall."""
-        ...
-
-    @property
-    def surface(self) -> NDArray[np.float64]:
-        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
-        start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
-        ...
-
-    def snapshot(self) -> Snapshot:
-        """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
-        ...
-
-    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
-        """Let the records of all iterations to come tell their error against a truth, which changes nothing else.
-
-        Parameters
-        ----------
-        pixels : ndarray of bool
-            Some of the block's pixels, in the order of `block.mask`'s True values.
-        truth : ndarray of float64
-            Their true depth [m].
-        """
-        ...
-
-    @property
-    def settled(self) -> bool:
-        """Whether the last stage has come to its end, rather than the iteration to `max_iterations`."""
-        ...
-
-    @property
-    def remark(self) -> str:
-        """What is to be said about how a settled iteration has ended; "" where there is nothing."""
-        ...
-
-    @property
-    def explained(self) -> bool:
-        """Whether a smooth surface explains all of the known depth up to its noise; False where none is looked for."""
-        ...
-
-    @property
-    def network(self) -> str | None:
-        """SHA-256 of the edge network that had a part in it; None if none had."""
-        ...
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the user should know of how it came about: none if all is as asked for."""
-        ...
+from .stepper import Stepper
 
 
 def make_stepper(

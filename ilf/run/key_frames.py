@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion.completion import Watch, block_depth
-from ..completion.filter import Stepper
-from ..completion.snapshot import Snapshot
+from ..completion.block import Watch, block_depth
+from ..completion.stepper import Snapshot, Stepper
 from ..data.blocks import Block
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters

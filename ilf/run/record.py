@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
-from ..completion.correction import load_correction_network
+from ..completion.correction_network import load_correction_network
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset

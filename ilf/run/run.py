@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion.completion import CompletionRun, Watch
+from ..completion.block import Watch
+from ..completion.completion import CompletionRun
 from ..completion.extrapolation import guess_steps
 from ..data.blocks import checked_drawn, checked_labels
 from ..data.frame import RGBDFrame, checked_frame, fixed

@@ -13,7 +13,8 @@ from unittest.mock import patch
 import numpy as np
 
 from ilf.completion.completion import complete
-from ilf.completion.correction import UNCORRECTED, CorrectionNetwork
+from ilf.completion.correction import UNCORRECTED
+from ilf.completion.correction_network import CorrectionNetwork
 from ilf.lab.bench.frames import find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.runner import score
@@ -30,7 +31,7 @@ def main() -> None:
     arguments = parser.parse_args()
     network = arguments.network and CorrectionNetwork.load(arguments.network)
     ratios = []
-    with patch("ilf.completion.completion.load_correction_network", lambda: network) if network else patch.dict({}):
+    with patch("ilf.completion.correction.load_correction_network", lambda: network) if network else patch.dict({}):
         for folder in find_frames(arguments.frames):
             source = load_bench_frame(folder)
             for seed in arguments.seeds:

@@ -158,10 +158,10 @@ def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
     run_all(opened)
     _export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    from ilf.completion import completion
+    from ilf.completion import block
 
-    honest = completion.block_depth
-    monkeypatch.setattr(completion, "block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
+    honest = block.block_depth
+    monkeypatch.setattr(block, "block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
     run_all(opened)
     assert "differs from the recorded one by up to 2.5e-01 m" in reported[-1]
 

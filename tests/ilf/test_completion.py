@@ -13,7 +13,8 @@ import pytest
 
 import ilf
 from ilf._runtime.threads import side_by_side
-from ilf.completion.completion import CompletionRun, complete, known_needed
+from ilf.completion.block import known_needed
+from ilf.completion.completion import CompletionRun, complete
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
@@ -358,7 +359,7 @@ def test_an_error_in_a_thread_comes_out_at_next(
             raise MemoryError("no room for block 2")
         return PassBandIteration(frame, block, parameters)
 
-    monkeypatch.setattr("ilf.completion.completion.make_stepper", broken)
+    monkeypatch.setattr("ilf.completion.block.make_stepper", broken)
     with pytest.raises(MemoryError, match="block 2"):
         complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 

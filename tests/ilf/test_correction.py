@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -16,29 +17,30 @@ from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import cancellable as questions
 from ilf._runtime.networks.models import CORRECTION
 from ilf._runtime.networks.network import LEAST_SIDE
-from ilf.completion import completion as completing
+from ilf.completion import block as completing
+from ilf.completion import correction as correcting
+from ilf.completion import filter as filters
 from ilf.completion.completion import CompletionRun
-from ilf.completion.correction import (
+from ilf.completion.correction import Correction, made_of
+from ilf.completion.correction_network import (
     CELL,
     CHANNELS,
     LARGEST,
-    Correction,
     CorrectionNetwork,
     _weighted,
     correction_features,
     factors_of,
     load_correction_network,
     load_of,
-    made_of,
     smoothed,
     solve,
     spread,
 )
 from ilf.completion.filter import is_guided
 from ilf.data.blocks import Block, find_blocks
-from ilf.data.results import BlockResult
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import present_sha256
+from ilf.segmentation import extraction
 
 RNG = np.random.default_rng(7)
 
@@ -221,6 +223,24 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
 
 
+def test_data_go_one_way_blocks_filter_correction(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the blocks are not as extracted, and the network's are found and completed for it."""
+    stages: list[str] = []
+
+    def noted(stage: str, owner: object, name: str) -> None:
+        real = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *args: stages.append(stage) or real(*args))
+
+    noted("blocks", extraction, "_blocks")
+    noted("filter", filters, "EdgeAwareIteration")
+    noted("correction", CorrectionNetwork, "change")
+    noted("correction", Correction, "applied")
+    ilf.complete(anew(frame), np.where(blocks == 1, 2, blocks))
+    assert [stage for stage, _ in groupby(stages)] == ["blocks", "filter", "correction"]
+
+
 def test_a_block_that_waits_for_the_correction_is_to_be_seen(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
     with CompletionRun(anew(frame), blocks, ilf.preset(), threads=1) as run:
         for _ in run:
@@ -249,7 +269,7 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     wish, fresh = threading.Event(), anew(frame)
-    change, hand_over = CorrectionNetwork.change, completing._corrected
+    change, hand_over = CorrectionNetwork.change, Correction.applied
 
     def ask() -> None:
         wish.set()
@@ -259,15 +279,15 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
         monkeypatch.setattr(questions, "check_stopped", ask)
         return change(self, *known)
 
-    def stopped_hand_over(*result: Any) -> BlockResult:
+    def stopped_hand_over(*known: Any) -> np.ndarray:
         wish.set()
-        return hand_over(*result)
+        return hand_over(*known)
 
     with monkeypatch.context() as patch:
         if moment == "look":
             patch.setattr(CorrectionNetwork, "change", stopped_change)
         else:
-            patch.setattr(completing, "_corrected", stopped_hand_over)
+            patch.setattr(Correction, "applied", stopped_hand_over)
         with CompletionRun(fresh, blocks, ilf.preset(), threads=1) as run, heeding(wish), pytest.raises(Cancelled):
             for _ in run:
                 pass
@@ -314,7 +334,7 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(
     def missing() -> CorrectionNetwork:
         raise InputError("There is no correction network at here.")
 
-    monkeypatch.setattr(completing, "load_correction_network", missing)
+    monkeypatch.setattr(correcting, "load_correction_network", missing)
     fresh = anew(frame)
     found = ilf.complete(fresh, blocks)
     assert "Depth is not corrected: There is no correction network at here." in found.notes
@@ -325,7 +345,7 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(
 def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
     frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(completing, "load_correction_network", lambda: pytest.fail("the network is asked"))
+    monkeypatch.setattr(correcting, "load_correction_network", lambda: pytest.fail("the network is asked"))
     thin = corrected.depth.copy()
     thin[::3, ::3] = np.nan
     found = ilf.complete(ilf.RGBDFrame(frame.rgb, thin), blocks)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf.completion.correction import CHANNELS
+from ilf.completion.correction_network import CHANNELS
 from ilf.errors import InputError
 from ilf.lab.training.correction.lesson import SampleFolder, read_sample, varied
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import ilf
-from ilf.completion import completion as completing
+from ilf.completion import correction as correcting
 from ilf.evaluation.edit_summary import Effect, edit_effect
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
@@ -109,8 +109,8 @@ def test_the_correction_network_is_asked_once_for_both_states(
     moved: tuple[Run, Run, LabelPatch], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = []
-    real = completing.load_correction_network
-    monkeypatch.setattr(completing, "load_correction_network", lambda: asked.append(1) or real())
+    real = correcting.load_correction_network
+    monkeypatch.setattr(correcting, "load_correction_network", lambda: asked.append(1) or real())
     before, after = (replace(run, parameters=ilf.preset(), drawn=None) for run in moved[:2])
     assert edit_effect(before, after, moved[2]).held_out is not None
     assert len(asked) == 1

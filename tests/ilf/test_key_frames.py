@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.completion import block_depth
+from ilf.completion.block import block_depth
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import IterationRecord
 from ilf.run.key_frames import KeyFrames, past_depth

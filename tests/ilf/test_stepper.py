@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.filter import Stepper, make_stepper
+from ilf.completion.filter import make_stepper
+from ilf.completion.stepper import Stepper
 from ilf.data.blocks import find_blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PRESETS

@@ -16,7 +16,7 @@ from ...data.frame_cache import Memory, once_per_frame
 from ...data.results import Completion
 from ...errors import ParameterError
 from ...segmentation.edges.frame_edges import find_edges
-from ..completion import known_needed
+from ..block import known_needed
 from ..edge_aware.view import beyond_reach
 from .features import (
     FLOOR,

@@ -24,7 +24,7 @@ from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
-from ..snapshot import Snapshot
+from ..stepper import Snapshot
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, seen_in
 from .kernels import Sums

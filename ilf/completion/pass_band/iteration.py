@@ -28,7 +28,7 @@ from ...data.blocks import Block
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import PassBandRecord, deviation, held_out_of, l1_norm
-from ..snapshot import Snapshot
+from ..stepper import Snapshot
 from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
 # Schedules of the cut-off radius: how the pass band grows while the iteration goes on (section 3).

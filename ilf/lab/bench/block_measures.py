@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from skimage.measure import label as connected_regions
 
-from ...completion.completion import known_needed
+from ...completion.block import known_needed
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters, preset

@@ -15,7 +15,7 @@ from onnx import numpy_helper
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ....completion.correction import CHANNELS, correction_features
+from ....completion.correction_network import CHANNELS, correction_features
 from ....errors import InputError
 from ....segmentation.edges.depth_edges import filled_log_depth
 from ..depth_edges.lesson import COARSE_SHARE, LOOK_AGAIN_S, coarse_loss, line_loss

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ....completion.correction import CHANNELS, factors_of, load_of, solve
+from ....completion.correction_network import CHANNELS, factors_of, load_of, solve
 from ..depth_edges.model import UP_WIDTHS, DepthEdgeModel
 
 # Changes that spread through a grid of conductors, differentiably.

@@ -1,0 +1,233 @@
+"""One block's way from known depth to its result, and several blocks at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._runtime.formatting import counted
+from .._runtime.memory import give_back
+from .._runtime.threads import Steps, available_cores, one_by_one, side_by_side
+from ..data.blocks import Block
+from ..data.frame import RGBDFrame
+from ..data.parameters import BlockParameters, Parameters
+from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
+from ..segmentation.edges.frame_edges import FrameEdges
+from .filter import edge_parameters, edges_for, guide_carries, make_stepper, most_pixels
+from .stepper import Stepper
+
+_AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
+"""Pixels that are worked on at a time, at most, or so many times those of the frame if that is more: each takes some 70
+bytes, however many threads there are."""
+
+Watch = Callable[[Block, IterationRecord, Stepper], None]
+"""Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
+
+EdgesOf = Callable[[RGBDFrame, Parameters, BlockParameters], FrameEdges | None]
+"""`edges_for`, or one that remembers what it gave."""
+
+
+@dataclass(frozen=True, eq=False)
+class BlockTask:
+    """A block to be completed: all that its result depends on.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    block : Block
+    parameters : Parameters
+    extraction : BlockParameters
+        The filter sees edges with these parameters of Canny and depth jumps.
+    drawn : ndarray of bool or None
+        The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None if none was.
+    """
+
+    frame: RGBDFrame
+    block: Block
+    parameters: Parameters
+    extraction: BlockParameters
+    drawn: NDArray[np.bool_] | None = None
+
+    @property
+    def raw(self) -> NDArray[np.float32]:
+        """Known depth [m] at the block's pixels, in the order of `block.mask`'s True values; NaN = missing."""
+        return self.frame.depth[self.block.box][self.block.mask]
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """Which of the block's pixels lie outside the depth camera's view, in the same order."""
+        if self.frame.outside_view is None:
+            return np.zeros(np.count_nonzero(self.block.mask), bool)
+        return self.frame.outside_view[self.block.box][self.block.mask]
+
+    @property
+    def most_pixels(self) -> int:
+        """How many pixels may be worked on: the memory that it takes goes with them."""
+        return most_pixels(self.frame, self.block, self.parameters)
+
+    def steps(self, edges_of: EdgesOf, live: dict[int, Stepper], watch: Watch | None) -> Steps[Progress]:
+        """All iterations, and the result at the end; while they go on, the stepper stands in `live`."""
+        block, parameters = self.block, self.parameters
+        edges = edge_parameters(parameters, self.extraction)
+        refusal = self._refusal()
+        if refusal is not None:
+            result = BlockResult(block, self.raw, refusal, (), parameters, edges=edges, drawn=self.drawn)
+            yield Progress(block.label, result=result)
+            return
+        seen = edges_of(self.frame, parameters, self.extraction)
+        stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, seen)
+        live[block.label] = stepper
+        history: list[IterationRecord] = []
+        truth = self._hidden_truth()
+        if truth is not None:
+            stepper.judge(*truth)
+        for record in stepper:
+            history.append(record)
+            if watch is not None:
+                watch(block, record, stepper)
+            yield Progress(block.label, record=record)
+        del live[block.label]
+        depth = block_depth(self.frame, block, stepper.surface, parameters)
+        result = BlockResult(
+            block,
+            depth,
+            self._outcome(depth, history, stepper),
+            CompactHistory(history),
+            parameters,
+            stepper.network,
+            stepper.notes,
+            edges,
+            self.drawn,
+            explained=stepper.explained,
+        )
+        del stepper
+        give_back(block.mask.size)
+        yield Progress(block.label, result=result)
+
+    def _refusal(self) -> BlockOutcome | None:
+        """Why the block is not iterated on, or None if it is."""
+        label, parameters, raw = self.block.label, self.parameters, self.raw
+        pixels, known = raw.size, int(np.count_nonzero(np.isfinite(raw)))
+        outside = int(np.count_nonzero(self.outside))
+        missing = pixels - known - outside * (not parameters.outside_view)
+        if missing == 0 and parameters.mode == "fill":
+            message = self._told_outside(outside) or "All depth is known."
+            return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
+        needed = int(known_needed(pixels, parameters))
+        if known < needed and not guide_carries(self.frame, self.block, parameters):
+            message = (
+                f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
+                "Merge it with a neighbour on the same surface, or lower the limits under Data."
+            )
+            return BlockOutcome(label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
+        return None
+
+    def _outcome(
+        self, completed: NDArray[np.float32], history: Sequence[IterationRecord], stepper: Stepper
+    ) -> BlockOutcome:
+        raw, outside = self.raw, self.outside
+        beyond = int(np.count_nonzero(outside))
+        missing = np.isnan(raw) & ~outside
+        left = int(np.count_nonzero(missing & np.isnan(completed)))
+        message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
+        if left:
+            message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
+        message = f"{message} {self._told_outside(beyond)}".strip()
+        return BlockOutcome(
+            label=self.block.label,
+            status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
+            message=message,
+            pixels=raw.size,
+            known=int(np.count_nonzero(np.isfinite(raw))),
+            recovered=int(np.count_nonzero(missing)) - left,
+            iterations=len(history),
+            stages=history[-1].stage,
+            sigma_i=history[-1].sigma_i,
+            outside=beyond,
+        )
+
+    def _told_outside(self, pixels: int) -> str:
+        """What becomes of so many pixels outside the depth camera's view, as a sentence; "" if there are none."""
+        if not pixels:
+            return ""
+        filled = self.parameters.outside_view
+        how = "filled, though nothing could be measured there" if filled else "left missing"
+        return f"{counted(pixels, 'pixel')} outside the depth camera's view {how}."
+
+    def _hidden_truth(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
+        """Which of the block's pixels in view have no depth but a truth, and that truth [m]; None if there are none."""
+        if self.frame.truth is None:
+            return None
+        truth = self.frame.truth[self.block.box][self.block.mask]
+        judged = self.frame.missing[self.block.box][self.block.mask] & np.isfinite(truth)
+        return (judged, truth[judged].astype(np.float64)) if judged.any() else None
+
+
+def filter_steps(
+    tasks: Sequence[BlockTask], threads: int | None, live: dict[int, Stepper], watch: Watch | None = None
+) -> Steps[Progress]:
+    """All iterations and results of some blocks of a frame, which come in any order where threads share them.
+
+    Parameters
+    ----------
+    tasks : sequence of BlockTask
+        In the order in which they are completed, if that is one after the other.
+    threads : int or None
+        Blocks that are completed at the same time; None for as many as there are cores. With 1 they are completed one
+        after the other in the caller's thread, one step at a time.
+    live : dict of label to Stepper
+        Holds what is iterated on while that goes on; it is filled and emptied here.
+    watch : Watch, optional
+    """
+    # a network's file is looked at once, not for every block
+    edges_of = cache(edges_for)
+    width = min(available_cores() if threads is None else threads, len(tasks))
+    if width <= 1:
+        return one_by_one([task.steps(edges_of, live, watch) for task in tasks])
+    largest_first = sorted(tasks, key=lambda task: task.most_pixels, reverse=True)
+    return side_by_side(
+        [task.steps(edges_of, live, watch) for task in largest_first],
+        width,
+        [task.most_pixels for task in largest_first],
+        max(_AT_ONCE, _FRAMES_AT_ONCE * tasks[0].frame.depth.size),
+    )
+
+
+def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
+    """Known pixels that blocks of so many pixels need at least to be iterated on."""
+    share = np.ceil(parameters.min_known_share * np.asarray(pixels))
+    return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
+
+
+def block_depth(
+    frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
+) -> NDArray[np.float32]:
+    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block; outside
+    the depth camera's view only if the parameters ask for it.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+    surface : ndarray of float64
+        P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
+    parameters : Parameters
+        Their mode and `outside_view`.
+
+    Returns
+    -------
+    ndarray of float32
+        Depth [m] at the same pixels, NaN = missing.
+    """
+    raw = frame.depth[block.box][block.mask]
+    replace = surface > 0
+    if parameters.mode == "fill":
+        replace &= np.isnan(raw)
+    left = frame.left_missing(parameters.outside_view)
+    if left is not None:
+        replace &= ~left[block.box][block.mask]
+    return np.where(replace, surface, raw).astype(np.float32)
