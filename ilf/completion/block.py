@@ -64,11 +64,6 @@ class BlockTask:
             return np.zeros(np.count_nonzero(self.block.mask), bool)
         return self.frame.outside_view[self.block.box][self.block.mask]
 
-    @property
-    def most_pixels(self) -> int:
-        """How many pixels may be worked on: the memory that it takes goes with them."""
-        return most_pixels(self.frame, self.block, self.parameters)
-
     def steps(self, edges_of: EdgesOf, live: dict[int, Stepper], watch: Watch | None) -> Steps[Progress]:
         """All iterations, and the result at the end; while they go on, the stepper stands in `live`."""
         block, parameters = self.block, self.parameters
@@ -188,11 +183,12 @@ def filter_steps(
     width = min(available_cores() if threads is None else threads, len(tasks))
     if width <= 1:
         return one_by_one([task.steps(edges_of, live, watch) for task in tasks])
-    largest_first = sorted(tasks, key=lambda task: task.most_pixels, reverse=True)
+    sizes = {task.block.label: most_pixels(task.frame, task.block, task.parameters) for task in tasks}
+    largest_first = sorted(tasks, key=lambda task: sizes[task.block.label], reverse=True)
     return side_by_side(
         [task.steps(edges_of, live, watch) for task in largest_first],
         width,
-        [task.most_pixels for task in largest_first],
+        [sizes[task.block.label] for task in largest_first],
         max(_AT_ONCE, _FRAMES_AT_ONCE * tasks[0].frame.depth.size),
     )
 

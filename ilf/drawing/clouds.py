@@ -125,6 +125,8 @@ def few_of(points: NDArray[np.float32]) -> NDArray[np.float32]:
     return points[np.isfinite(points).all(axis=1)]
 
 
+# The picture: every point a square, the nearest wins.
+
 MAX_POINT_SIZE = 12
 """Largest side of a point [px]; automatic sizes stop here when zoomed far in."""
 

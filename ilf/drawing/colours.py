@@ -83,7 +83,7 @@ def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
     return few[np.isfinite(few)]
 
 
-# Lookup tables from 8-bit indices, as `levels` makes them, to colours. Index 0, missing, is grey in all of them.
+# Lookup tables from 8-bit indices, as `to_indices` makes them, to colours. Index 0, missing, is grey in all of them.
 
 Colour = tuple[int, int, int]
 """Red, green, blue, 0-255."""

@@ -265,6 +265,8 @@ def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     return mark(apart(labels))
 
 
+# The extraction: all stages, each remembered with the frame.
+
 _USUAL_LIMIT = 0.2
 """Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
 
@@ -424,7 +426,7 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     -----
     RuntimeWarning
         If Canny's edges stand in for the network's, because it is missing or none. A bare label map cannot carry
-        notes, and other blocks than asked for must not pass in silence; `ilf.ebs.extract` gives the same blocks with
+        notes, and other blocks than asked for must not pass in silence; `extract` beside it gives the same blocks with
         `notes` and without a warning.
 
     Examples

@@ -32,6 +32,8 @@ from .features import (
 from .fitted import MODELS
 from .model import WITHIN, ErrorModel
 
+Array = NDArray[np.float32]
+
 # How much harder a frame is than it looks: part of its own depth is hidden, and walks from there tell what it was.
 #
 # What they say is no completion, but as far as frames differ in how hard they are, it is with one as with the other.
@@ -97,7 +99,7 @@ def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
     return np.asarray(beside**2 + ((rows - row * height) ** 2).astype(np.float32) <= (_RADIUS * shape[1]) ** 2)
 
 
-Array = NDArray[np.float32]
+# Expected error of filled pixels, and where nothing measured vouches for them.
 
 DEFAULT_MODEL = "edge-aware"
 """Model of depth that another method has filled in."""
@@ -243,24 +245,20 @@ def _free_walks(frame: RGBDFrame) -> Walks:
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
     """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
-    with taking(_at_work.lock_of(frame)):
-        error = _error_alone(frame, depth, model, edges)
-        give_back(error.size)
-        return error
-
-
-def _error_alone(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
-    filled = filled_pixels(frame, depth)
-    features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
-    check_stopped()
-    values = np.empty(depth_there.shape, np.float32)
-    for name, number in _NUMBERS.items():
-        own = model_there == number
-        if own.any():
-            difficulty = frame_difficulty(frame, MODELS[name])
-            values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
     error = np.full(frame.shape, np.nan, np.float32)
-    error[filled] = values
+    with taking(_at_work.lock_of(frame)):
+        filled = filled_pixels(frame, depth)
+        features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+        check_stopped()
+        values = np.empty(depth_there.shape, np.float32)
+        for name, number in _NUMBERS.items():
+            own = model_there == number
+            if own.any():
+                difficulty = frame_difficulty(frame, MODELS[name])
+                values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
+        error[filled] = values
+        del features
+        give_back(error.size)
     return error
 
 

@@ -18,12 +18,12 @@ from ...segmentation.edges.frame_edges import FrameEdges, find_edges
 from ..edge_aware.smoothness import solve_grid
 from ..filter import edge_parameters
 
+Array = NDArray[np.float32]
+
 # What random walks from every pixel come upon: walks that hardly get across edges, and end at known depth.
 #
 # Where known depth surrounds a pixel and agrees, walks are short and end at one depth. In a wide hole they are long;
 # beside a far surface and a near one they end at either; behind edges on all sides they hardly end at all.
-
-Array = NDArray[np.float32]
 
 _CELLS = 6000
 """The grid of the walks has no more cells than that, of 2, 4, 8, ... px."""
@@ -143,6 +143,8 @@ def _solve(
     diagonal[1:] += below[:-1]
     return solve_grid(diagonal, (-right,), (-below,), wanted)
 
+
+# Features of filled pixels: what the walks, the known depth around and the edges tell.
 
 FLOOR = 1e-4
 """Smallest expected error, as a share of depth: also what keeps the logarithms of jumps and bends finite."""

@@ -15,9 +15,9 @@ from ...data.frame_cache import once_per_frame
 from ...data.pixel_grids import nearest_values
 from .guide_curve import Array, Mask, fitted, sharpened, slow, smoothest, sums_of_cells, weighted_median
 
-# How far a guide is to be believed: known depth is hidden in areas, and completed with the guide and without.
-
 Values = NDArray[np.float64]
+
+# How far a guide is to be believed: known depth is hidden in areas, and completed with the guide and without.
 
 _PIXELS = 20_000
 """The test is made on a part of the frame's pixels, a lattice of about so many."""
@@ -141,6 +141,8 @@ def _error(depth: Array, base: Array, left: Mask, hidden: Mask, cell: int) -> Ar
     totals, wanted = (sums_of_cells(np.where(mask, depth - base, np.float32(0)), cell) for mask in (left, hidden))
     return wanted - asked * smoothest(counts, totals, _SLOPE, _BENDING / cell**2)
 
+
+# The guide in metres, and how far to follow it.
 
 _LEFT_ASIDE = "The guide was left aside: where known depth is hidden for a test, it does not come back better with it."
 

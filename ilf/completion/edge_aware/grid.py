@@ -15,14 +15,14 @@ from ...data.frame import RGBDFrame
 from ...data.pixel_grids import enlarged, largest_of_four, sums_of_four
 from .kernels import Sums, tally
 
-# What a border that was drawn by hand parts: links between neighbouring cells, on every grid of the pyramid.
+Mask = NDArray[np.bool_]
+Array = NDArray[np.float32]
+
+# Cut links: what a border that was drawn by hand parts, on every grid of the pyramid.
 #
 # On the finest grid, links from the block's drawn pixels out of the block are cut. A coarser cell that such a cut
 # goes through stands for its part in the block alone, so that nothing known beyond the cut gets into it; and two
 # coarser cells are linked if at least one link is left between what they stand for.
-
-Mask = NDArray[np.bool_]
-Array = NDArray[np.float32]
 
 _SOME = 0.01
 """Shares are multiples of 1/16, but for rounding."""
@@ -98,6 +98,9 @@ def _even(values: Mask) -> Mask:
 def _last_open(linked: Mask) -> Mask:
     linked[:, -1] = True
     return linked
+
+
+# The pyramid: grids, and how surfaces get from one to the next finer.
 
 
 class Level(NamedTuple):

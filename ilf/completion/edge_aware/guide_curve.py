@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from .shape import noise_of
 from .smoothness import SmoothnessEnergy, make_weights
 
-# The monotone curve from what a guide says to depth.
-
 Values = NDArray[np.float64]
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+# The monotone curve from what a guide says to depth.
 
 _BINS = 32
 """Known depth is told apart by so many ranges of the guide, with as many samples in each."""
@@ -149,8 +151,7 @@ def _isotonic(values: Values, weights: Values) -> Values:
     return np.repeat(means, sizes)
 
 
-Array = NDArray[np.float32]
-Mask = NDArray[np.bool_]
+# A guide fitted to known depth: the curve, times a factor that varies slowly over the frame.
 
 _SAMPLES = 20_000
 """The curve is fitted to about so many pixels."""

@@ -33,13 +33,13 @@ from .shape import noise_of, polynomial_trend
 from .smoothness import SmoothnessEnergy, Told, Weights, make_weights
 from .view import NEAREST, WIDE, View
 
+Array = NDArray[np.float32]
+
 # Taking noise off known depth, in the mode fill+denoise: as stiff as the noise calls for, and over no jump.
 #
 # From the raw depth on, the surface is made stiffer from round to round. How rough noise can make it after each is
 # known; where it bends or steps by more than that, it lets go in the next. So jumps of known depth are edges, and
 # show in ever finer detail as the noise around them goes down.
-
-Array = NDArray[np.float32]
 
 _DENOISING_ROUNDS = ((5, 4), (30, 6), (200, 16), (1000, 28))
 """In every round, how many times more bending weighs than it does to fill, and the steps, at most."""
@@ -177,6 +177,8 @@ class Round:
             self.weights.loosen(u, self.scale, _NOISY_SLOPE_JUMPS)
         return SmoothnessEnergy(self.counts, self.totals, self.weights)
 
+
+# The iteration: grids from the coarsest to the finest, then rounds in which jumps let go or noise is taken off.
 
 _Step = tuple[Grid, Array, Sums]
 """The grid, the surface on it, and what there is to tell of the step."""

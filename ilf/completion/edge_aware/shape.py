@@ -17,6 +17,10 @@ from scipy.sparse.linalg import splu
 from ..._runtime.compiling import compiled
 from .noise import Noise
 
+Array = NDArray[np.float64]
+
+# The quadric that a block's known depth follows on the whole, refined by a sheet.
+
 _ROUNDS = 4
 """Rounds of reweighting, in which what does not lie on the quadric loses its pull."""
 
@@ -40,7 +44,6 @@ _STIFFNESS = 1e9
 
 _MIXED = 30
 """Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
-
 
 _AT_ONCE = 1 << 18
 """Pixels that the shape is worked out of at a time, so that it takes little memory beside what is found."""
@@ -238,14 +241,10 @@ def _difference(size: int, order: int) -> csr_array:
 
 # The polynomial that a block's known depth follows to within its noise, of no more terms than it bears out.
 
-Array = NDArray[np.float64]
-
 _ORDERS = (8, 6, 4, 2)
 """Largest power of row and column together: the first for which what lies in gaps is certain enough."""
 
 _ORDER = _ORDERS[0]
-
-"""The polynomial is found from the means of about so many cells."""
 
 _BORNE_OUT = 2.0
 """A term counts in full where it is many times what noise alone would make of it, and not at all below so many."""

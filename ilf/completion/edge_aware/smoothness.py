@@ -22,9 +22,10 @@ from ..._runtime.compiling import compiled, inner
 from . import kernels
 from .kernels import Sums
 
-# Direct solution of the equations of a small grid, in which every cell is tied to a few around it.
-
 Values = NDArray[np.float64]
+Array = NDArray[np.float32]
+
+# Direct solution of the equations of a small grid, in which every cell is tied to a few around it.
 
 _LANES = 32
 """Rows are taken off another in multiples of so many columns: whole vectors, with nothing left over."""
@@ -125,7 +126,7 @@ def _solve_band(band: Values, found: Values) -> Values:
     return solveh_banded(band[:, :-_BEYOND].T, found.T, lower=True, check_finite=False).T
 
 
-Array = NDArray[np.float32]
+# The energy, and the ways to its minimum: conjugate gradients, or a direct solution.
 
 _CONVERGED = 1e-14
 """Share of the first squared residual below which there are no digits left to gain."""

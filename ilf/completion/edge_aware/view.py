@@ -20,13 +20,13 @@ from .fitted_guide import FittedGuide, fit_guide
 from .grid import Grid, Parting
 from .shape import trend_of
 
-# A block's own word: around wide gaps, edges fade towards the block's own known depth alone.
+Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+# Block-local edges: around wide gaps, edges fade towards the block's own known depth alone.
 #
 # Among dense samples the depth itself says where the jumps are, so edges fade towards known depth. But beside a wide
 # gap, what is known of other blocks says nothing of this one: there it is the edge that must part them.
-
-Array = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 WIDE = 8
 """A gap is wide where a pixel is so far [px] from known depth; up to there, samples on both sides say enough."""
@@ -54,7 +54,7 @@ def own_distance(distance: Array, inside: Mask) -> Array:
     return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32)
 
 
-# Holes that begin where the sensor's reach ends: what is missing there lies beyond all that is known around.
+# Sensor range: what is missing in holes that begin where it ends lies beyond all that is known around.
 
 _REACH_SHARE = 0.99
 """So much of a frame's known depth lies within the reach."""
@@ -178,6 +178,8 @@ def flying_pixels(frame: RGBDFrame) -> NDArray[np.bool_]:
                 alike[part] += near
     return known & (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
 
+
+# The view: the window around the block, and the finest grid that is made of it.
 
 _CONTEXT = {"fill": 20, "fill+denoise": 40}
 """Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""

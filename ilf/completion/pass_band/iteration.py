@@ -31,9 +31,9 @@ from ...data.results import PassBandRecord, deviation, held_out_of, l1_norm
 from ..stepper import Snapshot
 from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
-# Schedules of the cut-off radius: how the pass band grows while the iteration goes on (section 3).
-
 Radii = tuple[float, float]
+
+# Schedules of the cut-off radius: how the pass band grows while the iteration goes on (section 3).
 
 
 class Schedule(Protocol):
@@ -136,6 +136,8 @@ def principal_lengths(mask: NDArray[np.bool_]) -> tuple[float, float]:
     extents = along.max(axis=0) - along.min(axis=0) + 1.0
     return float(extents.max()), float(extents.min())
 
+
+# The iteration, on the small grid of the band.
 
 _GROWTH = 1.06
 """By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""

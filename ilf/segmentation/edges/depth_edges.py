@@ -13,9 +13,9 @@ from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image
 
-# What the depth-edge network is told of the known depth: the same numbers in training and in use.
-
 Array = NDArray[np.float32]
+
+# What the depth-edge network is told of the known depth: the same numbers in training and in use.
 
 CHANNELS = ("known", "filled", "fine relief", "wide relief", "distance", "nearest")
 """What `depth_features` gives, in this order."""
@@ -92,6 +92,8 @@ def _fill(values: Array, weights: Array) -> Array:
     around = cv2.resize(coarse, values.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.where(weights > 0, values, around)
 
+
+# The network.
 
 MULTIPLE = 32
 COARSE = 4

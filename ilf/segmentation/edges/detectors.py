@@ -13,7 +13,6 @@ from ...errors import FormatError, InputError
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
 """Otsu's threshold parts strong edges from all others; watertight boundaries need the fainter ones too."""
 
-
 _FAINTEST = 0.1
 """Least threshold that Otsu's rule may give for the network's strength: an image of one colour has no edges."""
 
@@ -38,10 +37,8 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
     dy = cv2.Sobel(lab, cv2.CV_16S, 0, 1, borderType=cv2.BORDER_REFLECT)
     sizes = np.abs(dx) + np.abs(dy)
     size, strongest_x, strongest_y = sizes[..., 0], dx[..., 0], dy[..., 0]
-    for channel in (
-        1,
-        2,
-    ):  # arrays of one channel each: reducing along the last, short axis takes several times as long
+    # arrays of one channel each: reducing along the last, short axis takes several times as long
+    for channel in (1, 2):
         larger = sizes[..., channel] > size
         size = np.maximum(size, sizes[..., channel])
         strongest_x = np.where(larger, dx[..., channel], strongest_x)

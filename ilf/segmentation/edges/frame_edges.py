@@ -18,9 +18,9 @@ from .depth_edges import DepthEdgeNetwork, DepthEdges
 from .detectors import EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
 from .relief import Relief, find_relief
 
-# Edges of the filter from depth edges and contours together: each knows what the other does not.
-
 Array = NDArray[np.float32]
+
+# Edges of the filter from depth edges and contours together: each knows what the other does not.
 
 _BESIDE, _SHARP = 3, 4
 """Within so many pixels the crest of a line stands out, and how sharply."""
@@ -61,6 +61,8 @@ def _largest_within(values: Array, radius: int) -> Array:
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
     return np.asarray(cv2.dilate(values, disk), np.float32)
 
+
+# All edges of a frame: found once, and what stands in for a network that is missing.
 
 _BESIDE_CANNY = 0.9
 """Factor on the gradient's strength off Canny's lines, which must stand above what lies beside them."""

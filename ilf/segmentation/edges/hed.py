@@ -13,6 +13,8 @@ from onnx import helper, numpy_helper
 
 from .hed_weights import CONVOLUTIONS, FUSION, SCORES, UPSAMPLINGS, Layer, normalisation
 
+# HED as an ONNX file.
+
 _CAFFE_PADDING = 35
 _OPSET = 17
 _IR_VERSION = 8

@@ -153,7 +153,7 @@ def _shape(item: memoryview) -> tuple[int | None, ...]:
     return tuple(size[-1] if size and size[-1] > 0 else None for size in sizes)
 
 
-__all__ = ["INPUTS", "add_model"]
+# A file that becomes an edge network of the user's own.
 
 _ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
 _AS_IT_IS = "rgb"

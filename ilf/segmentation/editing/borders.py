@@ -206,6 +206,8 @@ class CrackPaths:
         return self.line(one, path if path is not None else np.empty(0, np.intp))
 
 
+# The border between two blocks, drawn anew.
+
 _BEYOND_CROP = -2
 """In place of a label, where the label map goes on beyond what is looked at."""
 

@@ -27,6 +27,8 @@ def usual_relief(frame: RGBDFrame) -> Relief:
     return relief_of(frame, BlockParameters())
 
 
+# A line moved onto the strongest evidence beside it.
+
 _NETWORK, _GRADIENT = 0.5, 0.5
 """What edge strength and colour gradient count beside a depth jump, which counts 1."""
 

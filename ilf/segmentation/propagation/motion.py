@@ -14,6 +14,9 @@ from ..._runtime.cancellation import check_stopped
 from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
 
+Pose = NDArray[np.float64]
+Labels = NDArray[np.int32]
+
 Mask = NDArray[np.bool_]
 Field = NDArray[np.float32]
 
@@ -218,8 +221,6 @@ def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
 
 # Motion by a known pose: points of the one frame seen from where the other was taken.
 
-Pose = NDArray[np.float64]
-
 _LEAST_MOTION = 8.0
 """Motions that are smaller [px] are not told from errors of the flow."""
 
@@ -278,8 +279,6 @@ def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
 
 
 # Connected parts of blocks, each of which moves as its inside does.
-
-Labels = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)

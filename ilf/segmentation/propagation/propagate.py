@@ -71,6 +71,8 @@ def doubts(labels: Labels, settled: Settled) -> dict[int, str]:
     return reasons
 
 
+# Carrying blocks to the next frame.
+
 WAYS = ("auto", "copied", "flow", "pose")
 """How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
 

@@ -59,6 +59,8 @@ def named_by_overlap(fresh: Labels, carried: Labels, taken: Collection[int]) -> 
     return number_of[fresh], frozenset(number_of[new].tolist())
 
 
+# Carried borders settled on edges.
+
 _LOOSE = 1.5
 """How far [px] a carried border may move to an edge beside it: often enough, and it stays with the edge."""
 
