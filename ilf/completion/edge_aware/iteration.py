@@ -147,18 +147,16 @@ class Denoising:
         """Change [m] below which a round is steady."""
         return _STEADY * float(np.median(self.deviation))
 
-    # Noise whose power is one over a surface that weights w make stiff against bending: with frequencies k, what is
-    # left of it is 1 / (1 + w k^4), so its variance is 1 / (16 w^(1/2)), that of second differences 1 / (16 w^(3/2)).
-
     def _bent_by_noise(self, times: float) -> Array:
-        return self._power() * (self._stiffness(times) ** -0.75 / 4)
+        """Second differences that noise leaves in a surface so many times as stiff against bending.
 
-    def _power(self) -> Array:
-        return self.deviation * np.float32(math.sqrt(self.grain))
-
-    def _stiffness(self, times: float) -> np.float32:
+        Noise whose power is one over a surface that weights w make stiff: with frequencies k, what is left of it is
+        1 / (1 + w k^4), so its variance is 1 / (16 w^(1/2)), that of second differences 1 / (16 w^(3/2)).
+        """
+        power = self.deviation * np.float32(math.sqrt(self.grain))
         # weights that are asked to be larger or smaller do not change what counts as a jump
-        return np.float32(max(self.bending * times * self.grain, 1e-6))
+        stiffness = np.float32(max(self.bending * times * self.grain, 1e-6))
+        return power * (stiffness**-0.75 / 4)
 
 
 @dataclass(frozen=True, eq=False)
