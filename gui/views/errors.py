@@ -98,5 +98,4 @@ class ErrorPresenter(QObject):
 
 def _find(question: _Question) -> Doubt:
     """Off the GUI's thread."""
-    frame, completion = question.session.frame, question.completion
-    return Doubt(expected_error(frame, completion), unvouched(frame, completion))
+    return Doubt(expected_error(question.completion), unvouched(question.completion))

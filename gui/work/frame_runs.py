@@ -269,11 +269,10 @@ class FrameRuns(QObject):
     def _begin_guess(self, completion: Completion) -> None:
         self._guessing = completion
         self._started = time.perf_counter()
-        frame, extraction = self.session.frame, self.session.notes.extraction
-        outside_view = self.session.common.outside_view
+        extraction, outside_view = self.session.notes.extraction, self.session.common.outside_view
 
         def job() -> Generator[Step, None, Completion]:
-            steps = guess_steps(frame, completion, extraction, outside_view)
+            steps = guess_steps(completion, extraction, outside_view)
             while True:
                 try:
                     yield Progress(GUESS, record=next(steps)), None

@@ -24,7 +24,7 @@ from ..evaluation.evaluation import Judgement, judge_completion
 from ..evaluation.hold_out import judge_hidden
 from ..io.depth import write_depth
 from ..io.labels import also_distrusting
-from ..run.options import RECORD_FILE
+from ..run.options import RECORD_FILE, without_impossible_cloud
 from ..run.run import Run
 from ..run.writing import check_write, write
 from ..sources.frames import load_frame
@@ -311,11 +311,8 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     if settings.distrust is not None:
         loaded = also_distrusting(loaded, settings.distrust)
     run = settings.recipe.run_of(loaded)
-    options = settings.options
-    notes = [*loaded.notes, *run.notes]
-    if loaded.intrinsics is None and options.cloud is not None:
-        options = replace(options, cloud=None)
-        notes.append("No point cloud is written, because the camera's intrinsics are not known.")
+    options, without = without_impossible_cloud(settings.options, loaded)
+    notes = [*loaded.notes, *run.notes, *without]
     folder = task.folder_of(frame)
     check_write(folder, run, options)
     completion = run.complete(threads=threads)
@@ -337,7 +334,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
 
 def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, threads: int | None) -> FrameOutcome:
     missing, outside = run.frame.missing, run.frame.outside_view
-    expected = error_summary(expected_error(run.frame, completion), completion)
+    expected = error_summary(expected_error(completion), completion)
     hidden = task.settings.hidden
     whole = Judgement() if hidden is None else judge_hidden(run, hidden, threads=threads).whole
     truth = Judgement() if run.frame.truth is None else judge_completion(run.frame, completion)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,15 @@ from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters
 from ..io.block_files import read_blocks
 from ..io.labels import LoadedBlocks
-from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, MESH_FILES, ExportOptions
+from ..run.options import (
+    CLOUD_AXES,
+    CLOUD_FILES,
+    CLOUD_UNITS,
+    DEPTH_FILES,
+    MESH_FILES,
+    ExportOptions,
+    without_impossible_cloud,
+)
 from ..segmentation.extraction import FoundBlocks
 from ..segmentation.reextraction import gaps_filled
 from .parsing import BLOCK_PREFIX, UsageError, given_parameters, with_given
@@ -100,10 +107,7 @@ def fitting(
     options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, way_out: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
     """The options without a cloud that nobody asked for and that cannot be, and a note about it, with what to do."""
-    if frame.intrinsics is not None or options.cloud is None or space_flags(arguments):
-        return options, ()
-    note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
-    return replace(options, cloud=None), (note,)
+    return (options, ()) if space_flags(arguments) else without_impossible_cloud(options, frame, way_out)
 
 
 # Blocks that the arguments name, from this program or another, and what is left of the extraction then.

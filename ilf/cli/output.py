@@ -40,7 +40,7 @@ def completion_report(
     guide = fit_guide(frame)
     errors: dict[int, Judgement] = {}
     if frame.truth is not None:
-        expected = expected_error(frame, completion)
+        expected = expected_error(completion)
         whole = judge_completion(frame, completion, expected=expected)
         errors = judge_blocks(frame, completion, run.blocks)
         judged = [_judgement_line(whole), *_source_of_error(run, completion, largest_share(whole, errors))]
@@ -135,7 +135,7 @@ def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float
     if largest is None:
         return []
     label, share = largest
-    doubtful = unvouched(run.frame, completion)[completion.filled & (run.blocks == label)].mean()
+    doubtful = unvouched(completion)[completion.filled & (run.blocks == label)].mean()
     why = f"; nothing measured vouches for {doubtful:.0%} of its filled pixels" if doubtful >= _MOST else ""
     return [f"Block {label} has {share:.0%} of the squared error{why}."]
 

@@ -114,7 +114,7 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     parameters = with_given(chosen.parameters, arguments)
     extraction = with_given(chosen.extraction or BlockParameters(), arguments)
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
-    made = Run.extracted(frame, extraction, parameters)
+    made = Run.of(frame, preset=parameters, extraction=extraction)
     if not made.blocks.any():
         raise InputError(f"There are no blocks in {frame.name}, so there is nothing to report on.")
     completion = _complete(made, tell)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from collections.abc import Collection, Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
 from typing import Self
@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import check_stopped
 from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
+from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, as_parameters
-from ..data.results import NO_BLOCK, BlockResult, Completion, Progress, compose, notes_of
+from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of
 from ..errors import InputError
 from .block import BlockTask, Watch, block_depth, filter_steps
 from .correction import Base, Correction, find_base, is_to_be_corrected
@@ -52,7 +53,8 @@ class CompletionRun(Iterator[Progress]):
         What the blocks were extracted with, where that is known: the filter sees edges with the same parameters of
         Canny and depth jumps. Those of the defaults if left out.
     drawn : array_like of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand; see `complete`.
+        Pixels of blocks whose border, to another block or to none, was drawn by hand; see
+        `ilf.complete`.
     watch : callable, optional
         A `Watch`, for those who want to look at the surface of every single iteration. The run waits for it.
 
@@ -127,83 +129,16 @@ class CompletionRun(Iterator[Progress]):
         return running + [(result.block, result.depth) for result in list(self.uncorrected.values())]
 
 
-def complete(
-    frame: RGBDFrame,
-    blocks: NDArray[np.integer],
-    parameters: ParameterChoice | None = None,
-    *,
-    on_progress: Callable[[Progress], None] | None = None,
-    threads: int | None = None,
-    extraction: BlockParameters | None = None,
-    drawn: ArrayLike | None = None,
-    guide: ArrayLike | Guide | None = None,
-) -> Completion:
-    """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    blocks : ndarray of int, shape (H, W)
-        Label map, 0 = no block.
-    parameters : Parameters, str or mapping of label to either, optional
-        A text is the name of a preset. The default preset, "best", if left out.
-    on_progress : callable, optional
-        Called with every `Progress`; raise `Cancelled` in it to stop.
-    threads : int, optional
-        Blocks that run at the same time; as many as there are cores if left out. The result is the same.
-    extraction : BlockParameters, optional
-        What the blocks were extracted with, unless that were the defaults: the filter sees the same edges then.
-    drawn : array_like of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. Of a
-        block's result, only those of its own pixels decide. The pass band has no use for them, since it sees nothing
-        beyond a block.
-    guide : array_like or Guide, optional
-        Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a network
-        that looks at colour, or another sensor. The frame's own, if it has one, if left out. NaN, infinite and zero
-        mean that nothing is said there. The edge-aware filter follows it as far as the known depth bears it out; the
-        pass band has no use for it.
-
-    Returns
-    -------
-    Completion
-        Blocks without enough known depth are reported in `outcomes` and stay missing.
-
-    Raises
-    ------
-    InputError
-        If label map or drawn borders do not fit the frame.
-    ParameterError
-        For an unknown preset, or what are no parameters.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import ilf
-    >>> depth = np.full((20, 30), 2.0)
-    >>> depth[8:12, 10:20] = np.nan
-    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-    >>> result = ilf.complete(frame, np.ones((20, 30), np.int32))
-    >>> int(result.filled.sum()), round(float(result.depth[10, 15]), 3), result.outcomes[1].status.value
-    (40, 2.0, 'completed')
-    """
-    chosen = Parameters() if parameters is None else parameters
-    guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
-    with CompletionRun(guided, blocks, chosen, threads=threads, extraction=extraction, drawn=drawn) as run:
-        for progress in run:
-            if on_progress is not None:
-                on_progress(progress)
-    return compose(guided, run.results)
-
-
 def iterate(
     frame: RGBDFrame,
     blocks: NDArray[np.integer],
     label: int,
-    parameters: Parameters | str | None = None,
+    preset: Parameters | str | None = None,
     *,
     extraction: BlockParameters | None = None,
     drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
+    **changes: Value,
 ) -> Stepper:
     """The stepper of one block: iterate over it for one record per iteration.
 
@@ -214,14 +149,16 @@ def iterate(
         Label map, 0 = no block.
     label : int
         The block.
-    parameters : Parameters or str, optional
+    preset : Parameters or str, optional
         Or the name of a preset. The default preset, "best", if left out.
     extraction : BlockParameters, optional
-        As in `complete`.
+        As in `ilf.complete`.
     drawn : array_like of bool, shape (H, W), optional
-        As in `complete`.
+        As in `ilf.complete`.
     guide : array_like or Guide, optional
-        As in `complete`.
+        As in `ilf.complete`.
+    **changes
+        Any of the `Parameters` by name.
 
     Returns
     -------
@@ -233,7 +170,7 @@ def iterate(
     InputError
         If there is no such block, or it has no known depth at all.
     ParameterError
-        For an unknown preset, or what are no parameters.
+        For an unknown preset or parameter, or what are no parameters.
 
     Examples
     --------
@@ -242,12 +179,13 @@ def iterate(
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-    >>> stepper = ilf.iterate(frame, np.ones((20, 30), np.int32), 1, ilf.preset("released-code", max_iterations=3))
+    >>> stepper = ilf.iterate(frame, np.ones((20, 30), np.int32), 1, "released-code", max_iterations=3)
     >>> [(record.i, round(record.radii[0], 2)) for record in stepper]
     [(1, 1.0), (2, 1.89), (3, 2.78)]
     >>> stepper.surface.shape
     (600,)
     """
+    parameters = as_parameters(preset, **changes)
     found = find_blocks(checked_labels(blocks, checked_frame(frame).shape))
     if label not in found:
         raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
@@ -256,7 +194,7 @@ def iterate(
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
     guided = frame if guide is None else frame.with_guide(guide)
-    return make_stepper(guided, block, as_parameters(parameters), extraction, own)
+    return make_stepper(guided, block, parameters, extraction, own)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:

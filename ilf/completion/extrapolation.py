@@ -13,60 +13,21 @@ from ..data.results import Completion, IterationRecord
 from .completion import iterate
 
 
-def fill_rest(
-    frame: RGBDFrame,
-    completion: Completion,
-    *,
-    extraction: BlockParameters | None = None,
-    outside_view: bool = False,
-) -> Completion:
-    """Guess the depth that is still missing: between blocks, in their margin, and in blocks too poor in data.
-
-    The frame as it is completed so far is taken for one block whose surfaces end at edges. Nothing vouches for the
-    result: it is for programs that cannot do with gaps.
+def guess_steps(
+    completion: Completion, extraction: BlockParameters | None = None, outside_view: bool = False
+) -> Generator[IterationRecord, None, Completion]:
+    """`ilf.fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
+    iteration, and returns the completion.
 
     Parameters
     ----------
-    frame : RGBDFrame
     completion : Completion
-        Of that frame.
     extraction : BlockParameters, optional
-        As in `ilf.complete`.
+        What the blocks were extracted with, where that is known: the edges are the same.
     outside_view : bool
         Whether what lies outside the depth camera's view is guessed, too.
-
-    Returns
-    -------
-    Completion
-        Without missing pixels, but for those outside the view; `guessed` says which ones this step has filled. What
-        was there before is as it was.
-
-    Examples
-    --------
-    >>> import numpy as np, ilf
-    >>> depth = np.full((20, 30), 2.0)
-    >>> depth[5:9, 5:9] = 0
-    >>> frame = ilf.RGBDFrame(rgb=np.zeros((20, 30, 3), np.uint8), depth=depth)
-    >>> nothing_run = ilf.complete(frame, np.zeros((20, 30), int))
-    >>> int(ilf.fill_rest(frame, nothing_run).guessed.sum())
-    16
     """
-    steps = guess_steps(frame, completion, extraction, outside_view)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
-
-
-def guess_steps(
-    frame: RGBDFrame,
-    completion: Completion,
-    extraction: BlockParameters | None = None,
-    outside_view: bool = False,
-) -> Generator[IterationRecord, None, Completion]:
-    """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
-    iteration, and returns the completion. With the edges of the blocks' extraction, where that is known."""
+    frame = completion.frame
     guessed = ~np.isfinite(completion.depth)
     left = frame.left_missing(outside_view)
     if left is not None:

@@ -51,14 +51,15 @@ class Block:
 
 
 def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """The label map as int32; raises InputError if it does not fit a frame of this shape (H, W)."""
+    """The label map as int32; of a mask, bool, all that is True is block 1. Raises InputError if it does not fit a
+    frame of this shape (H, W)."""
     array = np.asarray(labels)
     if array.shape != shape:
         raise InputError(
             f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
             "Use blocks that were extracted from this frame."
         )
-    if array.dtype.kind not in "iu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
+    if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
         raise InputError("A label map holds whole numbers: 0 for no block, 1, 2, ... for blocks.")
     return array.astype(np.int32, copy=False)
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable, Iterable, Mapping
+import textwrap
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from .._runtime.formatting import as_float
 from ..errors import ParameterError
@@ -236,12 +237,7 @@ class ParameterSet:
         ParameterError
             For an unknown name (with the nearest known one) or a value out of range.
         """
-        known = self.declarations()
-        for name in changes:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 1)
-                hint = f" Did you mean {near[0]}?" if near else f" Known: {', '.join(known)}."
-                raise ParameterError(f"There is no parameter {name!r}.{hint}")
+        check_names(changes, self.declarations())
         return dataclasses.replace(self, **changes)
 
     def to_dict(self) -> dict[str, Value]:
@@ -252,6 +248,57 @@ class ParameterSet:
     def from_dict(cls, values: Mapping[str, object]) -> Self:
         """Inverse of `to_dict`; names that are left out keep their defaults."""
         return cls().replace(**values)
+
+
+def check_names(given: Iterable[str], known: Collection[str]) -> None:
+    """Raise ParameterError for the first name that is not known, with the nearest known one.
+
+    Examples
+    --------
+    >>> check_names(["granularty"], ["granularity", "dilation"])
+    Traceback (most recent call last):
+    ilf.errors.ParameterError: There is no parameter 'granularty'. Did you mean granularity?
+    """
+    for name in given:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f"Did you mean {near[0]}?" if near else f"Known: {', '.join(known)}."
+            raise ParameterError(f"There is no parameter {name!r}. {hint}")
+
+
+Kind = TypeVar("Kind", bound=type[ParameterSet])
+
+
+def described(kind: Kind) -> Kind:
+    """A parameter dataclass whose docstring lists every parameter as it is declared. A decorator above `dataclass`.
+
+    Examples
+    --------
+    >>> from ilf.data.parameters import BlockParameters
+    >>> print(BlockParameters.__doc__.split("depth_jump : ")[1].splitlines()[0])
+    float, 0.001 to 5 m, default 0.04 m
+    """
+    lines = [kind.__doc__ or "", "", "Parameters", "----------"]
+    for declaration in kind.declarations().values():
+        lines.append(f"{declaration.name} : {_kind_and_range(declaration)}, default {_default(declaration)}")
+        lines += textwrap.wrap(declaration.help, 110, initial_indent="    ", subsequent_indent="    ")
+    kind.__doc__ = "\n".join(lines)
+    return kind
+
+
+def _kind_and_range(declaration: Declaration) -> str:
+    if declaration.choices:
+        return "{" + ", ".join(map(repr, declaration.choices)) + "}"
+    if declaration.minimum is None or declaration.maximum is None:
+        return declaration.kind.__name__
+    special = f" ({declaration.minimum:g}: {declaration.special})" if declaration.special else ""
+    between = f"{declaration.minimum:g} to {declaration.maximum:g} {declaration.unit}".rstrip()
+    return f"{declaration.kind.__name__}, {between}{special}"
+
+
+def _default(declaration: Declaration) -> str:
+    number = isinstance(declaration.default, int | float) and not isinstance(declaration.default, bool)
+    return declaration.in_words(declaration.default) if number else repr(declaration.default)
 
 
 def in_words(value: Value) -> str:

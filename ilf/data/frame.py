@@ -12,6 +12,7 @@ from ..errors import InputError
 from .camera import CameraIntrinsics, as_camera, checked_motion
 from .guide import Guide, as_guide
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
+from .pictures import html_row, plot_row
 
 # Masks that go with a frame, and arrays that stay as they are.
 
@@ -37,11 +38,15 @@ def fixed(array: Array) -> Array:
 
 
 def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
-    """A mask of `what` that nobody can write to; raises InputError if it does not fit a frame of this shape (H, W)."""
+    """A mask of `what` that nobody can write to, of bool or of whole numbers that are all 0 and 1, or 0 and 255; raises
+    InputError if it is another, or does not fit a frame of this shape (H, W)."""
     array = np.asarray(mask)
+    if array.dtype.kind in "iu" and set(np.unique(array).tolist()) in ({0}, {0, 1}, {0, 255}):
+        array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
         raise InputError(
-            f"A mask of {what} must be bool with the frame's shape {shape}, not {array.dtype} with shape {array.shape}."
+            f"A mask of {what} must be bool (or only 0 and 1, or 0 and 255) with the frame's shape {shape}, not "
+            f"{array.dtype} with shape {array.shape}."
         )
     return fixed(array)
 
@@ -102,7 +107,8 @@ class RGBDFrame:
     Parameters
     ----------
     rgb : array_like
-        Colour, uint8, shape (H, W, 3), red first.
+        Colour, shape (H, W, 3), red first, or grey, shape (H, W) or (H, W, 1): uint8, or float from 0 to 1, which is
+        converted to uint8.
     depth : array_like
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
         *missing* and become NaN, and so does distrusted depth.
@@ -115,8 +121,9 @@ class RGBDFrame:
         The files that it was read from; filled by the readers.
     distrusted : array_like of bool, optional
         Pixels, shape (H, W), whose measured depth is known to be wrong (the wall behind a glass, flying pixels, glare)
-        and counts as missing. Where nothing was measured it means nothing. Of a frame that has such a mask, make others
-        by `distrusting`: `dataclasses.replace` would take its `depth` for what was measured.
+        and counts as missing. Where nothing was measured it means nothing. Masks may also be of whole numbers that are
+        all 0 and 1, or 0 and 255, as in files. Of a frame that has such a mask, make others by `distrusting`:
+        `dataclasses.replace` would take its `depth` for what was measured.
     truth : array_like, optional
         True depth [m] of the same pixels, shape (H, W), any real type; what is not finite and positive is unknown and
         becomes NaN. It is there to judge results by: nothing that makes them looks at it.
@@ -154,6 +161,8 @@ class RGBDFrame:
     >>> frame.distrusting([[False, True], [False, False]]).depth
     array([[1.5, nan],
            [nan, 2. ]], dtype=float32)
+    >>> frame
+    <RGBDFrame 'frame': 2 x 2 pixels, depth 1.5 to 2 m, 25.0% missing>
     """
 
     rgb: NDArray[np.uint8]
@@ -196,6 +205,35 @@ class RGBDFrame:
         if self.guide is not None:
             object.__setattr__(self, "guide", as_guide(self.guide).of_size(self.shape))
         check_depth_scale(self.depth, in_file=self.inputs is not None)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.summary()}>"
+
+    def summary(self) -> str:
+        """Name, size, range of depth and share of missing pixels in a line."""
+        low, high = np.nanmin(self.depth), np.nanmax(self.depth)
+        return (
+            f"{self.name!r}: {_size(self.depth)} pixels, depth {low:.3g} to {high:.3g} m, "
+            f"{self.missing_share:.1%} missing"
+        )
+
+    def _repr_html_(self) -> str:
+        return html_row(self.summary(), self.rgb, {"Depth": self.depth})
+
+    def plot(self) -> NDArray[Any]:
+        """Plot colour and depth by matplotlib.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes
+            Of colour and depth; `axes[0].figure` is the figure.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed (extra `plot`).
+        """
+        return plot_row(self.rgb, {"Depth": self.depth})
 
     @property
     def sources(self) -> dict[str, object]:
@@ -413,10 +451,31 @@ def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
 
 
 def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
-    """Colour that nobody can write to; raises InputError if it is not uint8 (H, W, 3)."""
+    """Colour, uint8 (H, W, 3), that nobody can write to; raises InputError if it is not colour or grey, of uint8 or of
+    float from 0 to 1.
+
+    Examples
+    --------
+    >>> checked_colour([[0.0, 0.5, 1.0]])[0].tolist()
+    [[0, 0, 0], [128, 128, 128], [255, 255, 255]]
+    """
     array = np.asarray(rgb)
-    if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
-        raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
+    if array.ndim == 2:
+        array = array[..., None]
+    if array.ndim != 3 or array.shape[2] not in (1, 3) or (array.dtype != np.uint8 and array.dtype.kind != "f"):
+        raise InputError(
+            "Colour must be uint8, or float from 0 to 1, with shape (H, W, 3), or (H, W) for grey, not "
+            f"{array.dtype} with shape {np.shape(rgb)}."
+        )
+    if array.dtype.kind == "f":
+        if array.size and not (array.min() >= 0 and array.max() <= 1):
+            raise InputError(
+                f"Colour of {array.dtype} must lie between 0 and 1, not {array.min():g} and {array.max():g}: divide it "
+                "by its largest possible value, or make it uint8."
+            )
+        array = np.round(255 * array).astype(np.uint8)
+    if array.shape[2] == 1:
+        array = np.repeat(array, 3, axis=2)
     return fixed(array)  # what depends on it alone is then found once for all frames that share it
 
 

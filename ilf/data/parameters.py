@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from .._runtime.networks.models import BUNDLED, model_names
 from ..errors import ParameterError
-from .declarations import ParameterSet, Value, declare
+from .declarations import ParameterSet, Value, check_names, declare, described
 
 _BLOCKS, _EDGES, _BOUNDARIES = "Blocks", "Edges", "Boundaries"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
@@ -18,6 +18,7 @@ _COMBINED = ("edges", "combined")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
+@described
 @dataclass(frozen=True)
 class BlockParameters(ParameterSet):
     """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
@@ -116,6 +117,7 @@ PAPER_BLOCKS = BlockParameters(detector="hed")
 """What blocks are extracted with for the presets of the paper, which knows contours of the colour image alone."""
 
 
+@described
 @dataclass(frozen=True)
 class Parameters(ParameterSet):
     """Parameters of ILF, the iterative low-pass filter. Defaults are those of the preset `best`."""
@@ -306,36 +308,75 @@ PRESETS: dict[str, Parameters] = {
 DEFAULT_PRESET = "best"
 
 
-def as_parameters(given: Parameters | str | None) -> Parameters:
-    """Parameters that a caller of the library gives, or names by a preset; None stands for the default preset.
+def as_parameters(given: Parameters | str | None, /, **changes: object) -> Parameters:
+    """Parameters of the filter that a caller gives, or names by a preset, with any of them changed by keyword.
+
+    Parameters
+    ----------
+    given : Parameters, str or None
+        A text is the name of a preset; None stands for the default preset.
+    **changes
+        Any parameter by name.
 
     Raises
     ------
     ParameterError
-        For an unknown preset, or anything else.
+        For an unknown preset or parameter, a value out of range, a parameter that has no effect beside the others, or
+        anything but parameters.
 
     Examples
     --------
     >>> as_parameters("paper") == preset("paper")
     True
+    >>> as_parameters(Parameters(trend=False), noise=0.01).noise
+    0.01
     """
-    if isinstance(given, Parameters):
-        return given
     if given is None or isinstance(given, str):
-        return preset(DEFAULT_PRESET if given is None else given)
+        return preset(DEFAULT_PRESET if given is None else given, **changes)
+    if isinstance(given, Parameters):
+        return given.changed(**changes)
     raise ParameterError(
         f"Parameters must be ilf.Parameters or the name of a preset ({', '.join(PRESETS)}), not {given!r:.60}."
     )
 
 
-def as_extraction(given: BlockParameters | None) -> BlockParameters:
-    """Parameters of the extraction that a caller of the library gives, the defaults for None; or ParameterError."""
+def as_extraction(given: BlockParameters | None, /, **changes: object) -> BlockParameters:
+    """Parameters of the extraction that a caller gives, the defaults for None, with any of them changed by keyword; or
+    ParameterError."""
     if given is None or isinstance(given, BlockParameters):
-        return given or BlockParameters()
+        return (given or BlockParameters()).changed(**changes)
     raise ParameterError(
         f"Blocks are extracted with ilf.BlockParameters, not {given!r:.60}. Parameters and presets of the filter are "
-        "given as parameters=."
+        "given as preset=."
     )
+
+
+def by_set(changes: Mapping[str, Value], *others: str) -> tuple[dict[str, Value], dict[str, Value]]:
+    """Parameters that a caller gives by keyword: those of the filter, and those of the extraction.
+
+    Names that both have are the filter's.
+
+    Parameters
+    ----------
+    changes : mapping
+        Name -> value.
+    *others : str
+        Further keywords of the call, which a misspelt name may be meant for.
+
+    Raises
+    ------
+    ParameterError
+        For a name that neither has, with the nearest known one.
+
+    Examples
+    --------
+    >>> by_set({"noise": 0.01, "granularity": 0.3, "model": "edges"})
+    ({'noise': 0.01, 'model': 'edges'}, {'granularity': 0.3})
+    """
+    of_filter = Parameters.declarations()
+    check_names(changes, [*of_filter, *BlockParameters.declarations(), *others])
+    first = {name: value for name, value in changes.items() if name in of_filter}
+    return first, {name: value for name, value in changes.items() if name not in of_filter}
 
 
 def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:

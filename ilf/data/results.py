@@ -14,9 +14,11 @@ from typing import Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted, grouped
 from .blocks import Block
 from .frame import RGBDFrame
 from .parameters import BlockParameters, Parameters
+from .pictures import html_row, plot_row
 
 # Equality of records that may hold NaN.
 
@@ -222,6 +224,8 @@ class Completion:
 
     Attributes
     ----------
+    frame : RGBDFrame
+        As it was before.
     depth : ndarray of float32, shape (H, W)
         Depth [m], NaN where it could not be recovered.
     filled : ndarray of bool, shape (H, W)
@@ -236,12 +240,56 @@ class Completion:
         SHA-256 of the edge network that had a part in the guesses; None if none had.
     """
 
+    frame: RGBDFrame
     depth: NDArray[np.float32]
     filled: NDArray[np.bool_]
     results: dict[int, BlockResult]
     guessed: NDArray[np.bool_]
     notes: tuple[str, ...] = ()
     guess_network: str | None = None
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.summary()}>"
+
+    def summary(self) -> str:
+        """Name and size of the frame, what was filled and what is still missing, in a line."""
+        height, width = self.depth.shape
+        masks = self.filled, self.guessed, ~np.isfinite(self.depth)
+        filled, guessed, left = (int(np.count_nonzero(mask)) for mask in masks)
+        return (
+            f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
+            f"{counted(filled, 'pixel')} filled{f' ({grouped(guessed)} guessed)' if guessed else ''}, "
+            f"{grouped(left)} still missing"
+        )
+
+    def _repr_html_(self) -> str:
+        return html_row(self.summary(), self.frame.rgb, self._depths())
+
+    def plot(self) -> NDArray[Any]:
+        """Plot colour, depth and completed depth by matplotlib.
+
+        Returns
+        -------
+        ndarray of matplotlib.axes.Axes
+            Of the three; `axes[0].figure` is the figure.
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed (extra `plot`).
+        """
+        return plot_row(self.frame.rgb, self._depths())
+
+    def _depths(self) -> dict[str, NDArray[np.float32]]:
+        return {"Depth": self.frame.depth, "Completed depth": self.depth}
+
+    @property
+    def blocks(self) -> NDArray[np.int32]:
+        """Label map of the blocks that were run, int32, shape (H, W), 0 = no block."""
+        labels = np.zeros(self.depth.shape, np.int32)
+        for label, result in self.results.items():
+            labels[result.block.box][result.block.mask] = label
+        return labels
 
     @property
     def filled_by_blocks(self) -> NDArray[np.bool_]:
@@ -288,7 +336,7 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completi
             depth[result.block.box][result.block.mask] = result.depth
     filled = ~frame.known & np.isfinite(depth)
     in_order = dict(sorted(results.items()))
-    return Completion(depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
+    return Completion(frame, depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
 
 
 def notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:

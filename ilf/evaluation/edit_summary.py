@@ -122,7 +122,7 @@ def _filled_and_expected(
     both = first & second
     if np.count_nonzero(both) < _FEWEST:
         return filled, None
-    one, other = (summarised(expected_error(run.frame, completion)[both]).rms for run, completion in states)
+    one, other = (summarised(expected_error(completion)[both]).rms for _, completion in states)
     return filled, (one, other)
 
 

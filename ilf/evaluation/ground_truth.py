@@ -70,7 +70,7 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
     frame, truth = _without_truth(run.frame), run.frame.truth
     assert truth is not None
     completion = yield from completion_steps(replace(run, frame=frame, dense=False), threads)
-    expected = expected_error(frame, completion)
+    expected = expected_error(completion)
     errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], truth[wanted], expected[wanted])
     return TruthResult(run, Judged(run.blocks, (errors,)), time.perf_counter() - started, completion)
 

@@ -417,5 +417,5 @@ def _one_seed(
     labels = np.unique(run.blocks[judged]).tolist()
     alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), dense=False)
     completion = yield from completion_steps(alone, threads)
-    error = expected_error(alone.frame, completion)
+    error = expected_error(completion)
     return PixelErrors(np.flatnonzero(judged), completion.depth[judged], run.frame.depth[judged], error[judged])

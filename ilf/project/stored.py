@@ -171,9 +171,8 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     --------
     >>> import ilf
     >>> from ilf._runtime.installation import asset_path
-    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
-    >>> completion = run.complete()
-    >>> state = FrameState("a1", run.frame, run.blocks, results=completion.results)
+    >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")))
+    >>> state = FrameState("a1", completion.frame, completion.blocks, results=completion.results)
     >>> differences(state, completion)
     ()
     """

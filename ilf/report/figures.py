@@ -54,7 +54,7 @@ class Figures:
     expected: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "expected", expected_error(self.subject.run.frame, self.subject.completion))
+        object.__setattr__(self, "expected", expected_error(self.subject.completion))
 
     @cached_property
     def by_blocks(self) -> Completion:

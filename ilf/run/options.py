@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from ..data.frame import RGBDFrame
 from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
@@ -128,6 +129,17 @@ class ExportOptions:
         if self.run_record:
             names.append(RECORD_FILE)
         return tuple(names)
+
+
+def without_impossible_cloud(
+    options: ExportOptions, frame: RGBDFrame, way_out: str = ""
+) -> tuple[ExportOptions, tuple[str, ...]]:
+    """The options without a cloud where the frame has no camera to make one with, and a note about it that ends with
+    what to do."""
+    if frame.intrinsics is not None or options.cloud is None:
+        return options, ()
+    note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
+    return replace(options, cloud=None), (note,)
 
 
 def output_folder_name(frame_name: str) -> str:

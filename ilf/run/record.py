@@ -25,7 +25,7 @@ from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
 from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
-from .run import Run
+from .setup import RunSetup
 
 # Which network had a part in a run, by name.
 
@@ -174,12 +174,12 @@ class RunRecord:
     schema: int = SCHEMA
 
 
-def make_record(run: Run, completion: Completion, options: ExportOptions) -> RunRecord:
+def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -> RunRecord:
     """The record of a run. Its parameters are those that the blocks were really run with.
 
     Parameters
     ----------
-    run : Run
+    run : RunSetup
     completion : Completion
     options : ExportOptions
         How its results are written.
@@ -294,7 +294,7 @@ def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
     return values | {"status": outcome.status.value, "sigma_i": sigma}
 
 
-def _extraction_networks(run: Run) -> dict[str, str]:
+def _extraction_networks(run: RunSetup) -> dict[str, str]:
     if run.extraction is None:
         return {}
     return used_network(run.network, asked_networks(run.extraction.detector, run.extraction.model))

@@ -216,11 +216,11 @@ def replay(
     --------
     >>> import tempfile, ilf
     >>> from ilf._runtime.installation import asset_path
-    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")), max_iterations=20)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = ilf.write(folder, run, run.complete())
+    ...     written = completion.save(folder)
     ...     again = ilf.replay(Path(folder) / "run.json")
-    >>> np.array_equal(again.run.blocks, run.blocks), again.differences
+    >>> np.array_equal(again.run.blocks, completion.blocks), again.differences
     (True, ())
     """
     record, folder = read_record(path), Path(path).absolute().parent

@@ -51,7 +51,7 @@ from .options import (
     ExportOptions,
 )
 from .record import PROGRAM, make_record, to_json
-from .run import Run
+from .setup import RunSetup
 
 # Convergence curves as CSV.
 
@@ -122,7 +122,7 @@ def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
 
 def write_space(
     folder: Path,
-    run: Run,
+    run: RunSetup,
     completion: Completion,
     options: ExportOptions,
     error: NDArray[np.float32] | None,
@@ -172,7 +172,7 @@ def write_space(
 
 
 def _scalars(
-    run: Run, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
+    run: RunSetup, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
     """What is known of every pixel beside where it is."""
     scalars: dict[str, NDArray[Any]] = {}
@@ -208,7 +208,7 @@ class Written:
     remarks: tuple[str, ...] = ()
 
 
-def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
+def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
     """Names of the files that `write` writes into its folder; the run's record, which seals the set, is the last."""
     names = [name for name in options.filenames() if name != RECORD_FILE]
     if run.dense:
@@ -225,7 +225,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
 
 def write(
     folder: str | os.PathLike[str],
-    run: Run,
+    run: RunSetup,
     completion: Completion,
     options: ExportOptions | None = None,
     *,
@@ -241,7 +241,7 @@ def write(
     ----------
     folder : path-like
         Made if it is not there. Other files in it are left alone.
-    run : Run
+    run : RunSetup
     completion : Completion
         Of that run.
     options : ExportOptions, optional
@@ -264,9 +264,9 @@ def write(
     --------
     >>> import tempfile, ilf
     >>> from ilf._runtime.installation import asset_path
-    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> run = ilf.Run.of(ilf.load_frame(asset_path("samples/room")))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = ilf.write(folder, run, run.complete())
+    ...     written = write(folder, run, run.complete())
     >>> [path.name for path in written.files][:2]
     ['depth.png', 'depth.npy']
     """
@@ -293,7 +293,7 @@ def write(
 
 def check_write(
     folder: str | os.PathLike[str],
-    run: Run,
+    run: RunSetup,
     options: ExportOptions,
     *,
     overwrite: bool = True,
@@ -352,7 +352,7 @@ def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]
 
 
 def _write_results(
-    folder: Path, run: Run, completion: Completion, options: ExportOptions
+    folder: Path, run: RunSetup, completion: Completion, options: ExportOptions
 ) -> tuple[list[str], list[str]]:
     """Write the results, without what describes them; returns notes and remarks."""
     notes: list[str] = []
@@ -374,7 +374,7 @@ def _write_results(
         notes += [f"{name}: {note}" for note in found]
     error = doubtful = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
-        error, doubtful = expected_error(run.frame, completion), unvouched(run.frame, completion)
+        error, doubtful = expected_error(completion), unvouched(completion)
         remarks += [note for note in usual_notes(run.frame) if note not in completion.notes]
         for depth_format in options.depth_formats:
             name = ERROR_FILES[depth_format]
@@ -392,7 +392,7 @@ def _write_results(
     return notes, remarks
 
 
-def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
+def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
     """File name -> what the run was made with beside files and blocks, and what the depth camera could not see."""
     masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
     return {name: mask for name, mask in masks.items() if mask is not None}

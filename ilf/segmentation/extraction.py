@@ -14,6 +14,7 @@ from skimage.measure import label as connected_regions
 from .._runtime.cancellation import check_stopped
 from .._runtime.compiling import compiled
 from .._runtime.memory import give_back
+from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import forget, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_extraction
@@ -400,13 +401,16 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
 
 
-def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) -> NDArray[np.int32]:
+def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, **changes: Value) -> NDArray[np.int32]:
     """Operation blocks of a frame by EBS (section 2).
 
     Parameters
     ----------
     frame : RGBDFrame
     parameters : BlockParameters, optional
+        The defaults if left out.
+    **changes
+        Any of the `BlockParameters` by name.
 
     Returns
     -------
@@ -420,14 +424,13 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     InputError
         For anything but a frame.
     ParameterError
-        For other parameters, such as those of the filter.
+        For other parameters, such as those of the filter, or values out of range.
 
     Warns
     -----
     RuntimeWarning
         If Canny's edges stand in for the network's, because it is missing or none. A bare label map cannot carry
-        notes, and other blocks than asked for must not pass in silence; `extract` beside it gives the same blocks with
-        `notes` and without a warning.
+        notes, and other blocks than asked for must not pass in silence; the completion that `ilf.complete` gives can.
 
     Examples
     --------
@@ -436,8 +439,10 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     >>> blocks = ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")))
     >>> blocks.dtype, blocks.shape, bool((blocks == 1).sum() >= (blocks == 2).sum())
     (dtype('int32'), (480, 640), True)
+    >>> bool(ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")), granularity=0.1).max() < blocks.max())
+    True
     """
-    blocks, _, notes = found_blocks(frame, parameters)
+    blocks, _, notes = found_blocks(frame, as_extraction(parameters, **changes))
     for note in notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
     return blocks.copy()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Self, overload
@@ -11,6 +12,7 @@ from typing import Literal, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..data.frame import RGBDFrame
 from ..errors import InputError
@@ -66,6 +68,8 @@ class Calibration:
 class Source:
     """Frames of a folder, a data set or a recording. Opening it lists them; nothing is decoded until it is read.
 
+    `len` counts the frames, iterating reads one after the other, and `source[0]` or `source["key"]` reads one.
+
     Attributes
     ----------
     path : Path
@@ -92,6 +96,23 @@ class Source:
 
     def __len__(self) -> int:
         return len(self.keys)
+
+    def __iter__(self) -> Iterator[RGBDFrame]:
+        return map(self.read, self.keys)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._frames
+
+    def __getitem__(self, place: int | str) -> RGBDFrame:
+        if isinstance(place, str):
+            return self.read(place)
+        number = operator.index(place)
+        if not -len(self) <= number < len(self):
+            raise IndexError(f"{self.path} has no frame {number}: it has {len(self)}, from 0 to {len(self) - 1}.")
+        return self.read(self.keys[number])
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {str(self.path)!r}: {counted(len(self), 'frame')}>"
 
     def find(self, name: str) -> str:
         """The key that is called so, or alone ends so.
@@ -226,6 +247,11 @@ def open_source(
     >>> source = open_source(asset_path("samples"))
     >>> len(source), source.keys, source.calibration("room").colour.fx, source.read("room").shape
     (1, ('room',), 525.0, (480, 640))
+    >>> for frame in source:
+    ...     print(frame)
+    <RGBDFrame 'room': 640 x 480 pixels, ...>
+    >>> source[0].name == source["room"].name
+    True
     """
     listing = list_frames(
         path,

@@ -37,6 +37,7 @@ from ilf.evaluation.quality.ranking import suspicious_places
 from ilf.report.content import Subject
 from ilf.report.report import ReportOptions
 from ilf.run.options import ExportOptions
+from ilf.run.writing import write
 from ilf.segmentation.propagation.propagate import follow
 from ilf.sources.frames import write_frame
 
@@ -183,7 +184,7 @@ def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]
 
 def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
     def work() -> None:
-        for _ in stoppable(guess_steps(frame, completion, None)):
+        for _ in stoppable(guess_steps(completion)):
             pass
 
     return work
@@ -191,11 +192,11 @@ def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
 
 def _export(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
     options = ExportOptions(mesh="ply")
-    expected_error(frame, completion)
+    expected_error(completion)
 
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
-            ilf.write(folder, ilf.Run(frame, blocks), completion, options)
+            write(folder, ilf.Run(frame, blocks), completion, options)
 
     return work
 
@@ -229,7 +230,7 @@ def _open(frame: ilf.RGBDFrame) -> Work:
 
 
 def _suspects(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> None:
-    suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(frame, completion))
+    suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(completion))
 
 
 KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
@@ -238,7 +239,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "paper": _run("paper"),
     "released-code": _run("released-code"),
     "fill+denoise": _run("best", mode="fill+denoise"),
-    "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(frame, completion)),
+    "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
     "guess": lambda frame: _guess(frame, compose(frame, {})),
     "export": _after_run(_export),

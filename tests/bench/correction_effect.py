@@ -12,12 +12,12 @@ from unittest.mock import patch
 
 import numpy as np
 
-from ilf.completion.completion import complete
 from ilf.completion.correction import UNCORRECTED
 from ilf.completion.correction_network import CorrectionNetwork
 from ilf.lab.bench.frames import find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.runner import score
+from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
 

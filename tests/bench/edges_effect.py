@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.cli.parsing import value_from
-from ilf.completion.completion import complete
 from ilf.completion.interpolation import nearest
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PAPER_BLOCKS, BlockParameters, Parameters, preset
 from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
+from ilf.run.run import complete
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges, joined, relief_of
 from ilf.segmentation.edges.relief import find_relief

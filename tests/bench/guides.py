@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.completion import complete
 from ilf.lab.bench.frames import find_frames, load_bench_frame
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.runner import score
+from ilf.run.run import complete
 from ilf.segmentation.extraction import extract_blocks
 
 Array = NDArray[np.float32]

@@ -36,7 +36,7 @@ def main() -> None:
     workspace = Workspace()
     runs = RunController(workspace)
     keeper = RunKeeper(workspace, runs)
-    session = Session.of(Run.extracted(frame), options.frame, options.frame)
+    session = Session.of(Run.of(frame), options.frame, options.frame)
     workspace.add_session(session)
     preset = PRESETS[options.preset]
     _run(app, workspace, runs, preset)  # edges and the like are found once

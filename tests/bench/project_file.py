@@ -83,7 +83,7 @@ def _made(folder: Path, count: int) -> tuple[list[FrameState], list[ProjectFrame
     """States of variants of the sample, whose files are written into a folder."""
     sample = asset_path("samples/room")
     frame = ilf.load_frame(sample)
-    run = Run.extracted(frame)
+    run = Run.of(frame)
     completion = run.complete()
     rng = np.random.default_rng(0)
     states, listed = [], []

@@ -90,9 +90,9 @@ def main() -> None:
     alone, helped = [], []
     for place in inner:
         frame = frames[place]
-        alone.append(ilf.Run.extracted(frame).complete(threads=1).depth)
+        alone.append(ilf.Run.of(frame).complete(threads=1).depth)
         fused = RGBDFrame(frame.rgb, steady[place], frame.intrinsics, frame.name)
-        helped.append(ilf.Run.extracted(fused).complete(threads=1).depth)
+        helped.append(ilf.Run.of(fused).complete(threads=1).depth)
     told("completed frame by frame", alone, truths, boards)
     told("completed, steady", helped, truths, boards)
 

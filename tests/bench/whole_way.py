@@ -73,7 +73,7 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
     import ilf
     from ilf._runtime.compiling import is_compiled
     from ilf._runtime.installation import asset_path
-    from ilf.completion.completion import complete
+    from ilf.run.run import complete
 
     cv2.setNumThreads(threads)
     frame = ilf.load_frame(Path(folder) if folder else asset_path("samples/room"))
@@ -90,7 +90,7 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
         times["edges"], _ = _timed(lambda: ilf.edge_strength(frame))
         times["blocks"], blocks = _timed(lambda: ilf.extract_blocks(frame))
         times["completion"], result = _timed(lambda: complete(frame, blocks, threads=threads))
-        times["error"], error = _timed(lambda: ilf.expected_error(frame, result))
+        times["error"], error = _timed(lambda: ilf.expected_error(result))
         return times, result, error
 
     way(scaled(160, 120))

@@ -27,6 +27,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
 from ilf.run.preset_files import OwnPreset, write_preset
+from ilf.run.writing import write
 
 Write = Callable[[Path, int], object]
 """Writes into a folder; the number says which of two versions."""
@@ -91,14 +92,14 @@ def _runs() -> list[tuple[ilf.Run, ilf.Completion]]:
 def _run(folder: Path) -> Write:
     versions = _runs()
     options = ExportOptions(depth_formats=("png", "tiff", "npy"), mesh="ply")
-    return lambda target, version: ilf.write(target, *versions[version], options)
+    return lambda target, version: write(target, *versions[version], options)
 
 
 def _export(folder: Path) -> Write:
     """Other formats, as the window's dialog offers them."""
     versions = _runs()
     options = ExportOptions(depth_formats=("tiff",), cloud="pcd", mesh="glb", curves=False, normals=True)
-    return lambda target, version: ilf.write(target, *versions[version], options)
+    return lambda target, version: write(target, *versions[version], options)
 
 
 def _cloud(folder: Path) -> Write:
@@ -109,7 +110,7 @@ def _cloud(folder: Path) -> Write:
     options = ExportOptions(
         (), expected_error=False, labels=False, curves=False, cloud="ply", mesh="obj", run_record=False
     )
-    return lambda target, version: ilf.write(target, *versions[version], options)
+    return lambda target, version: write(target, *versions[version], options)
 
 
 def _project(folder: Path) -> Write:

@@ -52,7 +52,7 @@ def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame,
 def test_one_stroke_gives_a_tables_rim_back(driver: Driver) -> None:
     scenes, corrections = read_corrections()
     correction = next(one for one in corrections if one.name == "rim of the table")
-    run = Run.extracted(load_scene(scenes[correction.frame], frames_folder()).frame)
+    run = Run.of(load_scene(scenes[correction.frame], frames_folder()).frame)
     target = target_map(run.blocks, correction)
     assert wrong_pixels(run.blocks, target, correction).sum() > 1000
     session = driver.open(run, correction)

@@ -30,7 +30,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     session = opened.workspace.session
     completion = session.completion()
     assert completion is not None
-    expected = expected_error(session.frame, completion)
+    expected = expected_error(completion)
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
 
     row, column = (int(places[0]) for places in np.nonzero(completion.filled))

@@ -11,10 +11,9 @@ from pytestqt.qtbot import QtBot
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf import RGBDFrame
-from ilf.completion.completion import complete
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult
-from ilf.run.run import Run
+from ilf.run.run import Run, complete
 
 from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
 from .states import QUICK, SIGNALS

@@ -12,9 +12,9 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.curves.panel import CurvesPanel
 from gui.views.curves.presenter import CurvesPresenter
-from ilf.completion.completion import complete
 from ilf.data.results import BlockResult, IterationRecord
 from ilf.project.run_history import KeptRun
+from ilf.run.run import complete
 
 QUICK = ilf.preset(max_iterations=5)
 

@@ -17,10 +17,9 @@ from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
 from gui.views.curves.plot import LengthAxis, SumAxis
 from gui.views.curves.presenter import CurvesPresenter
 from ilf._runtime.formatting import length_text
-from ilf.completion.completion import complete
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
-from ilf.run.run import Run
+from ilf.run.run import Run, complete
 
 
 def staged(count=40, length=8, weighted=10):

@@ -25,13 +25,12 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
 from gui.work.keeping import RunKeeper
-from ilf import RGBDFrame, expected_error, fill_rest, preset
-from ilf.completion.completion import complete
+from ilf import CompletedRun, RGBDFrame, expected_error, fill_rest, preset
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import ExportError
 from ilf.evaluation.hold_out import HiddenTest
 from ilf.project.run_history import KeptRun
-from ilf.run.run import Run
+from ilf.run.run import Run, complete
 
 from .scripted_runs import Bench, Until
 from .states import QUICK, edit, painted
@@ -144,7 +143,7 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspac
     labels = painted(session, 0, np.s_[:], np.s_[40:64])
     session.set_labels(labels)
     kept = kept_run(session, parameters=QUICK)
-    guessed = fill_rest(session.frame, kept.completion)
+    guessed = fill_rest(CompletedRun.of(kept.completion, kept.run))
     kept.take_guess(guessed)
     depth, mask = guessed.depth.copy(), guessed.guessed.copy()
     assert mask.any()
@@ -291,7 +290,7 @@ def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
     truth[10, 8] = np.nan
     measures = measure(session.frame, kept.results, truth)
     assert measures.truth_error == pytest.approx(0.02, rel=1e-4)
-    error = expected_error(session.frame, kept.completion)[filled]
+    error = expected_error(kept.completion)[filled]
     assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
     assert math.isnan(measure(session.frame, kept.results, None).truth_error)
     assert math.isnan(measure(session.frame, {}, truth).expected_error)
@@ -309,7 +308,7 @@ def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: 
         "Expected error, median [mm]",
     }
     kept = kept_run(session, parameters=QUICK)
-    figures = error_summary(expected_error(session.frame, kept.completion), kept.completion)
+    figures = error_summary(expected_error(kept.completion), kept.completion)
     assert measure(session.frame, kept.results, None).expected_error == figures.rms
 
 

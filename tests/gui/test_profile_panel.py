@@ -33,7 +33,7 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     workspace.store_results(session, results)
     completion = session.completion()
     assert completion is not None
-    error = expected_error(session.frame, completion)
+    error = expected_error(completion)
     workspace.store_doubt(session, completion, Doubt(error, np.zeros(error.shape, bool)))
     kept = KeptRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
     workspace.keep_run(session, kept)

@@ -8,10 +8,10 @@ import pytest
 from gui.state.commands import DRAG_S
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.completion.completion import complete
 from ilf.data.parameters import BlockParameters, preset
 from ilf.data.results import BlockResult, compose
 from ilf.errors import InputError
+from ilf.run.run import complete
 from ilf.segmentation.extraction import extract
 
 from .states import QUICK, QUICK_OWN, edit, extraction

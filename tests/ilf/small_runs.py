@@ -22,7 +22,7 @@ OPTIONS = ExportOptions(cloud="xyz", axes="y-up", cloud_unit="mm")
 def small_run(folder: Path, **changes: object) -> Run:
     """A quick run over the small frame, which is written into `folder`/in."""
     frame = ilf.load_frame(*write_small_frame(folder / "in"), intrinsics=CAMERA)
-    return replace(Run.extracted(frame, parameters=ilf.preset(**QUICK)), **changes)
+    return replace(Run.of(frame, preset=ilf.preset(**QUICK)), **changes)
 
 
 def drawn(run: Run) -> Run:
@@ -36,7 +36,7 @@ def distrusting(run: Run) -> Run:
     """The same run with some depth distrusted, its blocks extracted without it."""
     mask = np.zeros(run.frame.shape, bool)
     mask[44:56, 4:20] = True
-    return Run.extracted(run.frame.distrusting(mask), run.extraction, run.parameters)
+    return Run.of(run.frame.distrusting(mask), preset=run.parameters, extraction=run.extraction)
 
 
 def with_drawn_border(run: Run) -> Run:

@@ -11,7 +11,6 @@ import pytest
 
 from ilf import RGBDFrame, preset
 from ilf.cli import main
-from ilf.completion.completion import complete
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.data.parameters import PRESETS
 from ilf.errors import FormatError, InputError, ParameterError
@@ -20,6 +19,7 @@ from ilf.lab.bench.methods import GROUPS, METHODS, Method, choose_methods
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.results import Plan, against_peers, bootstrap, summarise
 from ilf.lab.bench.runner import read_earlier, run_bench, score
+from ilf.run.run import complete
 from tests.bench import frame_split
 
 from .small_frames import write_small_frame

@@ -48,7 +48,7 @@ def test_complete_tells_the_error_against_the_truth(files, capsys):
     assert main(["complete", *files, *TRUTH, "--no-cloud", "--out", "out", *QUICK]) == 0
     text = capsys.readouterr().out
     frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
-    run = ilf.Run.extracted(frame, parameters=ilf.preset(max_iterations=25))
+    run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=25))
     judgement = judge_completion(frame, run.complete())
     assert f"over {judgement.pixels} filled pixels: median error {1000 * judgement.median:.2f} mm, MAE " in text
     assert f", RMSE {1000 * judgement.rmse:.2f} mm" in text
@@ -63,7 +63,7 @@ def test_complete_tells_the_error_against_the_truth(files, capsys):
 @pytest.fixture(scope="module")
 def room():
     """The bundled sample, its run and the completion."""
-    run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    run = ilf.Run.of(ilf.load_frame(asset_path("samples/room")))
     return run, run.complete()
 
 
@@ -80,7 +80,7 @@ def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes
     truth, filled = run.frame.truth, completion.filled
     squared = (completion.depth - truth)[filled] ** 2
     share = squared[block[filled]].sum() / squared.sum()
-    doubtful = ilf.unvouched(run.frame, completion)[block & filled].mean()
+    doubtful = ilf.unvouched(completion)[block & filled].mean()
     why = f"nothing measured vouches for {doubtful:.0%} of its filled pixels"
     assert f"Block 2 has {share:.0%} of the squared error; {why}." in lines
 
@@ -128,7 +128,7 @@ def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
     text = capsys.readouterr().out
     frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
     for name in ("best", "paper"):
-        run = ilf.Run.extracted(frame, parameters=ilf.preset(name, max_iterations=25))
+        run = ilf.Run.of(frame, preset=ilf.preset(name, max_iterations=25))
         judgement = judge_completion(frame, run.complete())
         assert figures(text, name)[1].rstrip("*") == f"{1000 * judgement.rmse:.2f}"
     assert "against its truth, over 485 pixels" in text
@@ -141,7 +141,7 @@ def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
     captured = capsys.readouterr()
     assert "2 times" in captured.out
     assert "0 % |" in captured.err
-    run = ilf.Run.extracted(ilf.load_frame(*files), parameters=ilf.preset(max_iterations=25))
+    run = ilf.Run.of(ilf.load_frame(*files), preset=ilf.preset(max_iterations=25))
     result = judge_hidden(run, HiddenTest("areas", (0, 1)))
     with open("table.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -159,7 +159,7 @@ def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
     assert text.count("block  pixels") == 2, "other blocks, another table"
     frame = ilf.load_frame(*files)
     runs = [
-        ilf.Run.extracted(frame, extraction, preset.replace(max_iterations=25))
+        ilf.Run.of(frame, preset=preset.replace(max_iterations=25), extraction=extraction)
         for extraction, preset in ((None, ilf.preset()), (one_block.extraction, one_block.parameters))
     ]
     expected = compare_hidden(runs, HiddenTest("random", (0,)))[1].whole.rmse
@@ -169,7 +169,7 @@ def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
 def test_judge_sweeps_one_parameter_or_two(files, capsys):
     assert main(["judge", *files, *TRUTH, "--sweep", "max-iterations=3,25"]) == 0
     text = capsys.readouterr().out
-    run = ilf.Run.extracted(ilf.load_frame(*files, truth="in/gt.png", truth_units=5000))
+    run = ilf.Run.of(ilf.load_frame(*files, truth="in/gt.png", truth_units=5000))
     for point in run_sweep(Sweep(run, {"max_iterations": [3, 25]})).points:
         name = f"max_iterations {point.values['max_iterations']} "
         assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"

@@ -14,14 +14,14 @@ import pytest
 import ilf
 from ilf._runtime.threads import side_by_side
 from ilf.completion.block import known_needed
-from ilf.completion.completion import CompletionRun, complete
+from ilf.completion.completion import CompletionRun
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Progress, Status, compose
 from ilf.errors import Cancelled, InputError, ParameterError
 from ilf.evaluation.hold_out import HiddenTest, judge_hidden
-from ilf.run.run import Recipe
+from ilf.run.run import Recipe, complete
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -36,13 +36,13 @@ def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, sm
 def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     wanted = ilf.complete(small_frame, small_labels, ilf.preset("paper")).depth
     blocks = np.unique(small_labels[small_labels > 0]).tolist()
-    for named in ("paper", dict.fromkeys(blocks, "paper")):
-        assert np.array_equal(ilf.complete(small_frame, small_labels, named).depth, wanted, equal_nan=True)
+    for named in ({"preset": "paper"}, {"own": dict.fromkeys(blocks, "paper")}):
+        assert np.array_equal(ilf.complete(small_frame, small_labels, **named).depth, wanted, equal_nan=True)
     assert np.array_equal(ilf.Run(small_frame, small_labels, "paper").complete().depth, wanted, equal_nan=True)
     own = ilf.Run(small_frame, small_labels, own=dict.fromkeys(blocks, "paper"))
     assert np.array_equal(own.complete().depth, wanted, equal_nan=True)
     assert len(list(ilf.iterate(small_frame, small_labels, 1, "released-code"))) == 1500
-    assert ilf.Run.extracted(small_frame, parameters="paper").parameters == ilf.preset("paper")
+    assert ilf.Run.of(small_frame, preset="paper").parameters == ilf.preset("paper")
     assert Recipe("paper").run_of(small_frame).parameters == ilf.preset("paper")
     test = HiddenTest("random", (0,))
     judged = [
@@ -51,17 +51,20 @@ def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, 
     assert judged[0] == judged[1]
 
 
-@pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters(), {1: "nope", 2: "paper"}])
+@pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters()])
 def test_what_are_no_parameters_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray, given: object) -> None:
     with pytest.raises(ParameterError, match="best, paper, released-code"):
         ilf.complete(small_frame, small_labels, given)
-    if not isinstance(given, dict):
-        with pytest.raises(ParameterError, match="best, paper, released-code"):
-            ilf.iterate(small_frame, small_labels, 1, given)
-        with pytest.raises(ParameterError, match="best, paper, released-code"):
-            ilf.Run(small_frame, small_labels, given)
-    with pytest.raises(ParameterError, match="parameters="):
-        ilf.Run.extracted(small_frame, "paper")
+    with pytest.raises(ParameterError, match="best, paper, released-code"):
+        ilf.complete(small_frame, small_labels, own={1: given, 2: "paper"})
+    with pytest.raises(ParameterError, match="best, paper, released-code"):
+        ilf.iterate(small_frame, small_labels, 1, given)
+    with pytest.raises(ParameterError, match="best, paper, released-code"):
+        ilf.Run(small_frame, small_labels, given)
+    with pytest.raises(ParameterError, match="preset="):
+        ilf.complete(small_frame, extraction="paper")
+    with pytest.raises(ParameterError, match="label map of the blocks, not 'paper': .*preset="):
+        ilf.complete(small_frame, "paper")
 
 
 @pytest.mark.parametrize("given", [np.zeros((48, 64, 3), np.uint8), "rgb.png", None])
@@ -72,7 +75,7 @@ def test_anything_but_a_frame_is_refused_with_what_to_give(given: object, small_
         lambda: ilf.iterate(given, small_labels, 1),
         lambda: ilf.extract_blocks(given),
         lambda: ilf.Run(given, small_labels),
-        lambda: ilf.Run.extracted(given),
+        lambda: ilf.Run.of(given),
         lambda: ilf.edge_strength(given),
     ):
         with pytest.raises(InputError, match="RGBDFrame"):
@@ -201,11 +204,11 @@ def test_tiny_blocks_do_no_harm(small_frame: RGBDFrame, size: tuple[int, int]) -
 
 def test_blocks_of_their_own_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     choice = {1: ilf.preset(max_iterations=3), 2: ilf.preset(max_iterations=5)}
-    result = ilf.complete(small_frame, small_labels, choice)
+    result = ilf.complete(small_frame, small_labels, own=choice)
     assert [result.outcomes[label].iterations for label in (1, 2)] == [3, 5]
     assert result.outcomes[1].status is Status.ITERATION_LIMIT
     with pytest.raises(InputError, match="block 2"):
-        ilf.complete(small_frame, small_labels, {1: ilf.preset()})
+        CompletionRun(small_frame, small_labels, {1: ilf.preset()})
 
 
 def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:

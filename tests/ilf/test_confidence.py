@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.completion import complete
 from ilf.completion.confidence.expected_error import (
     _discs,
     depth_error,
@@ -25,6 +24,7 @@ from ilf.errors import InputError, ParameterError
 from ilf.evaluation.hold_out import HiddenTest, judge_hidden
 from ilf.lab.bench.calibration import Sample, calibrate, fit, main
 from ilf.lab.bench.methods import METHODS
+from ilf.run.run import complete
 
 from .small_frames import QUICK, write_small_frame
 
@@ -96,14 +96,14 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
     completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
     of_filter = {name: depth_error(frame, completion.depth, name) for name in MODELS}
-    np.testing.assert_array_equal(expected_error(frame, completion), of_filter["ideal"])
+    np.testing.assert_array_equal(expected_error(completion), of_filter["ideal"])
     second = replace(completion.results[2], parameters=Parameters(filter="edge-aware"))
     mixed = replace(completion, results={**completion.results, 2: second})
     expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
-    np.testing.assert_array_equal(expected_error(frame, mixed), expected)
+    np.testing.assert_array_equal(expected_error(mixed), expected)
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
     guesses = replace(completion, guessed=completion.filled & (labels == 2))
-    np.testing.assert_array_equal(expected_error(frame, guesses), expected)
+    np.testing.assert_array_equal(expected_error(guesses), expected)
 
 
 def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
@@ -111,7 +111,7 @@ def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
     completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
     dense = replace(completion, guessed=completion.filled & (labels == 2))
-    error = expected_error(frame, dense)
+    error = expected_error(dense)
     of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
     figures = error_summary(error, dense)
     assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
@@ -151,19 +151,19 @@ def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_o
     frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
     labels = np.where(np.hypot(ROWS - 48, COLUMNS - 64) < 16, 2, 1).astype(np.int32)
     completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=3))
-    assert not unvouched(frame, completion).any()
+    assert not unvouched(completion).any()
     some = HOLE & (COLUMNS > 64)
-    np.testing.assert_array_equal(unvouched(frame, replace(completion, guessed=some)), some)
+    np.testing.assert_array_equal(unvouched(replace(completion, guessed=some)), some)
     for factor in (0.5, 2.0):
         depth = np.where(some, np.float32(factor) * completion.depth, completion.depth)
-        np.testing.assert_array_equal(unvouched(frame, replace(completion, depth=depth)), some)
+        np.testing.assert_array_equal(unvouched(replace(completion, depth=depth)), some)
     ring = np.abs(np.hypot(ROWS - 48, COLUMNS - 64) - 16) < 4
     parted = replace(completion, results={1: replace(completion.results[1], drawn=ring.ravel())})
-    closed_in = unvouched(frame, parted)
+    closed_in = unvouched(parted)
     assert closed_in[labels == 2].mean() > 0.5
     assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
     with pytest.raises(InputError, match="does not belong"):
-        unvouched(frame, replace(completion, depth=completion.depth[1:]))
+        unvouched(replace(completion, depth=completion.depth[1:]))
 
 
 def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
@@ -283,8 +283,8 @@ def test_frames_as_thin_as_a_line_come_out_without_a_warning(shape, parameters):
     depth = np.linspace(2, 3, shape[0] * shape[1]).reshape(shape)
     depth[rng.random(shape) < 0.3] = np.nan
     frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, truth=np.full(shape, 2.5))
-    run = ilf.Run.extracted(frame, parameters=parameters)
+    run = ilf.Run.of(frame, preset=parameters)
     completion = run.complete()
-    assert np.isfinite(expected_error(frame, completion)[completion.filled]).all()
+    assert np.isfinite(expected_error(completion)[completion.filled]).all()
     assert judge_hidden(run, HiddenTest("random", (0,))).whole.pixels
     assert own_test(frame) is None

@@ -16,7 +16,6 @@ from ilf.data.guide import Guide
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
 from ilf.io.companions import load_guide, write_guide
-from ilf.run.options import ExportOptions
 
 SHAPE = (90, 120)
 
@@ -81,12 +80,12 @@ def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     guided = ilf.complete(frame_with_hole(), blocks, guide=truth())
     assert guided.outcomes[2].status == "completed"
     assert error(guided) < 0.02
-    np.testing.assert_array_equal(ilf.unvouched(frame_with_hole(), guided), blocks == 2)
+    np.testing.assert_array_equal(ilf.unvouched(guided), blocks == 2)
 
 
 def test_rest_is_guessed_by_the_guide_too() -> None:
     frame = frame_with_hole(guide=truth())
-    dense = ilf.fill_rest(frame, ilf.complete(frame, np.zeros(SHAPE, np.int32)))
+    dense = ilf.fill_rest(ilf.complete(frame, np.zeros(SHAPE, np.int32)))
     assert error(dense) < 0.1
 
 
@@ -195,7 +194,7 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> No
     frame = ilf.load_frame(folder)
     assert frame.guide is not None
     run = ilf.Run(frame, BLOCKS)
-    ilf.write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+    run.complete().save(folder / "out", cloud=None)
     (folder / "guide.npy").unlink()
     again = ilf.replay(folder / "out" / "run.json")
     assert again.differences == ()

@@ -59,7 +59,7 @@ def test_expected_errors_are_those_of_the_touched_blocks(moved: tuple[Run, Run, 
     before, after, patch = moved
     done = before.complete(), after.complete()
     effect = edit_effect(before, after, patch, done)
-    error = ilf.expected_error(after.frame, done[1])
+    error = ilf.expected_error(done[1])
     assert effect.expected is not None
     assert effect.expected[1] == pytest.approx(float(np.sqrt(np.nanmean(error[done[1].filled] ** 2))), rel=1e-5)
 
@@ -101,7 +101,7 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)
     assert effect.expected is not None
     both = done[0].filled & done[1].filled
-    rms = [float(np.sqrt(np.nanmean(ilf.expected_error(small_frame, one)[both] ** 2))) for one in done]
+    rms = [float(np.sqrt(np.nanmean(ilf.expected_error(one)[both] ** 2))) for one in done]
     assert effect.expected == pytest.approx(rms, rel=1e-5)
 
 

@@ -68,7 +68,7 @@ def test_the_order_of_expected_errors_is_judged_by_leaving_pixels_out():
 
 def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     frame, completion = run.frame, run.complete()
-    expected = ilf.expected_error(frame, completion)
+    expected = ilf.expected_error(completion)
     whole = judge_completion(frame, completion, expected=expected)
     assert whole == judge(completion.depth, frame.truth, completion.filled, expected)
     assert 0 <= whole.within <= 1

@@ -7,7 +7,6 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.run.options import ExportOptions
 from ilf.sources.nyu import nyu_cameras
 from ilf.sources.registration import Camera
 
@@ -107,7 +106,7 @@ def test_images_of_another_size_are_refused(tmp_path):
 def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
     frame = source.read(source.keys[0])
     run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=1))
-    written = ilf.write(tmp_path / "out", run, run.complete(), ExportOptions(cloud=None, expected_error=False))
+    written = run.complete().save(tmp_path / "out", cloud=None, expected_error=False)
     assert {"rgb.png", "outside_view.png"} < {path.name for path in written.files}
     again = ilf.load_frame(tmp_path / "out")
     np.testing.assert_array_equal(again.rgb, frame.rgb)
@@ -122,7 +121,7 @@ def test_the_command_line_tells_of_it_and_makes_a_run_again(folder, source, tmp_
     assert "% outside the depth camera's view" in said
     frame = source.read(source.keys[0])
     run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=2))
-    ilf.write(tmp_path / "out", run, run.complete(), ExportOptions(cloud=None, expected_error=False))
+    run.complete().save(tmp_path / "out", cloud=None, expected_error=False)
     again = ilf.replay(tmp_path / "out" / "run.json")
     np.testing.assert_array_equal(again.run.frame.outside_view, frame.outside_view)
     assert again.verdict(again.run.complete()) == ()

@@ -91,9 +91,9 @@ def test_where_only_what_is_outside_is_missing_nothing_is_done(frame):
 
 
 def test_guesses_leave_it_missing_too(frame):
-    nothing = ilf.complete(frame, np.zeros(SHAPE, np.int32))
-    np.testing.assert_array_equal(ilf.fill_rest(frame, nothing).guessed, HOLE)
-    np.testing.assert_array_equal(ilf.fill_rest(frame, nothing, outside_view=True).guessed, HOLE | OUTSIDE)
+    for outside_view, wanted in ((False, HOLE), (True, HOLE | OUTSIDE)):
+        nothing = ilf.complete(frame, np.zeros(SHAPE, np.int32), outside_view=outside_view)
+        np.testing.assert_array_equal(ilf.fill_rest(nothing).guessed, wanted)
     run = ilf.Run(frame, np.zeros(SHAPE, np.int32), QUICK, dense=True)
     np.testing.assert_array_equal(run.complete().guessed, HOLE)
     asked = replace(run, parameters=QUICK.replace(outside_view=True))
@@ -113,7 +113,7 @@ def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_
 def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     run = ilf.Run(frame, BLOCKS, QUICK)
     completion = run.complete()
-    written = ilf.write(tmp_path / "out", run, completion, ExportOptions(cloud=None))
+    written = completion.save(tmp_path / "out", cloud=None)
     assert (tmp_path / "out" / "outside_view.png") in written.files
     mask = cv2.imread(str(tmp_path / "out" / "outside_view.png"), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(mask > 0, OUTSIDE)
@@ -133,7 +133,7 @@ def opened_again(frame, tmp_path):
     cv2.imwrite(str(tmp_path / "depth.png"), np.nan_to_num(1000 * frame.depth).astype(np.uint16))
     files = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000)
     run = ilf.Run(replace(files, outside_view=OUTSIDE, pose=pose), BLOCKS, QUICK)
-    ilf.write(tmp_path / "done", run, run.complete(), ExportOptions(cloud=None))
+    run.complete().save(tmp_path / "done", cloud=None)
     assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000).pose is None
     return ilf.load_frame(tmp_path / "done"), pose
 
@@ -143,7 +143,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
     np.testing.assert_array_equal(completed.outside_view, OUTSIDE)
     np.testing.assert_array_equal(completed.pose, pose)
     run = ilf.Run(completed, BLOCKS, QUICK)
-    ilf.write(tmp_path / "again", run, run.complete(), ExportOptions(cloud=None))
+    run.complete().save(tmp_path / "again", cloud=None)
     again = ilf.replay(tmp_path / "again" / "run.json")
     np.testing.assert_array_equal(again.run.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(again.run.frame.pose, pose)

@@ -79,11 +79,11 @@ def test_what_rises_to_the_reach_goes_on_beyond_it() -> None:
 def test_nothing_measured_vouches_beyond_the_reach() -> None:
     frame = _frame(RISING, FAR)
     result = ilf.complete(frame, LABELS)
-    assert ilf.unvouched(frame, result)[FAR].all()
-    error = ilf.expected_error(frame, result)
+    assert ilf.unvouched(result)[FAR].all()
+    error = ilf.expected_error(result)
     assert (error[FAR] >= 0.199 * result.depth[FAR]).all()
     unmarked = ilf.complete(frame, LABELS, ilf.preset("best", out_of_range=False))
-    assert not ilf.unvouched(frame, unmarked)[FAR].all()
+    assert not ilf.unvouched(unmarked)[FAR].all()
 
 
 def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ def project(tmp_path, monkeypatch):
     """room.ilf with two frames of the same name that have been run, and one that nobody has touched."""
     monkeypatch.chdir(tmp_path)
     rgb, depth = map(str, write_small_frame(tmp_path / "room"))
-    run = Run.extracted(ilf.load_frame(rgb, depth, intrinsics=CAMERA), parameters=ilf.preset(**QUICK), dense=True)
+    run = Run.of(ilf.load_frame(rgb, depth, intrinsics=CAMERA), preset=ilf.preset(**QUICK), dense=True)
     completion = run.complete()
     kept = KeptRun(1, "quick", run, completion.results, 0.5, (0, 0, 0), truth_error=0.0123, hidden_error=np.nan)
     common = ilf.preset("paper")  # set since

@@ -68,7 +68,7 @@ def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path
     write_pair(tmp_path / "desk", "colour.png", "depth.png")
     frame = ilf.load_frame(tmp_path / "desk", frame="1")
     run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
-    ilf.write(tmp_path / "done", run, run.complete())
+    run.complete().save(tmp_path / "done")
     assert ilf.replay(tmp_path / "done" / "run.json").differences == ()
     stated = json.loads((tmp_path / "desk" / "calibration.json").read_text())
     stated["depth_to_colour"][0][3] += 0.01
@@ -87,7 +87,7 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
     steady, _ = steadied(Reading(frame, (knowing,), "", {}), tmp_path / "out")
     np.testing.assert_array_equal(steady.outside_view, frame.outside_view & ~known)
     run = ilf.Run(steady, np.zeros(frame.shape, np.int32))
-    ilf.write(tmp_path / "out", run, run.complete())
+    run.complete().save(tmp_path / "out")
     again = ilf.replay(tmp_path / "out" / "run.json").run.frame
     np.testing.assert_array_equal(again.outside_view, steady.outside_view)
     np.testing.assert_array_equal(again.depth, steady.depth)

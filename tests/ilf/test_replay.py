@@ -186,7 +186,7 @@ def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
 
 
 def test_a_network_that_is_as_it_was_hides_no_other(tmp_path):
-    path = written(Run.extracted(small_run(tmp_path).frame, parameters=ilf.preset(**QUICK)), tmp_path / "out")
+    path = written(Run.of(small_run(tmp_path).frame, preset=ilf.preset(**QUICK)), tmp_path / "out")
     record = json.loads(path.read_text(encoding="utf-8"))
     record["networks"]["filter"]["gone"] = "00"
     path.write_text(json.dumps(record), encoding="utf-8")
@@ -201,7 +201,7 @@ def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
     own.parent.mkdir()
     own.write_bytes(asset_path("models/edges.onnx").read_bytes())
     frame = small_run(tmp_path).frame
-    run = Run.extracted(frame, ilf.BlockParameters(model="mine"), ilf.preset(**QUICK, model="mine"))
+    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
     path = written(run, tmp_path / "out")
     assert replay(path).differences == ()
     own.write_bytes(own.read_bytes() + b"\x82\x01\x00")  # an empty field that no reader minds
@@ -303,7 +303,7 @@ def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, 
 def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatch):
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     frame = small_run(tmp_path).frame
-    run = Run.extracted(frame, ilf.BlockParameters(model="mine"), ilf.preset(**QUICK, model="mine"))
+    run = Run.of(frame, preset=ilf.preset(**QUICK, model="mine"), extraction=ilf.BlockParameters(model="mine"))
     path = written(run, tmp_path / "out")
     assert replay(path).differences == ()
     own = tmp_path / "models" / "mine.onnx"

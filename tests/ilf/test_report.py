@@ -139,7 +139,7 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     assert "<script" not in text
     assert page.text.count(NASTY) >= 5  # title, heading, note, block, kept run
     # errors, together and seed by seed
-    expected = ilf.expected_error(run.frame, subject.completion)
+    expected = ilf.expected_error(subject.completion)
     truth = judge_completion(run.frame, subject.completion, expected=expected)
     hidden = judge_hidden(run, test)
     errors = page.table("judged", "pixels", "RMSE [mm]")
@@ -241,7 +241,7 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     monkeypatch.chdir(tmp_path)
     frame = ilf.load_frame(*write_small_frame(tmp_path / "in"), intrinsics=CAMERA)
     extraction = ilf.BlockParameters(min_size=2.0, use_depth=False)
-    made = Run.extracted(frame, extraction, ilf.preset("paper", max_iterations=20, stop_when_steady=False))
+    made = Run.of(frame, preset=ilf.preset("paper", max_iterations=20, stop_when_steady=False), extraction=extraction)
     _, command = again_text(made)
     assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
     ours, theirs = made.complete(), read_record("out/run.json")

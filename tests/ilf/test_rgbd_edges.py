@@ -198,7 +198,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear() -> None:
 def test_the_record_names_the_network_that_was_used(
     network: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = Run.extracted(_frame(), RGBD, ilf.preset(edges="rgbd", correction=False, **QUICK))
+    run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()
     assert record.extraction_networks == record.networks == {"depth-edges": sha256}
@@ -209,7 +209,7 @@ def test_the_record_names_the_network_that_was_used(
         assert text.startswith("The edge network 'depth-edges' that ")
         assert text.endswith("Install the recorded version.")
         assert " is not here: " in text
-    run = Run.extracted(_frame(), RGBD, ilf.preset(edges="rgbd", correction=False, **QUICK))
+    run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     assert record.extraction_networks == record.networks == {"edges": find_edges(run.frame, HED).network}
     assert network_differences(record) == networks_that_were_missing(record) == []

@@ -18,7 +18,6 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import compose
 from ilf.errors import FormatError, InputError, InstallationError
-from ilf.run.options import ExportOptions
 from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.segmentation.edges.frame_edges import DETECTORS, find_edges, lines_of, relief_of
 from ilf.segmentation.edges.relief import find_relief
@@ -199,7 +198,7 @@ def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_pa
         run = ilf.Run(frame, labels, parameters)
         completion = run.complete()
         assert found.notes == completion.notes == ()
-        written = ilf.write(tmp_path / parameters.filter, run, completion, ExportOptions(cloud=None))
+        written = completion.save(tmp_path / parameters.filter, cloud=None)
         note = written.remarks[0]
         assert note.startswith("Canny's edges stand in where errors are expected: OpenCV 4.12.0 has replaced")
 

@@ -167,7 +167,7 @@ class Judge:
     def _expected_error(self, entry: Entry) -> NDArray[np.float32]:
         found = self._expected.get(entry.completion)
         if found is None:
-            found = self._expected[entry.completion] = expected_error(entry.frame, entry.completion)
+            found = self._expected[entry.completion] = expected_error(entry.completion)
         return found
 
 

@@ -155,7 +155,7 @@ def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], truth: Truth) 
         return Measures()
     return Measures(
         truth_error=math.nan if truth is None else judge(completion.depth, truth, completion.filled).rmse,
-        expected_error=error_summary(expected_error(frame, completion), completion).rms,
+        expected_error=error_summary(expected_error(completion), completion).rms,
     )
 
 

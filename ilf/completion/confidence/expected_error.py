@@ -153,15 +153,13 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), usual_edges(frame))
 
 
-def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
+def expected_error(completion: Completion) -> Array:
     """`depth_error` of a completion, each block by the model of the filter that it was run with.
 
     Guesses have the model of the filter that they were made with, which is that of "best".
 
     Parameters
     ----------
-    frame : RGBDFrame
-        That was completed.
     completion : Completion
 
     Returns
@@ -180,23 +178,24 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-    >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> error = ilf.expected_error(ilf.complete(frame))
     >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
     (40, True)
     """
+    frame = completion.frame
     if not filled_pixels(frame, completion.depth).any():  # no need to look for edges
         return np.full(frame.shape, np.nan, np.float32)
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
-    error = _error(frame, completion.depth, model, _edges_of(frame, completion))
-    beyond = _beyond_reach(frame, completion)
+    error = _error(frame, completion.depth, model, _edges_of(completion))
+    beyond = _beyond_reach(completion)
     error[beyond] = np.maximum(error[beyond], np.float32(_BEYOND) * completion.depth[beyond])
     return error
 
 
-def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+def unvouched(completion: Completion) -> NDArray[np.bool_]:
     """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
 
     They are guesses; lie behind edges on all sides, so that hardly any known depth gets there; lie beyond the sensor's
@@ -204,8 +203,6 @@ def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    frame : RGBDFrame
-        That was completed.
     completion : Completion
 
     Returns
@@ -223,17 +220,18 @@ def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-    >>> bool(ilf.unvouched(frame, ilf.complete(frame, np.ones((20, 30), np.int32))).any())
+    >>> bool(ilf.unvouched(ilf.complete(frame)).any())
     False
     """
+    frame = completion.frame
     filled = filled_pixels(frame, completion.depth)
     if not filled.any():
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
     outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
-    steps, freely = walks_past(frame, _edges_of(frame, completion)).steps, _free_walks(frame).steps
+    steps, freely = walks_past(frame, _edges_of(completion)).steps, _free_walks(frame).steps
     closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
-    beyond, by_guide = _beyond_reach(frame, completion), _by_guide_alone(frame, completion)
+    beyond, by_guide = _beyond_reach(completion), _by_guide_alone(completion)
     return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
 
 
@@ -262,20 +260,20 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     return error
 
 
-def _beyond_reach(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+def _beyond_reach(completion: Completion) -> NDArray[np.bool_]:
     """Filled pixels, bool (H, W), beyond the sensor's reach in blocks that were run with that rule."""
-    beyond = np.zeros(frame.shape, bool)
+    beyond = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
-            found = beyond_reach(frame, result.block)
+            found = beyond_reach(completion.frame, result.block)
             if found is not None:
                 beyond |= found.pixels
     return beyond & completion.filled
 
 
-def _by_guide_alone(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
     """Pixels, bool (H, W), of blocks that have been completed with less known depth than their parameters ask for."""
-    alone = np.zeros(frame.shape, bool)
+    alone = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         outcome = result.outcome
         if result.history and outcome.known < known_needed(outcome.pixels, result.parameters):
@@ -283,8 +281,9 @@ def _by_guide_alone(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool
     return alone
 
 
-def _edges_of(frame: RGBDFrame, completion: Completion) -> Array:
+def _edges_of(completion: Completion) -> Array:
     """The edges that the blocks' filter saw, the drawn borders of its blocks among them."""
+    frame = completion.frame
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
     edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength

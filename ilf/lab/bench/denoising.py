@@ -14,12 +14,13 @@ from scipy.fft import dctn, idctn
 
 from ..._runtime.installation import asset_path
 from ..._runtime.processes import run_units
-from ...completion.completion import complete, prepare
+from ...completion.completion import prepare
 from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS
 from ...errors import IlfError
 from ...evaluation.metrics import measure_errors
+from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
 from .frames import chosen_names, load_bench_frame
 

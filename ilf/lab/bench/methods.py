@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...completion.completion import complete
 from ...completion.interpolation import linear, nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS, Parameters
+from ...run.run import complete
 from .frames import chosen_names
 from .peers import (
     colourisation,

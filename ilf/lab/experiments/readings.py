@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...completion.completion import complete
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS, Parameters
 from ...evaluation.metrics import measure_errors
+from ...run.run import complete
 from .plots import EQUAL_SHARE
 from .surfaces import INLIER_DEVIATIONS, ORDERS, Case, Surface, closed, given, inlier_polynomial
 

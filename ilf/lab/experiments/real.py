@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.files import read_json
-from ...completion.completion import complete, prepare
+from ...completion.completion import prepare
 from ...completion.interpolation import nearest
 from ...data.camera import CameraIntrinsics
 from ...data.frame import RGBDFrame
@@ -21,6 +21,7 @@ from ...data.points import point_cloud
 from ...drawing.clouds import Look, OrbitCamera, splat
 from ...errors import FormatError, IlfError, InputError
 from ...evaluation.metrics import measure_errors
+from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
 from ...sources.frames import META_NAME
 from ..bench.methods import METHODS

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from ...completion.completion import complete
 from ...completion.interpolation import nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS
 from ...errors import IlfError
 from ...evaluation.metrics import measure_errors
+from ...run.run import complete
 from ..bench.methods import METHODS
 from .experiment import OnProgress, Row, run_counted
 

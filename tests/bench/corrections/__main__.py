@@ -117,7 +117,7 @@ def _walk(driver: Driver, folder: Path, way: str, part: str, hand: int) -> Itera
 
 def _open(scene: Scene, folder: Path) -> tuple[Task, Run]:
     task = load_scene(scene, folder)
-    run = Run.extracted(task.frame)
+    run = Run.of(task.frame)
     found = hashlib.sha256(run.blocks.astype("<i4").tobytes()).hexdigest()
     if not found.startswith(scene.labels):
         print(f"{scene.name}: the blocks are no longer those that the corrections were chosen on.", file=sys.stderr)

@@ -43,7 +43,10 @@ def replay(folder: Path) -> list[bytes]:
     guided = frame.distrusting(mask).with_guide(Guide(np.linspace(0.5, 4, frame.depth.size).reshape(frame.shape)))
     extraction, quick = ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK)
     contents = []
-    for run in (Run.extracted(frame, extraction, quick), Run.extracted(guided, extraction, quick)):
+    for run in (
+        Run.of(frame, preset=quick, extraction=extraction),
+        Run.of(guided, preset=quick, extraction=extraction),
+    ):
         own = {1: quick.replace(smoothness=2)}
         run = dataclasses.replace(run, own=own, drawn=None if run.frame is frame else drawn)
         write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
@@ -128,7 +131,7 @@ def result(file: str) -> Seeds:
 
     def made(folder: Path) -> list[bytes]:
         frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
-        run = Run.extracted(frame, ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK))
+        run = Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
         write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
         return [(folder / "out" / file).read_bytes()]
 

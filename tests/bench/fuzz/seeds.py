@@ -213,7 +213,7 @@ def record(folder: Path) -> list[bytes]:
     frame = small_frame(folder / "frame")
     drawn = np.zeros(frame.shape, bool)
     drawn[10:20, 39] = True
-    run = Run.extracted(frame, parameters=ilf.preset(max_iterations=3))
+    run = Run.of(frame, preset=ilf.preset(max_iterations=3))
     run = Run(frame, run.blocks, run.parameters, {1: run.parameters.replace(smoothness=2)}, drawn=drawn)
     write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
     return [(folder / "out" / "run.json").read_bytes()]
