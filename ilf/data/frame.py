@@ -41,11 +41,11 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[
     """A mask of `what` that nobody can write to, of bool or of whole numbers that are all 0 and 1, or 0 and 255; raises
     InputError if it is another, or does not fit a frame of this shape (H, W)."""
     array = np.asarray(mask)
-    if array.dtype.kind in "iu" and set(np.unique(array).tolist()) in ({0}, {0, 1}, {0, 255}):
+    if array.dtype.kind in "iu" and any(set(np.unique(array).tolist()) <= pair for pair in ({0, 1}, {0, 255})):
         array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
         raise InputError(
-            f"A mask of {what} must be bool (or only 0 and 1, or 0 and 255) with the frame's shape {shape}, not "
+            f"A mask of {what} must be bool with the frame's shape {shape}, or hold only 0 and 1, or 0 and 255; not "
             f"{array.dtype} with shape {array.shape}."
         )
     return fixed(array)

@@ -269,6 +269,12 @@ def write_cloud(
         For another suffix, an empty cloud, or if the file cannot be written.
     ParameterError
         For unknown axes or units.
+
+    Examples
+    --------
+    >>> write_cloud("cloud.xyz", PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8)))
+    >>> Path("cloud.xyz").read_text().split()
+    ['1', '2', '3']
     """
     check_cloud_format(path)
     if len(cloud) == 0:

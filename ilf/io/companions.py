@@ -186,6 +186,12 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
         If there is no such file, it says nothing, or its aspect is not the frame's.
     FormatError
         If it is damaged or holds something else, such as a coloured picture of depth.
+
+    Examples
+    --------
+    >>> np.save("guide.npy", np.array([[0.5, 0.25], [0.5, np.nan]]))
+    >>> load_guide("guide.npy").values.tolist()
+    [[0.5, 0.25], [0.5, nan]]
     """
     content = read_file(path)
     suffix = content.path.suffix.lower()

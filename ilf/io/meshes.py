@@ -172,6 +172,14 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera"
         For another suffix, a mesh without triangles, or if the file cannot be written.
     ParameterError
         For unknown axes or units.
+
+    Examples
+    --------
+    >>> from ilf import CameraIntrinsics, surface_mesh
+    >>> camera = CameraIntrinsics(100.0, 100.0, 1.0, 0.5)
+    >>> write_mesh("mesh.obj", surface_mesh(np.ones((2, 3)), np.zeros((2, 3, 3), np.uint8), camera))
+    >>> Path("mesh.obj").read_text().count("f ")
+    4
     """
     suffix = Path(path).suffix.lower()
     if suffix not in MESH_SUFFIXES:

@@ -302,6 +302,14 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
         If there is no such file.
     FormatError
         If it is no project file.
+
+    Examples
+    --------
+    >>> save_project("empty.ilf", Project(()), [])
+    ()
+    >>> with open_project("empty.ilf") as opened:
+    ...     opened.project.frames, opened.problems
+    ((), ())
     """
     archive = Archive(path)
     try:

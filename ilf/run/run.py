@@ -202,6 +202,16 @@ class CompletedRun(Completion):
             If a cloud or a mesh is asked for and the frame has no intrinsics. Nothing is written then.
         ExportError
             If a file would replace one of the frame's own, or cannot be written. The folder is as it was then.
+
+        Examples
+        --------
+        >>> import numpy as np, ilf
+        >>> depth = np.full((20, 30), 2.0)
+        >>> depth[8:12, 10:20] = np.nan
+        >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+        >>> written = ilf.complete(frame).save("done", expected_error=False)
+        >>> [path.name for path in written.files], written.notes[0][:26]
+        (['depth.png', 'depth.npy', 'blocks.png', 'curves.csv', 'run.json'], 'No point cloud is written,')
         """
         check_names(changes, [known.name for known in fields(ExportOptions)])
         chosen, notes = replace(options or ExportOptions(), **changes), tuple[str, ...]()
@@ -320,7 +330,7 @@ def complete(
     <CompletedRun of 'frame': 30 x 20 pixels, 1 block, 40 pixels filled, 0 still missing>
     >>> result = ilf.complete(frame, np.ones((20, 30), np.int32), "paper", max_iterations=50)
     >>> round(float(result.depth[10, 15]), 3), result.outcomes[1].iterations
-    (2.0, 50)
+    (2.0, 24)
     """
     run = Run.of(
         frame, blocks, preset, own=own, extraction=extraction, dense=dense, drawn=drawn, guide=guide, **changes

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
+import matplotlib
+import matplotlib.pyplot
 import numpy as np
 import pytest
 
@@ -31,6 +35,81 @@ def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, sm
     assert np.isfinite(result.depth).all()
     assert np.array_equal(result.filled, ~known)
     assert result.depth.dtype == np.float32
+
+
+def test_the_first_call_extracts_blocks_and_completes_by_best(small_frame: RGBDFrame) -> None:
+    blocks = ilf.extract_blocks(small_frame)
+    wanted = ilf.complete(small_frame, blocks, ilf.preset("best"))
+    found = ilf.complete(small_frame)
+    np.testing.assert_array_equal(found.depth, wanted.depth)
+    for completion in (found, wanted):
+        np.testing.assert_array_equal(completion.blocks, blocks)
+        assert completion.frame is small_frame
+    assert found.run.extraction == ilf.BlockParameters()
+    assert not found.run.edited
+    assert wanted.run.edited, "nobody knows what given blocks were extracted with"
+
+
+def test_parameters_of_filter_and_extraction_are_given_by_keyword(small_frame: RGBDFrame) -> None:
+    extraction = ilf.BlockParameters(granularity=0.9)
+    wanted = ilf.Run(
+        small_frame,
+        ilf.extract_blocks(small_frame, extraction),
+        ilf.preset("paper", max_iterations=20, min_known_share=0.5),
+        extraction=extraction,
+    )
+    found = ilf.complete(small_frame, preset="paper", max_iterations=20, min_known_share=0.5, granularity=0.9).run
+    assert (found.parameters, found.extraction) == (wanted.parameters, wanted.extraction)
+    np.testing.assert_array_equal(found.blocks, wanted.blocks)
+    quick = ilf.preset("paper", max_iterations=3)
+    assert len(list(ilf.iterate(small_frame, found.blocks, 1, "paper", max_iterations=3))) == 3
+    assert ilf.complete(small_frame, found.blocks, quick, rgb_iterations=0).run.parameters == quick.replace(
+        rgb_iterations=0
+    )
+    for wrong, message in (
+        ({"nois": 0.1}, "no parameter 'nois'. Did you mean noise?"),
+        ({"granularty": 0.1}, "Did you mean granularity?"),
+        ({"thread": 2}, "Did you mean threads?"),
+        ({"padding": 2}, "padding has no effect with filter edge-aware"),
+        ({"noise": 7}, "noise must lie between 0 and 1 m, not 7"),
+        ({"blocks": found.blocks, "granularity": 0.1}, "granularity would have no effect, because blocks are given"),
+    ):
+        with pytest.raises(ParameterError, match=re.escape(message)):
+            ilf.complete(small_frame, **wrong)
+    with pytest.raises(ParameterError, match=r"no parameter 'max_iteration'\. Did you mean max_iterations\?"):
+        ilf.iterate(small_frame, found.blocks, 1, max_iteration=3)
+
+
+def test_a_mask_is_one_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    wanted = ilf.complete(small_frame, (small_labels == 2).astype(np.int32), max_iterations=5)
+    masked = ilf.complete(small_frame, small_labels == 2, max_iterations=5)
+    np.testing.assert_array_equal(masked.depth, wanted.depth)
+    assert masked.blocks.dtype == np.int32
+
+
+def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    completion = ilf.complete(small_frame, small_labels == 1)
+    left = np.count_nonzero(np.isnan(completion.depth))
+    filled = np.count_nonzero(completion.filled)
+    assert repr(completion) == (
+        f"<CompletedRun of {small_frame.name!r}: 64 x 48 pixels, 1 block, {filled} pixels filled, {left} still missing>"
+    )
+    assert f" pixels filled ({left} guessed), 0 still missing>" in repr(ilf.fill_rest(completion))
+    assert repr(compose(small_frame, completion.results)).startswith("<Completion of ")
+    assert completion._repr_html_().count("data:image/png;base64,") == 3
+    matplotlib.use("agg")
+    axes = completion.plot()
+    assert [axis.get_title() for axis in axes] == ["Colour", "Depth", "Completed depth"]
+    matplotlib.pyplot.close(axes[0].figure)
+
+
+def test_a_completion_has_what_there_is_to_know_of_its_extraction(
+    small_frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
+    blind = dataclasses.replace(small_frame, name="blind", rgb=small_frame.rgb.copy())
+    notes = ilf.complete(blind, edges="canny").notes
+    assert [note for note in notes if note.startswith("Canny's edges stand in for the network's: ")]
 
 
 def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -63,7 +142,7 @@ def test_what_are_no_parameters_is_refused(small_frame: RGBDFrame, small_labels:
         ilf.Run(small_frame, small_labels, given)
     with pytest.raises(ParameterError, match="preset="):
         ilf.complete(small_frame, extraction="paper")
-    with pytest.raises(ParameterError, match="label map of the blocks, not 'paper': .*preset="):
+    with pytest.raises(ParameterError, match=r"label map of the blocks, not 'paper': .*preset="):
         ilf.complete(small_frame, "paper")
 
 

@@ -47,7 +47,7 @@ def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple
 
 
 def test_where_nothing_is_missing_nothing_is_guessed(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
-    frame, before = half_done
+    _, before = half_done
     done = ilf.fill_rest(before)
     assert np.array_equal(ilf.fill_rest(done).depth, done.depth)
     assert list(guess_steps(done)) == []
@@ -72,3 +72,17 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     (note,) = guess(None).notes
     assert note.startswith("Canny's edges stand in for the network's: ")
+
+
+def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(
+    half_done: tuple[RGBDFrame, ilf.Completion], tmp_path: Path
+) -> None:
+    frame, before = half_done
+    dense, rest = ilf.complete(frame, before.blocks, dense=True), ilf.fill_rest(before)
+    for completion, name in ((dense, "dense"), (rest, "rest"), (before, "before")):
+        completion.save(tmp_path / name)
+    names = sorted(path.name for path in (tmp_path / "dense").iterdir())
+    assert "guessed.png" in names
+    assert not (tmp_path / "before" / "guessed.png").exists()
+    for name in names:
+        assert (tmp_path / "dense" / name).read_bytes() == (tmp_path / "rest" / name).read_bytes(), name

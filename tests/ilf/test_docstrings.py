@@ -29,9 +29,15 @@ def test_examples_run(name, tmp_path, monkeypatch):
     assert result.failed == 0, "see above"
 
 
-def test_public_names_are_those_that_are_imported_when_they_are_used():
-    """`__all__` and the stub by which names are imported say the same."""
-    assert {name for name in dir(ilf) if not inspect.ismodule(getattr(ilf, name))} == set(ilf.__all__)
+def test_the_package_shows_its_public_names_and_no_others():
+    assert dir(ilf) == ilf.__all__
+    assert {"complete", "load_frame", "PRESETS", "write_depth", "judge_hidden", "open_project"} <= set(dir(ilf))
+    assert 25 <= len(dir(ilf)) <= 35
+    assert not any(inspect.ismodule(getattr(ilf, name)) for name in dir(ilf))
+
+
+def test_types_are_seen_by_those_who_check_theirs():
+    assert (ROOT / "py.typed").is_file()
 
 
 @pytest.mark.parametrize("name", [name for name in ilf.__all__ if inspect.isfunction(getattr(ilf, name))])

@@ -12,6 +12,7 @@ import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
+from ilf.errors import ParameterError
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
 from ilf.segmentation.edges.frame_edges import lines_of, relief_of
 from ilf.segmentation.edges.relief import find_relief
@@ -402,3 +403,16 @@ def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(fram
     assert all(stage() is None for stage in stages)
     assert found_blocks(frame, parameters).blocks is found.blocks
     assert np.array_equal(extract(frame, parameters).blocks, found.blocks)
+
+
+def test_parameters_are_given_by_keyword(small_frame: RGBDFrame) -> None:
+    wanted = ilf.extract_blocks(small_frame, BlockParameters(granularity=0.9, detector="canny"))
+    given = ilf.extract_blocks(small_frame, BlockParameters(detector="canny"), granularity=0.9)
+    np.testing.assert_array_equal(ilf.extract_blocks(small_frame, granularity=0.9, detector="canny"), wanted)
+    np.testing.assert_array_equal(given, wanted)
+    with pytest.raises(ParameterError, match=r"no parameter 'granularty'\. Did you mean granularity\?"):
+        ilf.extract_blocks(small_frame, granularty=0.9)
+    with pytest.raises(ParameterError, match="granularity must lie between 0 and 1, not 3"):
+        ilf.extract_blocks(small_frame, granularity=3)
+    with pytest.raises(ParameterError, match="model has no effect with detector canny"):
+        ilf.extract_blocks(small_frame, detector="canny", model="mine")

@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import base64
+import re
+import sys
+
+import cv2
+import matplotlib
+import matplotlib.pyplot
 import numpy as np
 import pytest
 
@@ -37,8 +44,12 @@ def test_arrays_are_copies_and_read_only() -> None:
     ("rgb", "depth", "message"),
     [
         (RGB, np.ones((4, 2)), "Colour is 4 x 2 but depth is 2 x 4"),
-        (RGB.astype(float), np.ones((2, 4)), "uint8"),
-        (RGB[..., 0], np.ones((2, 4)), "shape"),
+        (RGB.astype(int), np.ones((2, 4)), "uint8"),
+        (RGB + 1.5, np.ones((2, 4)), "between 0 and 1, not 1.5 and 1.5: divide it"),
+        (RGB - 0.5, np.ones((2, 4)), "between 0 and 1"),
+        (RGB * np.nan, np.ones((2, 4)), "between 0 and 1"),
+        (RGB[..., :2], np.ones((2, 4)), "shape"),
+        (RGB[0, :, 0], np.ones((2, 4)), "shape"),
         (RGB, np.ones((2, 4, 3)), "one real number per pixel"),
         (RGB, np.ones((2, 4), complex), "one real number per pixel"),
         (RGB, np.zeros((2, 4)), "no known pixel"),
@@ -125,7 +136,7 @@ def test_distrusted_depth_counts_as_missing_and_is_kept():
         frame.distrusted[0, 0] = True
 
 
-@pytest.mark.parametrize("mask", [np.ones((3, 2), bool), np.ones((2, 3), int)])
+@pytest.mark.parametrize("mask", [np.ones((3, 2), bool), np.full((2, 3), 2), np.full((2, 3), 0.5)])
 def test_a_mask_that_does_not_fit_is_refused(mask):
     with pytest.raises(InputError, match="bool with the frame's shape"):
         RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=mask)
@@ -173,3 +184,56 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame:
 def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, truth: np.ndarray, why: str) -> None:
     with pytest.raises(InputError, match=why):
         small_frame.with_truth(truth)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
+def test_colour_from_0_to_1_and_grey_are_converted(kind: type) -> None:
+    rgb = np.array([[[0, 0.5, 1]]], kind)
+    assert RGBDFrame(rgb, [[1.0]]).rgb.tolist() == [[[0, 128, 255]]]
+    for grey in (np.array([[7, 200]], np.uint8), np.array([[[7], [200]]], np.uint8)):
+        frame = RGBDFrame(grey, [[1.0, 2.0]])
+        assert (frame.rgb.dtype, frame.rgb.tolist()) == (np.uint8, [[[7, 7, 7], [200, 200, 200]]])
+
+
+@pytest.mark.parametrize("one", [1, 255, True])
+def test_masks_of_0_and_1_or_255_are_taken(one: int) -> None:
+    mask = one * np.array([[1, 0, 0, 1], [0, 0, 0, 0]], bool if one is True else np.uint8)
+    frame = RGBDFrame(RGB, np.ones((2, 4)), distrusted=mask)
+    assert frame.distrusted is not None
+    assert frame.distrusted.dtype == np.bool_
+    np.testing.assert_array_equal(frame.known, mask == 0)
+
+
+def test_a_frame_is_a_line_of_text_and_pictures_in_a_notebook() -> None:
+    frame = RGBDFrame(RGB + np.uint8(9), [[1.5, 2, np.nan, 2], [1, 2, 2, 2]], name="a <room>")
+    assert repr(frame) == "<RGBDFrame 'a <room>': 4 x 2 pixels, depth 1 to 2 m, 12.5% missing>"
+    html = frame._repr_html_()
+    assert "a &lt;room&gt;" in html
+    pictures = [
+        cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR_RGB)
+        for png in re.findall(r'src="data:image/png;base64,([^"]+)"', html)
+    ]
+    np.testing.assert_array_equal(pictures[0], frame.rgb)
+    assert pictures[1].shape == frame.rgb.shape
+    assert pictures[1][0, 2].tolist() == [178, 182, 189], "missing"
+    assert pictures[1][0, 1].tolist() == pictures[1][1, 3].tolist() != pictures[1][1, 0].tolist()
+
+
+def test_pictures_in_a_notebook_are_small() -> None:
+    frame = RGBDFrame(np.random.default_rng(0).integers(0, 256, (720, 1280, 3), np.uint8), np.ones((720, 1280)))
+    assert len(frame._repr_html_()) < 200_000
+
+
+def test_a_frame_is_plotted() -> None:
+    matplotlib.use("agg")
+    colour, depth = RGBDFrame(RGB, np.ones((2, 4))).plot()
+    assert (colour.get_title(), depth.get_title()) == ("Colour", "Depth")
+    assert colour.figure.axes[-1].get_ylabel() == "Depth [m]"
+    depth.figure.canvas.draw()
+    matplotlib.pyplot.close(depth.figure)
+
+
+def test_a_plot_without_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(InputError, match=r"A plot needs the package matplotlib.*'ilf-studio\[plot\]'"):
+        RGBDFrame(RGB, np.ones((2, 4))).plot()

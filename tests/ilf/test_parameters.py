@@ -174,3 +174,20 @@ def test_unknown_preset() -> None:
 def test_parameters_are_immutable() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         ilf.preset().mode = "fill"
+
+
+@pytest.mark.parametrize("kind", [Parameters, BlockParameters])
+def test_the_docstring_lists_every_parameter_as_it_is_declared(kind: type[ParameterSet]) -> None:
+    entries = {}
+    for line in (kind.__doc__ or "").splitlines():
+        name, found, facts = line.partition(" : ")
+        if found and not line.startswith(" "):
+            entries[name] = facts
+    assert list(entries) == list(kind.declarations())
+    assert entries["model"] == "str, default 'edges'"
+    if kind is BlockParameters:
+        assert entries["depth_jump"] == "float, 0.001 to 5 m, default 0.04 m"
+        assert entries["threshold"] == "float, 0 to 1 (0: auto), default auto"
+        assert entries["detector"] == "{'rgbd', 'hed', 'canny'}, default 'hed'"
+        assert entries["dilation"] == "int, 0 to 50 px, default 2 px"
+        assert entries["use_depth"] == "bool, default True"

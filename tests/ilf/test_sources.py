@@ -286,3 +286,22 @@ def test_command_line_tells_what_is_in_the_only_frame(tmp_path, save, capsys):
     told = capsys.readouterr().out
     assert "1 frame\n" in told
     assert "range:        1.500 to 2.8" in told
+
+
+def test_a_source_is_read_by_number_by_key_and_one_after_the_other(tmp_path, save):
+    for number in (10, 2, 1):
+        save(f"color/{number}.jpg", f"depth/{number:04d}.png", (MM + number).astype(np.uint16))
+    source = ilf.open_source(tmp_path)
+    medians = [float(np.nanmedian(frame.depth)) for frame in source]
+    assert medians == sorted(medians)
+    assert len(set(medians)) == len(source) == 3
+    for place, wanted in ((0, 0), (2, 2), (-1, 2), (np.int64(1), 1), ("color/2", 1), ("10", 2)):
+        assert float(np.nanmedian(source[place].depth)) == medians[wanted]
+    for outside in (3, -4):
+        with pytest.raises(IndexError, match="it has 3, from 0 to 2"):
+            source[outside]
+    with pytest.raises(InputError, match="has no frame 'nope'"):
+        source["nope"]
+    assert "color/2" in source
+    assert "nope" not in source
+    assert repr(source) == f"<Source {str(tmp_path)!r}: 3 frames>"

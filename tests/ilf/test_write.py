@@ -12,6 +12,7 @@ import pytest
 
 import ilf
 from ilf._runtime import staging
+from ilf.cli import main
 from ilf.completion.confidence.expected_error import expected_error, unvouched
 from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
@@ -326,3 +327,33 @@ def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
 def test_unknown_choices_are_refused(wrong):
     with pytest.raises(ParameterError):
         ExportOptions(**wrong)
+
+
+def test_a_completion_saves_what_the_command_line_writes(run, tmp_path):
+    inputs = run.frame.inputs
+    frame = ilf.load_frame(inputs.rgb.path, inputs.depth.path, intrinsics=inputs.intrinsics)
+    written = ilf.complete(frame, max_iterations=25).save(tmp_path / "library")
+    camera = ",".join(map(str, inputs.intrinsics))
+    arguments = [inputs.rgb.path, inputs.depth.path, "--intrinsics", camera, "--max-iterations", "25", "--quiet"]
+    assert main(["complete", *arguments, "--out", str(tmp_path / "command")]) == 0
+    assert contents(tmp_path / "library") == contents(tmp_path / "command")
+    assert [path.name for path in written.files] == [*ExportOptions().filenames()[:-1], "meta.json", "run.json"]
+
+
+def test_what_is_saved_is_chosen_by_keyword(completion, tmp_path):
+    written = completion.save(tmp_path / "out", ExportOptions(curves=False), cloud=None, mesh="glb")
+    names = {path.name for path in written.files}
+    assert "mesh.glb" in names
+    assert not {"cloud.ply", "curves.csv"} & names
+    with pytest.raises(ParameterError, match=r"no parameter 'clouds'\. Did you mean cloud\?"):
+        completion.save(tmp_path / "out", clouds="pcd")
+
+
+def test_the_cloud_that_nobody_asked_for_is_left_out_without_a_camera(run, tmp_path):
+    blind = replace(run, frame=replace(run.frame, intrinsics=None)).complete()
+    written = blind.save(tmp_path / "out")
+    assert written.notes[0].startswith("No point cloud is written, because the camera's intrinsics are not known")
+    assert "cloud.ply" not in contents(tmp_path / "out")
+    with pytest.raises(InputError, match="needs the camera's intrinsics"):
+        blind.save(tmp_path / "other", cloud="ply")
+    assert not (tmp_path / "other").exists()

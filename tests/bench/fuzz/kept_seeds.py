@@ -43,10 +43,7 @@ def replay(folder: Path) -> list[bytes]:
     guided = frame.distrusting(mask).with_guide(Guide(np.linspace(0.5, 4, frame.depth.size).reshape(frame.shape)))
     extraction, quick = ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK)
     contents = []
-    for run in (
-        Run.of(frame, preset=quick, extraction=extraction),
-        Run.of(guided, preset=quick, extraction=extraction),
-    ):
+    for run in (Run.of(one, preset=quick, extraction=extraction) for one in (frame, guided)):
         own = {1: quick.replace(smoothness=2)}
         run = dataclasses.replace(run, own=own, drawn=None if run.frame is frame else drawn)
         write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
