@@ -230,7 +230,7 @@ def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> Non
     run = _child(
         "import sys\n"
         "sys.modules['PySide6'] = None\n"
-        "from gui import display\n"
+        "from gui.base import display\n"
         "from gui.app.start import main\n"
         "display.missing_libraries = lambda libraries: ['libEGL.so.1']\n"
         "sys.platform = 'linux'\n"

@@ -12,9 +12,13 @@ import gui
 from gui.widgets.basics import PlainLabel, as_it_is
 
 RICH = {
-    "dialogs/about.py", "effect/effect_line.py", "experiments/window.py", "extraction/extraction_panel.py",
-    "inspect/profile_panel.py", "status/bar.py",
-}  # fmt: skip
+    "app/about.py",
+    "features/edit_summary.py",
+    "features/experiments/window.py",
+    "features/extraction.py",
+    "features/inspect/profile_panel.py",
+    "features/status.py",
+}
 """Files that show text of their own as rich text, and escape what comes from elsewhere."""
 
 
