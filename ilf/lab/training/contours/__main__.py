@@ -1,4 +1,4 @@
-"""`python -m ilf.edges.training.contours --data BSDS500 --out FOLDER`: train the edge network, write it as ONNX."""
+"""`python -m ilf.lab.training.contours --data BSDS500 --out FOLDER`: train the edge network, write it as ONNX."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _lesson(arguments: argparse.Namespace) -> Contours:
 
 def main() -> None:
     """Train, or go on training, and export."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.edges.training.contours", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.contours", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of BSDS500, with images and groundTruth")
     train(parser, 70, _lesson)
 

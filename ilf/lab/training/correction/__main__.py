@@ -1,4 +1,4 @@
-"""`python -m ilf.completion.correction.training --data SAMPLES --out FOLDER`: train the correction network."""
+"""`python -m ilf.lab.training.correction --data SAMPLES --out FOLDER`: train the correction network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _lesson(arguments: argparse.Namespace) -> CorrectionLesson:
 
 def main() -> None:
     """Train, or go on training, and export."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.completion.correction.training", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.correction", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of samples; it may be growing")
     parser.add_argument("--start", type=Path, help="depth-edge network (ONNX) whose trunk is gone on from")
     train(parser, 90, _lesson)

@@ -1,4 +1,4 @@
-"""`python -m ilf.edges.training.depth_edges --data PICTURES --out FOLDER`: train the depth-edge network."""
+"""`python -m ilf.lab.training.depth_edges --data PICTURES --out FOLDER`: train the depth-edge network."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _lesson(arguments: argparse.Namespace) -> DepthEdgeLesson:
 
 def main() -> None:
     """Train, or go on training, and export."""
-    parser = argparse.ArgumentParser(prog="python -m ilf.edges.training.depth_edges", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.depth_edges", description=__doc__)
     parser.add_argument(
         "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may be growing"
     )
