@@ -1,4 +1,4 @@
-"""Start of the desktop program: arguments, display, theme, exception hook."""
+"""Start and end of the desktop program: arguments, display, theme. Imports no Qt before it is known to work."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ilf._runtime.children import serve_as_child
 from ilf._runtime.ending import ending_at_once, note_crashes, note_fault
-from ilf._runtime.installation import asset_path, optional
+from ilf._runtime.installation import __version__, asset_path, optional
 from ilf._runtime.memory import check_address_space
 from ilf._runtime.temporary_files import private_file, tighten
 from ilf._runtime.threads import available_cores
@@ -128,6 +128,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge."
     )
+    parser.add_argument("--version", action="version", version=f"ilf-gui {__version__}")
     parser.add_argument(
         "frames",
         nargs="*",

@@ -10,14 +10,15 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ExportError, FormatError, InputError, cause
 from .cancellation import check_stopped
 from .temporary_files import clear_left_files, made_by, moving, unfinished
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 MAX_FILE_BYTES = 2**30
 """Larger files cannot be frames of a size that this library takes."""
@@ -88,6 +89,8 @@ def read_file(source: FileSource) -> FileContent:
     """
     if isinstance(source, FileContent):
         return source
+    import numpy as np  # not before: `ilf --version` and `ilf --help` import this file
+
     found = existing_file(source)
     try:
         return FileContent(found, np.fromfile(found, np.uint8))

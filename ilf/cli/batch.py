@@ -29,25 +29,22 @@ from ..sources.source import open_source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, warn
 from .parsing import (
-    Commands,
-    UsageError,
     add_block_parameters,
     add_distrusted,
     add_drawn,
     add_pairing,
     add_parameters,
     add_preset,
-    add_progress,
     add_reading,
     add_seeds,
     add_strict,
-    count,
     pairing_of,
     preset_from,
     reading_of,
     seeds_of,
     with_given,
 )
+from .usage import Parser, UsageError, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --jobs 4
@@ -64,15 +61,12 @@ _NAMED = 5
 """Failed frames that are named on the terminal; the manifest has all."""
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "batch",
-        help="complete many frames, by several processes or machines",
-        usage=_USAGE,
-        description="Complete the frames of folders, data sets and recordings, each into a folder of its own, and "
-        "write manifest.csv, which says what came of each. Run again, it goes on where it was left.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = _USAGE
+    parser.description = (
+        "Complete the frames of folders, data sets and recordings, each into a folder of its own, and "
+        "write manifest.csv, which says what came of each. Run again, it goes on where it was left."
     )
     parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="+", metavar="SOURCE", help="folder of frames, data set or recording")

@@ -41,7 +41,7 @@ from ..lab.bench.results import (
 )
 from ..lab.bench.runner import read_earlier, run_bench
 from .output import Column, advance, comparison_table, skipped_lines, unit_bar, warn
-from .parsing import Commands, UsageError, add_progress, count, seed
+from .usage import Parser, UsageError, add_progress, count, seed
 
 # `ilf bench blocks`: ways to make operation blocks compared on any set of frames.
 
@@ -179,23 +179,22 @@ _MORE = (
 )
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "bench",
-        help="compare presets and other methods on frames with depth hidden, or ways to make blocks",
-        usage=f"ilf bench FOLDER... [options]\n       ilf bench {BLOCKS} FOLDER... [options]\n"
-        f"       ilf bench {DENOISE} [options]",
-        description="Hide known depth of frames, let every method complete it, and compare with what was hidden: "
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = (
+        f"ilf bench FOLDER... [options]\n       ilf bench {BLOCKS} FOLDER... [options]\n"
+        f"       ilf bench {DENOISE} [options]"
+    )
+    parser.description = (
+        "Hide known depth of frames, let every method complete it, and compare with what was hidden: "
         "over all frames, and frame by frame with the best of all peers (methods that are no presets) on that frame. "
         "Hidden pixels that a method leaves open count with their nearest known depth. "
         f"With {BLOCKS!r} first: measure the operation blocks that several methods make of the frames; "
         "nothing is hidden. "
         f"With {DENOISE!r}: compare what presets in the mode fill+denoise and other filters leave of "
-        "the noise of generated scenes.",
-        epilog="Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + ".",
-        allow_abbrev=False,
+        "the noise of generated scenes."
     )
+    parser.epilog = "Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + "."
     parser.set_defaults(command=run)
     parser.add_argument(
         "folders",

@@ -20,18 +20,16 @@ from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract, found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
 from .output import table, warn
-from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from
+from .parsing import add_block_parameters, add_distrusted, add_frame, frame_from
+from .usage import Parser, UsageError
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "blocks",
-        help="extract the operation blocks of a frame",
-        usage="ilf blocks (RGB DEPTH | FOLDER) --out FILE [options]",
-        description="Extract boundaries and surfaces (EBS), or take blocks from another program, and write them: label "
-        "map (16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` takes them, edited or not.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = "ilf blocks (RGB DEPTH | FOLDER) --out FILE [options]"
+    parser.description = (
+        "Extract boundaries and surfaces (EBS), or take blocks from another program, and write them: label "
+        "map (16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` takes them, edited or not."
     )
     parser.set_defaults(command=run)
     add_frame(parser)

@@ -7,17 +7,14 @@ import argparse
 from ..sources.frames import new_frame_files, write_frame
 from ..sources.realsense import SETTLING, take_frame
 from .output import warn
-from .parsing import Commands, count
+from .usage import Parser, count
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "capture",
-        help="take a frame with a RealSense camera",
-        description="Take a frame with the RealSense camera that is connected, and write it, with depth registered to "
-        "colour, into a folder that the other commands take.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = (
+        "Take a frame with the RealSense camera that is connected, and write it, with depth registered to "
+        "colour, into a folder that the other commands take."
     )
     parser.set_defaults(command=run)
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for the frame, made if missing")

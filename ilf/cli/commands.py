@@ -1,81 +1,97 @@
-"""All commands, and how whichever is run ends: with an exit status, and one line if something went wrong."""
+"""The table of commands, and how whichever is run ends: with an exit status, and one line if something went wrong."""
 
 from __future__ import annotations
 
+import argparse
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
+from importlib import import_module
 from typing import TextIO
 
 from .._runtime.ending import Interrupted, ending_when_asked, note_fault
 from .._runtime.installation import __version__
 from ..errors import IlfError, in_words, one_line
-from . import (
-    batch,
-    bench,
-    blocks,
-    capture,
-    complete,
-    experiments,
-    info,
-    models,
-    nerfstudio,
-    presets,
-    project,
-    rosbag,
-    sample,
-)
-from . import evaluate as judge
-from . import report as report_page
-from .parsing import Parser, UsageError
+from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
+
+COMMANDS = {
+    "complete": "complete the depth of a frame and write all results",
+    "batch": "complete many frames, in several processes or on several machines",
+    "blocks": "extract the operation blocks of a frame",
+    "info": "show the contents of a frame, a source of frames or a run record",
+    "evaluate": "evaluate a frame's completion against ground truth or hold-out",
+    "report": "write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
+    "capture": "capture a frame with a RealSense camera",
+    "rosbag": "write completed depth as a ROS 2 recording",
+    "bench": "compare presets and other methods on hold-out depth, or methods of making blocks",
+    "experiments": "repeat the paper's experiments and compare the results with the paper",
+    "sample": "write the bundled sample frame into a folder",
+    "models": "list, import and remove edge networks",
+    "presets": "list the built-in presets and your own",
+    "project": "make, show, export and replay project files",
+    "nerfstudio": "write results with known poses as a nerfstudio data set",
+    "completion": "print the completion script of a shell",
+}
+"""Name -> help in one line. `add_arguments` in the module of the same name gives the command's parser its arguments and
+the function that runs it. The module is imported when the command is chosen."""
 
 
 def run(argv: Sequence[str] | None) -> int:
     """Run a command; see `ilf.cli.main`."""
     _make_streams()
+    words = sys.argv[1:] if argv is None else argv
+    parser = build_parser(words[:1])
     try:
         with ending_when_asked():
-            status = _status(argv)
+            status = _status(parser, words)
     except Interrupted as asked:
         status = _failed(asked, asked.status)
     except KeyboardInterrupt:
-        status = _failed("interrupted", 130)
+        status = _failed("interrupted", INTERRUPTED)
     finally:
         delivered = [_is_delivered(stream) for stream in (sys.stdout, sys.stderr)]
-    return status or (0 if delivered[0] else 1)
+    return status or (DONE if delivered[0] else FAILED)
 
 
-def _status(argv: Sequence[str] | None) -> int:
+def _status(parser: Parser, words: Sequence[str]) -> int:
     try:
-        arguments = build_parser().parse_args(argv)
+        arguments = parser.parse_args(words)
         arguments.command(arguments)
         sys.stdout.flush()
     except UsageError as error:
-        return _failed(error, 2)
+        return _failed(error, WRONG_USAGE)
     except BrokenPipeError:
         # whoever read the output has seen enough
-        return 1
+        return FAILED
     except (IlfError, OSError) as error:
-        return _failed(in_words(error), 1)
+        return _failed(in_words(error), FAILED)
     except Exception as error:
-        return _failed(note_fault(error), 1)
-    return 0
+        return _failed(note_fault(error), FAILED)
+    return DONE
 
 
-def build_parser() -> Parser:
-    """The parser of all commands."""
+def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
+    """The parser of all commands.
+
+    Parameters
+    ----------
+    names : collection of str
+        Those whose arguments are needed: only their modules are imported.
+    """
     parser = Parser(
         prog="ilf",
-        allow_abbrev=False,
         description="Complete the missing depth of RGB-D frames by iterative low-pass filtering.",
+        epilog="\n".join(["exit status:", *(f"  {status:<5} {text}" for status, text in EXIT_STATUSES.items())]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    often = complete, batch, blocks, info, judge, report_page
-    for module in (*often, capture, rosbag, bench, experiments, sample, models, presets, project, nerfstudio):
-        module.add_command(commands)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text)
+        if name in names:
+            import_module(f"{__package__}.{name}").add_arguments(command)
     return parser
 
 

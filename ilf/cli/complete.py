@@ -17,10 +17,8 @@ from ..run.writing import check_write, write
 from ..sources.frames import frame_folder
 from ..sources.opening import is_recording
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options, fitting, space_flags
-from .output import RunProgress, completion_report, warn
+from .output import warn
 from .parsing import (
-    Commands,
-    UsageError,
     add_block_parameters,
     add_distrusted,
     add_drawn,
@@ -28,7 +26,6 @@ from .parsing import (
     add_guide,
     add_parameters,
     add_preset,
-    add_progress,
     add_strict,
     add_truth,
     frame_from,
@@ -36,6 +33,8 @@ from .parsing import (
     preset_from,
     with_given,
 )
+from .run_output import RunProgress, completion_report
+from .usage import Parser, UsageError, add_progress
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]
@@ -52,15 +51,10 @@ class _Job:
     again: Replay | None = None
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "complete",
-        help="complete the depth of a frame and write all results",
-        usage=_USAGE,
-        description="Extract the operation blocks of a frame, complete their depth, and write the results.",
-        allow_abbrev=False,
-    )
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = _USAGE
+    parser.description = "Extract the operation blocks of a frame, complete their depth, and write the results."
     parser.set_defaults(command=run)
     add_frame(parser)
     add_strict(parser, "complete nothing")

@@ -6,9 +6,10 @@ import argparse
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, fields, replace
 from itertools import groupby
 
+from .._runtime.files import write_csv
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
@@ -18,21 +19,17 @@ from ..evaluation.ground_truth import truth_steps
 from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, compared_steps, hidden_steps
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.labels import read_mask
-from ..lab.bench.results import write_table
 from ..run.run import Run
 from ..segmentation.extraction import found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
-from .output import Column, ShareProgress, comparison_table, largest_share, table, warn
+from .output import Column, ShareProgress, comparison_table, table, warn
 from .parsing import (
-    Commands,
-    UsageError,
     add_block_parameters,
     add_distrusted,
     add_frame,
     add_guide,
     add_parameters,
     add_preset,
-    add_progress,
     add_seeds,
     add_truth,
     frame_from,
@@ -41,6 +38,8 @@ from .parsing import (
     value_from,
     with_given,
 )
+from .run_output import largest_share
+from .usage import Parser, UsageError, add_progress
 
 
 @dataclass(frozen=True)
@@ -83,18 +82,15 @@ _COLUMNS = (
 )
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "judge",
-        help="say how far off a frame's completion is: against a truth, or on hidden depth",
-        usage="ilf judge (RGB DEPTH | FOLDER) [options]",
-        description="Complete a frame with one preset or several, or with a range of values, and compare with the "
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = "ilf judge (RGB DEPTH | FOLDER) [options]"
+    parser.description = (
+        "Complete a frame with one preset or several, or with a range of values, and compare with the "
         "truth, where depth is missing; or hide some of the known depth and compare with that. All are compared over "
-        "the pixels that each of them fills.",
-        epilog="Hidden depth: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + ".",
-        allow_abbrev=False,
+        "the pixels that each of them fills."
     )
+    parser.epilog = "Hidden depth: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + "."
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
@@ -151,7 +147,8 @@ def run(arguments: argparse.Namespace) -> None:
     warn(notes)
     print("\n".join(_report(frame, test, names, results, arguments.by_block, "values" if swept else "preset")))
     if arguments.csv is not None:
-        write_table(arguments.csv, Line, _lines(names, results))
+        lines = _lines(names, results)
+        write_csv(arguments.csv, [[field.name for field in fields(Line)], *map(astuple, lines)])
 
 
 def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:

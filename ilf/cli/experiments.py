@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .._runtime.files import made_folder
 from .output import Bar, unit_bar, warn
-from .parsing import Commands, add_progress, count, seed
+from .usage import Parser, add_progress, count, seed
 
 if TYPE_CHECKING:
     from ..lab.experiments.experiment import Progress
@@ -18,24 +18,19 @@ _OUT = "experiments"
 """Where results go if nothing is said."""
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "experiments",
-        help="run the paper's experiments again, and report them beside the paper",
-        description="Run the paper's experiments again with fixed seeds, and report what came out beside what the "
-        "paper says.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = (
+        "Run the paper's experiments again with fixed seeds, and report what came out beside what the paper says."
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    listing = actions.add_parser("list", help="name the experiments", allow_abbrev=False)
+    listing = actions.add_parser("list", help="name the experiments")
     listing.set_defaults(command=_list)
     _add_run(actions)
     reporting = actions.add_parser(
         "report",
         help="write one HTML page of all results in a folder",
         description="Write report.html, which needs no other file, from the results in a folder.",
-        allow_abbrev=False,
     )
     _add_out(reporting)
     reporting.add_argument(
@@ -46,13 +41,12 @@ def add_command(commands: Commands) -> None:
     reporting.set_defaults(command=_report)
 
 
-def _add_run(actions: Commands) -> None:
+def _add_run(actions: Any) -> None:
     parser = actions.add_parser(
         "run",
         help="run one experiment, or all",
         description="Run experiments. Each writes NAME.json, NAME.csv and its figures as PNG and SVG when it is done; "
         "after Ctrl+C the finished ones are whole.",
-        allow_abbrev=False,
     )
     parser.add_argument(
         "names", metavar="NAME", help="any of the names that `ilf experiments list` shows, separated by commas, or all"

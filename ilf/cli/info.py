@@ -33,18 +33,9 @@ from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME, FrameFiles, frame_beside, frame_folder
 from ..sources.opening import is_recording
 from ..sources.source import Source
-from .output import outcome_lines
-from .parsing import (
-    Commands,
-    UsageError,
-    add_frame,
-    add_guide,
-    add_strict,
-    add_truth,
-    check_doubts,
-    frame_of_source,
-    source_from,
-)
+from .parsing import add_frame, add_guide, add_strict, add_truth, check_doubts, frame_of_source, source_from
+from .run_output import outcome_lines
+from .usage import Parser, UsageError
 
 # A run record in words, for `ilf info`.
 
@@ -148,15 +139,12 @@ _WIDTH = 13
 """Characters that names of facts take, at least."""
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "info",
-        help="show what is in a frame or in a run record",
-        usage="ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]",
-        description="Show sizes, depth range, missing share, encoding and intrinsics of a frame, the frames of a "
-        "source, or a run record.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = "ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]"
+    parser.description = (
+        "Show sizes, depth range, missing share, encoding and intrinsics of a frame, the frames of a "
+        "source, or a run record."
     )
     parser.set_defaults(command=run)
     add_frame(parser)

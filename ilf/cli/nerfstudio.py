@@ -6,17 +6,14 @@ import argparse
 
 from ..run.nerfstudio import write_nerfstudio
 from .output import warn
-from .parsing import Commands
+from .usage import Parser
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "nerfstudio",
-        help="make a data set of nerfstudio of results whose poses are known",
-        description="Write colour, completed depth, a weight for the depth of every pixel, and transforms.json, which "
-        "nerfstudio opens, of results of `ilf complete`. Poses come from the source that the frames were read from.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = (
+        "Write colour, completed depth, a weight for the depth of every pixel, and transforms.json, which "
+        "nerfstudio opens, of results of `ilf complete`. Poses come from the source that the frames were read from."
     )
     parser.set_defaults(command=run)
     parser.add_argument("results", nargs="+", metavar="RESULT", help="folder of a result, or one that holds several")

@@ -22,7 +22,8 @@ from ..run.options import (
 )
 from ..segmentation.extraction import FoundBlocks
 from ..segmentation.reextraction import gaps_filled
-from .parsing import BLOCK_PREFIX, UsageError, given_parameters, with_given
+from .parsing import BLOCK_PREFIX, given_parameters, with_given
+from .usage import UsageError
 
 _SPACE = ("cloud_format", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
 """What is said of point cloud and mesh."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from ..data.camera import INTRINSICS
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
-from ..errors import IlfError, InputError, ParameterError
+from ..errors import InputError, ParameterError
 from ..io.encodings import MEANINGS
 from ..io.labels import also_distrusting
 from ..run.preset_files import OwnPreset, find_preset
@@ -19,9 +19,7 @@ from ..sources.frame_source import FrameSource
 from ..sources.source import Source, open_source
 from ..sources.times import MOST_APART_S
 from .output import warn
-
-Commands = Any
-"""What `ArgumentParser.add_subparsers` returns; its type has no public name."""
+from .usage import UsageError, count
 
 BLOCK_PREFIX = "blocks-"
 
@@ -31,17 +29,6 @@ Set = TypeVar("Set", bound=ParameterSet)
 
 _SEEDS = 3
 """How often depth is hidden unless the user says otherwise."""
-
-
-class UsageError(IlfError):
-    """Arguments that do not go together."""
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"ilf: error: {' '.join(message.split())}. See {self.prog} --help.\n")
 
 
 def add_frame(parser: argparse.ArgumentParser) -> None:
@@ -203,15 +190,6 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_progress(parser: argparse._ActionsContainer) -> None:
-    """Add the flag about the progress bar."""
-    parser.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
-
-
 def add_seeds(parser: argparse.ArgumentParser) -> None:
     """Add how often depth is hidden; see `seeds_of`."""
     parser.add_argument(
@@ -329,7 +307,11 @@ def add_parameters(
         how: dict[str, Any] = (
             {"action": argparse.BooleanOptionalAction}
             if declaration.kind is bool
-            else {"type": _reader(declaration), "metavar": _metavar(declaration)}
+            else {
+                "type": _reader(declaration),
+                "choices": declaration.choices or None,
+                "metavar": _metavar(declaration),
+            }
         )
         groups[declaration.group].add_argument(
             declaration.flag.replace("--", f"--{prefix}", 1),
@@ -396,22 +378,6 @@ def value_from(declaration: Declaration, text: str) -> Value:
     except ValueError as error:
         raise ParameterError(f"{text!r} is not a number.") from error
     return declaration.checked(number)
-
-
-def count(text: str) -> int:
-    """A whole number from 1 on."""
-    return _whole_number(text, 1)
-
-
-def seed(text: str) -> int:
-    """A whole number from 0 on."""
-    return _whole_number(text, 0)
-
-
-def _whole_number(text: str, least: int) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
-    return int(text)
 
 
 def _metavar(declaration: Declaration) -> str:

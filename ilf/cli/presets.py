@@ -8,17 +8,12 @@ from ..data.declarations import Value
 from ..data.parameters import PRESETS
 from ..run.preset_files import list_presets, presets_folder
 from .output import table, warn
-from .parsing import Commands
+from .usage import Parser
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "presets",
-        help="list the presets there are, built-in and your own",
-        description="List the presets that --preset takes by name: the built-in ones, and your own with what differs.",
-        allow_abbrev=False,
-    )
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = "List the names that --preset accepts: built-in presets, and your own with their changes."
     parser.set_defaults(command=run)
 
 

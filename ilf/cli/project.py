@@ -31,8 +31,10 @@ from ..sources.frame_source import FrameSource
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, fitting
-from .output import RunProgress, table, warn
-from .parsing import Commands, UsageError, add_look_in, add_progress, add_reading, reading_of
+from .output import table, warn
+from .parsing import add_look_in, add_reading, reading_of
+from .run_output import RunProgress
+from .usage import Parser, UsageError, add_progress
 
 # What `ilf project info` tells of a project: as text, and as JSON.
 
@@ -141,14 +143,9 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "project",
-        help="make, show, export and replay project files",
-        description="Work with project files (.ilf), which hold frames with all work on them, without the window.",
-        allow_abbrev=False,
-    )
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = "Work with project files (.ilf), which hold frames with all work on them, without the window."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
     making = actions.add_parser(
@@ -156,7 +153,6 @@ def add_command(commands: Commands) -> None:
         help="make a project of frames",
         usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
         description="Make a project of frames that nobody has worked on yet.",
-        allow_abbrev=False,
     )
     making.set_defaults(command=run_new)
     making.add_argument("file", metavar="FILE.ilf", help="where to write it; nothing is replaced")
@@ -183,7 +179,7 @@ def add_command(commands: Commands) -> None:
     add_progress(again)
 
 
-def _action(actions: Commands, name: str, command: object, text: str) -> argparse.ArgumentParser:
+def _action(actions: Any, name: str, command: object, text: str) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(
         name, help=text, description=f"{text[0].upper()}{text[1:]}.", allow_abbrev=False
     )

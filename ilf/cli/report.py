@@ -26,8 +26,6 @@ from ..run.replaying import replay
 from ..run.run import Run
 from .output import ShareProgress, warn
 from .parsing import (
-    Commands,
-    UsageError,
     add_block_parameters,
     add_distrusted,
     add_frame,
@@ -35,7 +33,6 @@ from .parsing import (
     add_look_in,
     add_parameters,
     add_preset,
-    add_progress,
     add_seeds,
     add_truth,
     frame_from,
@@ -44,6 +41,7 @@ from .parsing import (
     seeds_of,
     with_given,
 )
+from .usage import Parser, UsageError, add_progress
 
 # What the arguments of `ilf report` name, read one after the other.
 
@@ -166,17 +164,14 @@ _USAGE = """ilf report RGB DEPTH [options]
        ilf report (FOLDER | run.json | PROJECT.ilf)... [options]"""
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "report",
-        help="write one HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes",
-        usage=_USAGE,
-        description="Write one HTML page that needs no other file and no network. A frame is completed first, a "
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.usage = _USAGE
+    parser.description = (
+        "Write one HTML page that needs no other file and no network. A frame is completed first, a "
         "recorded run made again, and of a project all frames that have been worked on are taken as they are. Several "
         "of them make one page with an index. For PDF, print the page in a browser, or use File > Report… in the "
-        "window.",
-        allow_abbrev=False,
+        "window."
     )
     parser.set_defaults(command=run)
     add_frame(parser)

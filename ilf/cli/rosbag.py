@@ -30,7 +30,7 @@ from ..run.record_file import read_record
 from ..sources.frames import load_frame
 from ..sources.opening import opened
 from ..sources.pairing import time_of
-from .parsing import Commands
+from .usage import Parser
 
 # When the frame of a run was taken.
 
@@ -61,15 +61,12 @@ _BEST_FIRST = ("npy", "tiff", "png")
 """Formats of depth files, the most precise first."""
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "rosbag",
-        help="write completed depth as a recording of ROS 2",
-        description=f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC}, "
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = (
+        f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC}, "
         f"{CAMERA_TOPIC}, {COLOUR_TOPIC} and, where runs have one, {ERROR_TOPIC}, and with the times of the frames "
-        "that it was completed from.",
-        allow_abbrev=False,
+        "that it was completed from."
     )
     parser.set_defaults(command=run)
     parser.add_argument(

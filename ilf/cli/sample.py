@@ -10,19 +10,15 @@ from .._runtime.files import write_bytes
 from .._runtime.installation import asset_path
 from .._runtime.staging import move_in, staging
 from ..errors import ExportError
-from .parsing import Commands
+from .usage import Parser
 
 SAMPLE = "samples/room"
 
 
-def add_command(commands: Commands) -> None:
-    """Add the command to the parser."""
-    parser = commands.add_parser(
-        "sample",
-        help="write the bundled sample frame into a folder",
-        description="Write the bundled sample, a generated room with the depth defects of a real sensor, "
-        "into a folder.",
-        allow_abbrev=False,
+def add_arguments(parser: Parser) -> None:
+    """Give the command's parser its arguments."""
+    parser.description = (
+        "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
     parser.set_defaults(command=run)
     parser.add_argument("folder", metavar="DIR", help="made if missing")

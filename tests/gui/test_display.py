@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import PySide6
 import pytest
 
+import ilf
 from gui.app.start import main
 from gui.base import display
 from gui.base.display import PLATFORM_LIBRARIES, QT_LIBRARIES
@@ -223,6 +224,13 @@ def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
         QT_QPA_PLATFORM="offscreen",
     )
     assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
+
+
+def test_the_version_is_printed_without_importing_qt() -> None:
+    run = _child(
+        "import sys\nsys.modules['PySide6'] = None\nfrom gui.app.start import main\nsys.exit(main(['--version']))\n"
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (0, f"ilf-gui {ilf.__version__}\n", "")
 
 
 def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import errno
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,8 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import complete, main, parsing
-from ilf.cli.commands import build_parser
+from ilf.cli.commands import COMMANDS, build_parser
+from ilf.cli.usage import EXIT_STATUSES
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.io.labels import read_labels, write_labels, write_mask
@@ -504,6 +506,69 @@ def test_version(capsys):
         main(["--version"])
     assert stopped.value.code == 0
     assert capsys.readouterr().out == f"ilf {ilf.__version__}\n"
+
+
+@pytest.mark.parametrize("words", [["--version"], ["--help"]])
+def test_version_and_help_import_neither_commands_nor_numpy(words):
+    program = (
+        "import sys\nfrom ilf.cli import main\ntry:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "print('modules:', *sys.modules)"
+    )
+    ended = _child("-c", program, *words)
+    assert ended.returncode == 0, ended.stderr
+    modules = ended.stdout.decode().rpartition("modules:")[2].split()
+    assert "numpy" not in modules
+    ours = {name.removeprefix("ilf.") for name in modules if name.startswith("ilf.")}
+    assert {name for name in ours if not name.startswith("_runtime")} == {"cli", "cli.commands", "cli.usage", "errors"}
+
+
+def test_a_command_imports_no_other_command():
+    assert {path.stem for path in (ROOT / "ilf/cli").glob("*.py")} >= set(COMMANDS)
+    for path in (ROOT / "ilf/cli").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                names = {node.module} if node.module else {alias.name for alias in node.names}
+                assert not names & set(COMMANDS), path
+
+
+def test_help_names_all_commands_and_exit_statuses(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    for name, sentence in COMMANDS.items():
+        assert f" {name} {sentence}" in text
+    for status, sentence in EXIT_STATUSES.items():
+        assert f" {status} {sentence}" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["complet"], "There is no command 'complet'. Did you mean complete? See ilf --help."),
+        (["fly"], "There is no command 'fly'. Choose from complete, batch, "),
+        (["--verson"], "There is no option --verson. Did you mean --version? See ilf --help."),
+        (["project", "nwe"], "There is no action 'nwe'. Did you mean new? See ilf project --help."),
+        (
+            ["complete", "in", "--blocks-granularty", "0.3"],
+            "There is no option --blocks-granularty. Did you mean --blocks-granularity? See ilf complete --help.",
+        ),
+        (["blocks", "in", "--ot=b.png"], "There is no option --ot. Did you mean --out? See ilf blocks --help."),
+        (["complete", "in", "--mesh", "plyy"], "argument --mesh: 'plyy' is not a choice. Did you mean ply?"),
+        (["complete", "in", "--mesh", "stl"], "argument --mesh: 'stl' is not a choice. Choose from ply, obj, glb."),
+    ],
+)
+def test_a_misspelt_word_is_answered_by_the_nearest(arguments, sentence, capsys):
+    assert sentence in fails(capsys, *arguments, status=2)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts_have_commands_options_and_choices(shell, capsys):
+    assert main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    words = [*COMMANDS, "blocks-granularity", "fill+denoise"]
+    assert not [word for word in words if word not in text]
+    if found := shutil.which(shell):
+        subprocess.run([found, "-n"], input=text, text=True, check=True)
 
 
 def test_reader_that_goes_away_is_no_error_message(files):

@@ -14,7 +14,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.output import completion_report, largest_share
+from ilf.cli.run_output import completion_report, largest_share
 from ilf.data.parameters import BlockParameters
 from ilf.evaluation.evaluation import Judgement, judge_completion
 from ilf.evaluation.hold_out import HiddenTest, compare_hidden, judge_hidden

@@ -200,7 +200,7 @@ class AskedMeanwhile:
 signal.signal(signal.{name}, signal.SIG_DFL)
 sys.meta_path.insert(0, AskedMeanwhile())
 from ilf.cli import main
-main(["--help"])
+main(["info", "absent"])
 """
 
 

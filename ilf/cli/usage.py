@@ -1,0 +1,150 @@
+"""How the command line is used: its parsers, their help and their errors, and the exit statuses. Quick to import."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import takewhile
+from typing import Any, NoReturn
+
+from ..errors import IlfError
+
+DONE, FAILED, WRONG_USAGE, HUNG_UP, INTERRUPTED, TERMINATED = 0, 1, 2, 129, 130, 143
+
+EXIT_STATUSES = {
+    DONE: "done",
+    FAILED: "failed: an input, an output or a frame of a batch; the reason is one line on stderr",
+    WRONG_USAGE: "wrong usage: unknown or contradictory arguments",
+    HUNG_UP: "ended because the terminal was closed (SIGHUP)",
+    INTERRUPTED: "interrupted (Ctrl+C)",
+    TERMINATED: "ended by a request to terminate (SIGTERM)",
+}
+"""Exit status -> its meaning."""
+
+
+class UsageError(IlfError):
+    """Arguments that do not go together."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A question about the known word that is most like another, with a space before it; "" if none is like it.
+
+    Examples
+    --------
+    >>> did_you_mean("complet", ["complete", "blocks"])
+    ' Did you mean complete?'
+    >>> did_you_mean("fly", ["complete", "blocks"])
+    ''
+    """
+    import difflib
+
+    near = difflib.get_close_matches(word, list(known), 1)
+    return f" Did you mean {near[0]}?" if near else ""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line with the nearest known word, and whose help can be one page.
+
+    Parameters
+    ----------
+    **how
+        As ArgumentParser takes them. Flags cannot be abbreviated.
+    """
+
+    def __init__(self, **how: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **how})
+        self._page: Mapping[str, Sequence[str]] = {}
+
+    def set_page(self, page: Mapping[str, Sequence[str]]) -> None:
+        """Have --help show only some of the arguments, and --help-all all of them.
+
+        Parameters
+        ----------
+        page : mapping
+            Heading -> names of positional arguments and flags, in the order of the page.
+        """
+        self._page = page
+        self.add_argument("--help-all", action=_FullHelp, help="show all options, and exit")
+
+    def format_help(self) -> str:
+        """The page of `set_page`, or the full help where there is none."""
+        if not self._page:
+            return self.format_full_help()
+        named = {name: action for action in self._actions for name in action.option_strings or [action.dest]}
+        formatter = self.formatter_class(prog=self.prog)
+        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
+        formatter.add_text(self.description)
+        for heading, names in self._page.items():
+            formatter.start_section(heading)
+            formatter.add_arguments([named[name] for name in names])
+            formatter.end_section()
+        formatter.add_text(f"All options: {self.prog} --help-all")
+        return formatter.format_help()
+
+    def format_full_help(self) -> str:
+        """The help of all arguments."""
+        return super().format_help()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As ArgumentParser, but unknown flags are an error of the command that they were given to."""
+        words = sys.argv[1:] if args is None else list(args)
+        for word in takewhile(lambda word: word != "--", words):
+            if self._subparsers is not None and not word.startswith("-"):
+                break  # from here on, they are another parser's
+            flag = word.partition("=")[0]
+            if flag.startswith("--") and " " not in flag and flag not in self._option_string_actions:
+                self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
+        return super().parse_known_args(words, namespace)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is None or value in action.choices:
+            return
+        choices = list(map(str, action.choices))
+        hint = did_you_mean(str(value), choices) or f" Choose from {', '.join(choices)}."
+        if isinstance(action, argparse._SubParsersAction):
+            raise argparse.ArgumentError(None, f"There is no {str(action.metavar).lower()} {value!r:.80}.{hint}")
+        raise argparse.ArgumentError(action, f"{value!r:.80} is not a choice.{hint}")
+
+    def error(self, message: str) -> NoReturn:
+        """End the process with one line on stderr."""
+        line = " ".join(message.split())
+        self.exit(WRONG_USAGE, f"ilf: error: {line}{'' if line[-1] in '.?' else '.'} See {self.prog} --help.\n")
+
+
+class _FullHelp(argparse.Action):
+    def __init__(self, option_strings: Sequence[str], dest: str, **how: Any) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, **how)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        assert isinstance(parser, Parser)
+        print(parser.format_full_help(), end="")
+        parser.exit()
+
+
+# Arguments of many commands.
+
+
+def add_progress(parser: argparse._ActionsContainer) -> None:
+    """Add the flag about the progress bar."""
+    parser.add_argument(
+        "--progress",
+        action=argparse.BooleanOptionalAction,
+        help="progress bar on stderr (default: if that is a terminal)",
+    )
+
+
+def count(text: str) -> int:
+    """A whole number from 1 on."""
+    return _whole_number(text, 1)
+
+
+def seed(text: str) -> int:
+    """A whole number from 0 on."""
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+    return int(text)
