@@ -46,14 +46,14 @@ def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     if options.frame is not None and (len(options.frames) != 1 or options.sample):
-        parser.error("--frame is of a folder of frames, a data set or a recording: name just this one.")
+        parser.error("--frame selects a frame of one folder, data set or recording: name just this one.")
     try:
         inputs = _inputs(options)
     except IlfError as error:
         return _refused(str(error))
-    for name in ("truth", "guide"):
-        if getattr(options, name) and len(inputs.sources) != 1:
-            parser.error(f"--{name} is of one frame: name just this one.")
+    for flag, file in (("--ground-truth", options.ground_truth), ("--guide", options.guide)):
+        if file and len(inputs.sources) != 1:
+            parser.error(f"{flag} is for one frame: name just this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
     if problem and offscreen:
@@ -138,23 +138,35 @@ def _parser() -> argparse.ArgumentParser:
         "and its depth file",
     )
     parser.add_argument(
-        "--frame", metavar="KEY", help="frame of a folder of frames, a data set or a recording, as for `ilf complete`"
+        "--frame",
+        metavar="KEY",
+        help="key of a frame in a folder of frames, a data set or a recording, as for `ilf complete`",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     how = parser.add_mutually_exclusive_group()
-    how.add_argument("--depth-encoding", metavar="NAME", help="how depth files become metres, as for `ilf complete`")
-    how.add_argument("--depth-units", type=float, help="the same for most files: units per metre (1000: millimetres)")
-    parser.add_argument("--invalid", type=float, metavar="N", help="value of depth files that stands for missing")
+    how.add_argument("--depth-encoding", metavar="NAME", help="encoding of depth files, as for `ilf complete`")
+    how.add_argument("--depth-units", type=float, help="units per metre of depth files (1000: millimetres)")
+    parser.add_argument("--invalid", type=float, metavar="N", help="value of missing depth in depth files")
     parser.add_argument(
-        "--min-confidence", type=float, metavar="N", help="depth of a lower confidence counts as missing"
+        "--min-confidence", type=float, metavar="N", help="treat depth of a lower confidence as missing"
     )
     parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
-    parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
-    parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
-    parser.add_argument("--guide", metavar="FILE", help="depth or inverse depth of the (one) frame, to be followed")
-    parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame at once")
-    parser.add_argument("--screenshot", metavar="FILE.png", help="save a picture of the window when done, and exit")
-    parser.add_argument("--view", choices=("images", "cloud"), default="images", help="what the centre shows")
+    parser.add_argument(
+        "--ground-truth", metavar="FILE", help="ground truth of the (one) frame, to evaluate results against"
+    )
+    parser.add_argument(
+        "--ground-truth-units", type=float, help="units per metre of the ground truth (1000: millimetres)"
+    )
+    parser.add_argument(
+        "--guide", metavar="FILE", help="depth or inverse depth of the (one) frame from another source, used as a guide"
+    )
+    parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame on start")
+    parser.add_argument(
+        "--screenshot", metavar="FILE.png", help="save a picture of the window when all is done, and exit"
+    )
+    parser.add_argument(
+        "--view", choices=("images", "cloud"), default="images", help="content of the central view (default: images)"
+    )
     parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window")
     parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
     return parser
@@ -210,7 +222,7 @@ def _inputs(options: argparse.Namespace) -> _Inputs:
 
     reading = {name: getattr(options, name) for name in ("depth_units", "intrinsics", "invalid", "min_confidence")}
     reading["encoding"] = options.depth_encoding
-    beside = {name: getattr(options, name) for name in ("truth", "truth_units", "guide")}
+    beside = {"truth": options.ground_truth, "truth_units": options.ground_truth_units, "guide": options.guide}
     if options.frame is not None:
         found = open_source(options.frames[0], **reading).frame_source(options.frame)
         return _Inputs([], [], [replace(found, **beside)], [])
@@ -253,8 +265,8 @@ def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str)
     reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
     reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
     reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
-    reading += ["--truth", options.truth] if options.truth else []
-    reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []
+    reading += ["--ground-truth", options.ground_truth] if options.ground_truth else []
+    reading += ["--ground-truth-units", str(options.ground_truth_units)] if options.ground_truth_units else []
     reading += ["--guide", options.guide] if options.guide else []
     status = 0
     for job in jobs:

@@ -122,7 +122,8 @@ def _recorded_state(folder: Path) -> dict[str, int]:
 
 _SHOWN = 3
 _ANEW = (
-    "Choose another folder, or complete them anew (--anew; in the window, Again: Frames of other settings or files)."
+    "Choose another folder, or complete them anew (--rerun-changed; in the window, Again: Frames of other settings or "
+    "files)."
 )
 """Differences and frames that a message names."""
 

@@ -8,13 +8,14 @@ import sys
 import time
 from collections.abc import Iterable, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from .._runtime.ending import allowing
 from .._runtime.formatting import counted, millimetres
-from ..batch.batch import Batch, open_batch
+from ..batch.batch import MANIFEST_COLUMNS, Batch, open_batch
 from ..batch.frame_record import FrameOutcome, FrameStatus
 from ..batch.frames import BatchFrame, frames_of_sources, selected, shard_of, with_files
 from ..batch.pictures import write_contact_sheet, write_video
@@ -27,11 +28,12 @@ from ..io.depth_reading import first_of_each
 from ..run.run import Recipe
 from ..sources.source import open_source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
-from .output import FramesBar, warn
+from .output import FramesBar, print_json, warn
 from .parsing import (
+    MAIN_PARAMETERS,
     add_block_parameters,
-    add_distrusted,
-    add_drawn,
+    add_borders,
+    add_invalid_mask,
     add_pairing,
     add_parameters,
     add_preset,
@@ -44,7 +46,7 @@ from .parsing import (
     seeds_of,
     with_given,
 )
-from .usage import Parser, UsageError, add_progress, count
+from .usage import Parser, UsageError, add_json, add_progress, count
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --jobs 4
@@ -65,80 +67,95 @@ def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.usage = _USAGE
     parser.description = (
-        "Complete the frames of folders, data sets and recordings, each into a folder of its own, and "
-        "write manifest.csv, which says what came of each. Run again, it goes on where it was left."
+        "Complete the frames of folders, data sets and recordings, each into a folder of its own, and write "
+        "manifest.csv with the result of each. The same command resumes an interrupted batch."
+    )
+    parser.epilog = (
+        "The JSON document has folder, files, completed, failed, completed_before, failed_before, not_done (frames), "
+        f"seconds and frames. frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Numbers that are not known "
+        "are null."
     )
     parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="+", metavar="SOURCE", help="folder of frames, data set or recording")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the results, made if missing")
-    frames = parser.add_argument_group("which frames")
-    frames.add_argument("--every", type=count, default=1, metavar="N", help="every N-th frame only")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, made if missing")
+    frames = parser.add_argument_group("selection of frames")
+    frames.add_argument("--every", type=count, default=1, metavar="N", help="complete every N-th frame only")
     frames.add_argument(
         "--frames",
         type=_range,
         default=(None, None),
         metavar="A:B",
-        help="frames A to before B, counted from 0; either may be left out, negative ones count from the end",
+        help="complete frames A to before B, counted from 0; A or B may be left out, negative numbers count from the "
+        "end",
     )
     add_pairing(frames)
-    _add_sharing(parser.add_argument_group("sharing the work"))
-    again = parser.add_argument_group("running again")
-    again.add_argument("--retry-failed", action="store_true", help="also try frames again that failed")
+    _add_sharing(parser.add_argument_group("parallel and distributed work"))
+    again = parser.add_argument_group("resuming")
+    again.add_argument("--retry-failed", action="store_true", help="also complete frames again that failed")
     again.add_argument(
-        "--anew",
+        "--rerun-changed",
         action="store_true",
-        help="complete frames again that were completed with other settings, or whose files have changed since",
+        help="also complete frames again whose settings or files have changed since",
     )
     add_reading(parser.add_argument_group("reading the frames"))
-    add_strict(parser, "let a frame fail")
-    add_distrusted(parser)
+    add_strict(parser, "fail a frame")
+    add_invalid_mask(parser)
     parser.add_argument(
-        "--steady",
+        "--static-camera",
         type=count,
         nargs="?",
         const=_REACH,
         default=0,
         metavar="N",
-        help="the camera stands still: take depth from N frames before and after each, too, where colour says that "
-        f"nothing has changed (default: {_REACH} if no number is given)",
+        help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
+        f"(default: {_REACH} if N is left out)",
     )
-    beside = parser.add_argument_group("beside the frames, in a folder with a file for each, called as the frame is")
+    beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
-        "--guide", metavar="DIR", help="depth or inverse depth from elsewhere (default: guide.* of a frame)"
+        "--guide", metavar="DIR", help="depth or inverse depth from another source (default: guide.* of a frame)"
     )
-    beside.add_argument("--truth", metavar="DIR", help="true depth, to judge the results by (default: gt.* of a frame)")
-    beside.add_argument("--truth-units", type=float, metavar="N", help="its units per metre")
+    beside.add_argument(
+        "--ground-truth", metavar="DIR", help="depth to evaluate the results against (default: gt.* of a frame)"
+    )
+    beside.add_argument("--ground-truth-units", type=float, metavar="N", help="units per metre of the ground truth")
     add_preset(parser)
-    add_given_blocks(parser, "--blocks", "--labels")
-    add_drawn(parser)
+    add_given_blocks(parser, "--blocks")
+    add_borders(parser)
     parser.add_argument(
-        "--hidden",
+        "--hold-out",
         choices=tuple(HIDDEN_PATTERNS),
-        help="also judge each frame on known depth that is hidden, in this pattern; takes as long as the run, once per "
-        "seed",
+        help="also evaluate each frame on hold-out depth of this pattern; repeats the run once per seed",
     )
     add_seeds(parser)
     output = parser.add_argument_group("output")
     add_export_options(output)
     output.add_argument(
-        "--dense",
+        "--extrapolate",
         action="store_true",
-        help="guess the depth that is still missing after the run, and write guessed.png, which shows where",
+        help="extrapolate the depth that is still missing after the run, and write its mask guessed.png",
     )
     output.add_argument(
-        "--contact-sheet", action="store_true", help="write contact-sheet.png: all previews, with names"
+        "--contact-sheet", action="store_true", help="write contact-sheet.png, all previews with their names"
     )
-    output.add_argument("--video", action="store_true", help="write video.mp4: all previews, one after the other")
+    output.add_argument("--video", action="store_true", help="write video.mp4, all previews in sequence")
+    add_json(output)
     add_progress(output)
-    output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
+    output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
+    parser.set_page(
+        {
+            "input": ("sources", "--frames", "--every", "--depth-units", "--intrinsics", "--jobs", "--retry-failed"),
+            "output": ("--out", "--mesh", "--hold-out", "--contact-sheet", "--json", "--quiet"),
+            "parameters": ("--preset", *MAIN_PARAMETERS),
+        }
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
-        raise UsageError("--dask shares the frames itself: leave out --jobs and --shard.")
+        raise UsageError("--dask distributes the frames itself: leave out --jobs and --shard.")
     settings = _settings(arguments)
     frames = _frames(arguments)
     only = frames if arguments.shard is None else shard_of(frames, *arguments.shard)
@@ -147,21 +164,25 @@ def run(arguments: argparse.Namespace) -> None:
         arguments.out,
         settings,
         only=only,
-        anew=arguments.anew,
+        anew=arguments.rerun_changed,
         retry_failed=arguments.retry_failed,
         strict=arguments.strict,
     )
     started = time.perf_counter()
     done: list[FrameOutcome] = []
+    text = not (arguments.quiet or arguments.json)
     with allowing(_ENDING_S):
         try:
             _complete(batch, arguments, done)
         finally:
             all_of_them = batch.write_manifest()
-            if not arguments.quiet:
+            if text:
                 print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
     shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
-    if not arguments.quiet:
+    if arguments.json:
+        seconds = time.perf_counter() - started
+        print_json(_record(batch, all_of_them, done, seconds) | {"files": ["manifest.csv", *shown]})
+    elif text:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
     failed = [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]
     if arguments.strict:  # those that are there already, too
@@ -171,38 +192,36 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _add_sharing(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--jobs", type=count, metavar="N", help="processes of this machine, which share its cores (default: 1)"
-    )
+    group.add_argument("--jobs", type=count, metavar="N", help="number of processes on this machine (default: 1)")
     group.add_argument(
         "--shard",
         type=_shard,
         metavar="K/N",
-        help="only the K-th of N parts of the frames: the others run elsewhere, into the same folder",
+        help="complete only the K-th of N parts of the frames, for parts that run elsewhere into the same folder",
     )
     group.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="have the workers of a Dask cluster do it: the scheduler's address, or the file that it has written it "
-        "to. A scheduler can run any code here and on its workers: name only one that you trust",
+        help="run on a Dask cluster: address of the scheduler, or its scheduler file. A scheduler can run any code "
+        "here and on its workers: use only one that you trust",
     )
 
 
 def _settings(arguments: argparse.Namespace) -> BatchSettings:
-    if arguments.hidden is None and arguments.seeds is not None:
-        raise UsageError("--seeds is about hidden depth: add --hidden.")
+    if arguments.hold_out is None and arguments.seeds is not None:
+        raise UsageError("--seeds applies to hold-out only: add --hold-out.")
     chosen = preset_from(arguments.preset)
     recipe = Recipe(
         with_given(chosen.parameters, arguments),
         check_given_blocks(arguments, "--blocks", chosen.extraction),
-        arguments.dense,
+        arguments.extrapolate,
         _absolute(arguments.blocks),
         arguments.fill_gaps,
-        _absolute(arguments.drawn),
+        _absolute(arguments.borders),
     )
-    hidden = None if arguments.hidden is None else HiddenTest(arguments.hidden, seeds_of(arguments))
+    hidden = None if arguments.hold_out is None else HiddenTest(arguments.hold_out, seeds_of(arguments))
     return BatchSettings(
-        recipe, export_options(arguments), hidden, _absolute(arguments.distrust), steady=arguments.steady
+        recipe, export_options(arguments), hidden, _absolute(arguments.invalid_mask), steady=arguments.static_camera
     )
 
 
@@ -211,14 +230,17 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     frames = selected(
-        frames_of_sources(sources, arguments.out, reach=arguments.steady), first=first, end=end, every=arguments.every
+        frames_of_sources(sources, arguments.out, reach=arguments.static_camera),
+        first=first,
+        end=end,
+        every=arguments.every,
     )
-    for kind in ("guide", "truth"):
-        if (folder := getattr(arguments, kind)) is not None:
+    for kind, folder in (("guide", arguments.guide), ("truth", arguments.ground_truth)):
+        if folder is not None:
             frames = with_files(frames, kind, folder)
-    if arguments.truth_units is None:
+    if arguments.ground_truth_units is None:
         return frames
-    return [replace(frame, source=replace(frame.source, truth_units=arguments.truth_units)) for frame in frames]
+    return [replace(frame, source=replace(frame.source, truth_units=arguments.ground_truth_units)) for frame in frames]
 
 
 def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
@@ -274,6 +296,23 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
     if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
         lines.append(f"{MEDIAN_NAME}: {millimetres(median(errors))} mm in the median frame.")
     return lines
+
+
+def _record(
+    batch: Batch, frames: Sequence[FrameOutcome], done: Sequence[FrameOutcome], seconds: float
+) -> dict[str, Any]:
+    """The same for JSON, with all frames of the manifest."""
+    completed = sum(outcome.status is FrameStatus.COMPLETED for outcome in done)
+    return {
+        "folder": str(batch.folder),
+        "completed": completed,
+        "failed": len(done) - completed,
+        "completed_before": len(batch.finished),
+        "failed_before": len(batch.failed),
+        "not_done": len(batch.to_do) - len(done),
+        "seconds": seconds,
+        "frames": [dict(zip(MANIFEST_COLUMNS, astuple(outcome), strict=True)) for outcome in frames],
+    }
 
 
 def _pictures(arguments: argparse.Namespace, batch: Batch, outcomes: Sequence[FrameOutcome]) -> list[Path]:

@@ -69,7 +69,7 @@ def run_blocks(arguments: argparse.Namespace) -> None:
     if not folders:
         raise UsageError(f"Give folders of frames after {BLOCKS!r}; for a folder of this name write ./{BLOCKS}.")
     if not {arguments.pattern, arguments.seed, arguments.peers_from} <= {None}:
-        raise UsageError("No depth is hidden to measure blocks: leave out --pattern, --seed and --peers-from.")
+        raise UsageError("No depth is held out to measure blocks: leave out --pattern, --seed and --peers-from.")
     plan = BlockPlan(
         folders=tuple(find_frames(folders)[: arguments.limit]),
         methods=tuple(choose_block_methods(arguments.methods)),
@@ -186,13 +186,11 @@ def add_arguments(parser: Parser) -> None:
         f"       ilf bench {DENOISE} [options]"
     )
     parser.description = (
-        "Hide known depth of frames, let every method complete it, and compare with what was hidden: "
-        "over all frames, and frame by frame with the best of all peers (methods that are no presets) on that frame. "
-        "Hidden pixels that a method leaves open count with their nearest known depth. "
-        f"With {BLOCKS!r} first: measure the operation blocks that several methods make of the frames; "
-        "nothing is hidden. "
-        f"With {DENOISE!r}: compare what presets in the mode fill+denoise and other filters leave of "
-        "the noise of generated scenes."
+        "Hold out known depth of frames, complete it with every method, and compute the errors: over all frames, and "
+        "frame by frame relative to the best peer (method that is no preset) on that frame. Hold-out pixels that a "
+        f"method leaves missing are scored with their nearest known depth. With {BLOCKS!r} first: measure the "
+        f"operation blocks of several methods; nothing is held out. With {DENOISE!r}: compare the remaining noise of "
+        "presets in mode fill+denoise and of other filters on generated scenes."
     )
     parser.epilog = "Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + "."
     parser.set_defaults(command=run)
@@ -216,25 +214,27 @@ def add_arguments(parser: Parser) -> None:
         + f"; with {BLOCKS!r} any of all,{','.join(BLOCK_METHODS)}; with {DENOISE!r} any "
         f"of all,presets,peers,{','.join(DENOISE_METHODS)} (default: all)",
     )  # fmt: skip
-    parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames only")
+    parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames")
     parser.add_argument(
-        "--seed", type=seed, metavar="N", help="what the hidden pixels follow from, 0 or more (default: 0)"
+        "--seed", type=seed, metavar="N", help="random seed of the hold-out pixels, 0 or more (default: 0)"
     )
     parser.add_argument(
         "--jobs",
         type=count,
         default=1,
         metavar="N",
-        help="frames at the same time; more than 1 spoils the seconds (default: 1)",
+        help="number of processes; more than 1 distorts the times (default: 1)",
     )
     parser.add_argument(
         "--peers-from",
         metavar="RESULT.json",
-        help="take peers that look at no blocks from an earlier --json of the same frames, patterns and seed instead "
-        "of running them again; refused if anything that they were given or scored on differs",
+        help="reuse the results of peers that need no blocks from an earlier --json of the same frames, patterns and "
+        "seed; an error if their inputs differ",
     )
-    parser.add_argument("--csv", metavar="FILE", help="write the table")
-    parser.add_argument("--json", metavar="FILE", help="write the table, the row of every frame, and the parameters")
+    parser.add_argument("--csv", metavar="FILE", help="write the table as CSV")
+    parser.add_argument(
+        "--json", metavar="FILE", help="write the table, all rows per frame, and the parameters as JSON"
+    )
     add_progress(parser)
 
 

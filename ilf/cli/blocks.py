@@ -20,7 +20,7 @@ from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract, found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
 from .output import table, warn
-from .parsing import add_block_parameters, add_distrusted, add_frame, frame_from
+from .parsing import add_block_parameters, add_frame, add_invalid_mask, frame_from
 from .usage import Parser, UsageError
 
 
@@ -28,40 +28,44 @@ def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.usage = "ilf blocks (RGB DEPTH | FOLDER) --out FILE [options]"
     parser.description = (
-        "Extract boundaries and surfaces (EBS), or take blocks from another program, and write them: label "
-        "map (16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` takes them, edited or not."
+        "Extract boundaries and surfaces (EBS), or read blocks of another program, and write them as a label map "
+        "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all of them."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
-    add_distrusted(parser)
-    taken = parser.add_argument_group("blocks that there are")
+    add_invalid_mask(parser)
+    taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
-    taken.add_argument("--around", action=_Around, metavar="PATH", help="the same as --from PATH --fill-gaps")
-    taken.add_argument(
-        "--keep", type=_numbers, metavar="N,N,...", help="only these blocks of them stay (default: all of them)"
-    )
+    taken.add_argument("--keep", type=_numbers, metavar="N,N,...", help="keep only these of them (default: all)")
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE", required=True, help="the blocks, as .png or .json")
+    output.add_argument("--out", metavar="FILE", required=True, help="output file, .png or .json")
     output.add_argument(
         "--format",
         choices=tuple(BLOCK_FORMATS),
-        help="format of that file (default: png for .png, coco for .json). COCO and labelme have names, too; all are "
-        "exact to the pixel",
+        help="format of the output file (default: png for .png, coco for .json); COCO and labelme include names, and "
+        "all are exact to the pixel",
     )
     output.add_argument(
         "--stages",
         metavar="DIR",
-        help="folder for pictures of every stage of the extraction",
+        help="folder for images of all stages of the extraction",
     )
-    output.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_block_parameters(parser)
+    parser.set_page(
+        {
+            "input": ("inputs", "--frame", "--depth-units", "--from", "--fill-gaps", "--keep"),
+            "output": ("--out", "--format", "--stages", "--quiet"),
+            "parameters": ("--blocks-granularity", "--blocks-min-size", "--blocks-detector", "--blocks-use-depth"),
+        }
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     parameters = check_given_blocks(arguments, "--from")
     if arguments.keep is not None and arguments.blocks is None:
-        raise UsageError("--keep names blocks that are given: name them by --from.")
+        raise UsageError("--keep needs blocks: name them by --from.")
     extracts = arguments.blocks is None or arguments.fill_gaps
     if arguments.stages is not None and not extracts:
         raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")
@@ -87,13 +91,6 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.quiet:
         print("\n".join(_report(found, ~frame.missing)))
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
-
-
-class _Around(argparse.Action):
-    """Names blocks that stay as they are, while the others are extracted around them."""
-
-    def __call__(self, parser: object, namespace: argparse.Namespace, values: object, option: object = None) -> None:
-        namespace.blocks, namespace.fill_gaps = values, True
 
 
 def _report(found: LoadedBlocks, lacks_nothing: NDArray[np.bool_]) -> list[str]:

@@ -13,17 +13,17 @@ from .usage import Parser, count
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.description = (
-        "Take a frame with the RealSense camera that is connected, and write it, with depth registered to "
-        "colour, into a folder that the other commands take."
+        "Capture a frame with the connected RealSense camera, register its depth to colour, and write it into a "
+        "folder that the other commands read."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the frame, made if missing")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, made if missing")
     parser.add_argument(
         "--settle",
         type=count,
         default=SETTLING,
         metavar="N",
-        help=f"frames to let pass before, until exposure has settled (default: {SETTLING})",
+        help=f"frames to discard first, until the exposure has settled (default: {SETTLING})",
     )
 
 

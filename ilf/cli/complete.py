@@ -17,24 +17,25 @@ from ..run.writing import check_write, write
 from ..sources.frames import frame_folder
 from ..sources.opening import is_recording
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options, fitting, space_flags
-from .output import warn
+from .output import print_json, warn
 from .parsing import (
+    MAIN_PARAMETERS,
     add_block_parameters,
-    add_distrusted,
-    add_drawn,
+    add_borders,
     add_frame,
+    add_ground_truth,
     add_guide,
+    add_invalid_mask,
     add_parameters,
     add_preset,
     add_strict,
-    add_truth,
     frame_from,
     parameter_flags,
     preset_from,
     with_given,
 )
-from .run_output import RunProgress, completion_report
-from .usage import Parser, UsageError, add_progress
+from .run_output import COMPLETION_KEYS, Finished, RunProgress, completion_record, completion_report
+from .usage import Parser, UsageError, add_json, add_progress
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]
@@ -54,49 +55,62 @@ class _Job:
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.usage = _USAGE
-    parser.description = "Extract the operation blocks of a frame, complete their depth, and write the results."
+    parser.description = "Extract the blocks of a frame, complete their depth, and write the results."
+    parser.epilog = f"The JSON document has {COMPLETION_KEYS}. Numbers that are not known are null."
     parser.set_defaults(command=run)
     add_frame(parser)
     add_strict(parser, "complete nothing")
-    add_distrusted(parser)
+    add_invalid_mask(parser)
     add_guide(parser)
-    add_truth(parser)
+    add_ground_truth(parser)
     add_preset(parser)
-    add_given_blocks(parser, "--blocks", "--labels")
-    add_drawn(parser)
-    parser.add_argument("--replay", metavar="run.json", help="make a recorded run again; all else is in the record")
+    add_given_blocks(parser, "--blocks")
+    add_borders(parser)
+    parser.add_argument("--replay", metavar="run.json", help="replay a recorded run with the record's settings")
     output = parser.add_argument_group("output")
     output.add_argument(
         "--out",
         metavar="DIR",
-        help="folder for the results, made if missing; files in it are overwritten (default: NAME-ilf here)",
+        help="output folder (default: NAME-ilf). It is made if missing; existing files are overwritten",
     )
     add_export_options(output)
     output.add_argument(
-        "--dense",
+        "--extrapolate",
         action="store_true",
-        help="guess the depth that is still missing after the run, and write guessed.png, which shows where",
+        help="extrapolate the depth that is still missing after the run, and write its mask guessed.png",
     )
+    add_json(output)
     add_progress(output)
-    output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
+    output.add_argument("--quiet", action="store_true", help="print only warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
+    parser.set_page(
+        {
+            "input": ("inputs", "--frame", "--depth-units", "--intrinsics", "--invalid-mask", "--blocks"),
+            "output": ("--out", "--mesh", "--json", "--quiet"),
+            "parameters": ("--preset", *MAIN_PARAMETERS),
+        }
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
-    given = (arguments.blocks, arguments.drawn, arguments.distrust, arguments.intrinsics, arguments.preset)
+    given = (arguments.blocks, arguments.borders, arguments.invalid_mask, arguments.intrinsics, arguments.preset)
     check_write(folder, job.run, job.options, given=[path for path in given if path is not None])
     started = time.perf_counter()
     completion = _completed(job.run, arguments)
     seconds = time.perf_counter() - started
     verdict = () if job.again is None else job.again.verdict(completion)
     written = write(folder, job.run, completion, job.options)
-    warn([*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks])
-    if not arguments.quiet:
-        print(completion_report(job.run, completion, seconds, folder, written.files))
+    notes = [*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
+    warn(notes)
+    finished = Finished(job.run, completion, seconds, folder, written.files)
+    if arguments.json:
+        print_json(completion_record(finished, notes))
+    elif not arguments.quiet:
+        print(completion_report(finished))
         if job.again is not None and not verdict:
             print("The run came out as recorded.")
 
@@ -115,10 +129,10 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
     recipe = Recipe(
         with_given(chosen.parameters, arguments),
         check_given_blocks(arguments, "--blocks", chosen.extraction),
-        arguments.dense,
+        arguments.extrapolate,
         arguments.blocks,
         arguments.fill_gaps,
-        arguments.drawn,
+        arguments.borders,
     )
     frame = frame_from(arguments)
     run = recipe.run_of(frame)
@@ -130,7 +144,8 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("frame", "max_gap", "topics", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("frame", "max_gap", "topics", "preset", "blocks", "borders", "invalid_mask", "guide"),
+            *("ground_truth", "ground_truth_units"),
             *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
             *("depth_formats", "png_units"),
         )
@@ -138,18 +153,18 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     ]
     also += space_flags(arguments)
     also += ["--strict"] * arguments.strict
-    also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
+    also += ["--no-expected-error"] * arguments.no_expected_error + ["--extrapolate"] * arguments.extrapolate
     also += ["--fill-gaps"] * arguments.fill_gaps
     also += parameter_flags(arguments)
     if also:
-        raise UsageError(f"--replay takes all but --no-cloud from the record: leave out {', '.join(also)}.")
+        raise UsageError(f"With --replay, all but --no-cloud comes from the record: leave out {', '.join(also)}.")
     again = replay(arguments.replay, *_present_files(arguments.inputs))
     options = replace(again.options, cloud=None) if arguments.no_cloud else again.options
     return _Job(again.run, options, again.differences, again)
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
-    """Where a recorded run's colour and depth, or its recording, are now, if that is said."""
+    """Present paths of a recorded run's colour and depth, or of its recording, if they are given."""
     if len(inputs) == 1 and is_recording(inputs[0]):
         return tuple(inputs)
     if len(inputs) == 1:

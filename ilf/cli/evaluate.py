@@ -1,4 +1,4 @@
-"""`ilf judge`: how far off presets, or values of a parameter, come out: against a truth, or on depth that is hidden."""
+"""`ilf evaluate`: errors of presets, or of values of a parameter, against ground truth or on hold-out depth."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from itertools import groupby
+from typing import Any
 
-from .._runtime.files import write_csv
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
@@ -19,27 +19,30 @@ from ..evaluation.ground_truth import truth_steps
 from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, compared_steps, hidden_steps
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.labels import read_mask
+from ..io.tables import write_csv
 from ..run.run import Run
 from ..segmentation.extraction import found_blocks
 from .options import add_given_blocks, check_given_blocks, filled, given_blocks
-from .output import Column, ShareProgress, comparison_table, table, warn
+from .output import Column, ShareProgress, comparison_table, print_json, table, warn
 from .parsing import (
+    MAIN_PARAMETERS,
     add_block_parameters,
-    add_distrusted,
+    add_borders,
     add_frame,
+    add_ground_truth,
     add_guide,
+    add_invalid_mask,
     add_parameters,
     add_preset,
     add_seeds,
-    add_truth,
     frame_from,
     preset_from,
     seeds_of,
     value_from,
     with_given,
 )
-from .run_output import largest_share
-from .usage import Parser, UsageError, add_progress
+from .run_output import errors_record, largest_share
+from .usage import Parser, UsageError, add_json, add_progress
 
 
 @dataclass(frozen=True)
@@ -84,39 +87,52 @@ _COLUMNS = (
 
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
-    parser.usage = "ilf judge (RGB DEPTH | FOLDER) [options]"
+    parser.usage = "ilf evaluate (RGB DEPTH | FOLDER) [options]"
     parser.description = (
-        "Complete a frame with one preset or several, or with a range of values, and compare with the "
-        "truth, where depth is missing; or hide some of the known depth and compare with that. All are compared over "
-        "the pixels that each of them fills."
+        "Complete a frame with one or more presets, or with values of a parameter, and compute the errors against "
+        "ground truth where depth is missing, or against known depth that was held out. Errors are computed over the "
+        "pixels that all of them fill."
     )
-    parser.epilog = "Hidden depth: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + "."
+    parser.epilog = (
+        "Hold-out patterns: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + ". "
+        "The JSON document has frame, against (ground truth or hold-out), pattern, seeds and results. results: name, "
+        "parameters, errors, coverage (share), seconds, blocks (label, errors). errors: pixels, rmse_m, mae_m, "
+        "median_m, bias_m, within_expected_error (share). Numbers that are not known are null."
+    )
     parser.set_defaults(command=run)
     add_frame(parser)
-    add_distrusted(parser)
+    add_invalid_mask(parser)
     add_guide(parser)
-    add_truth(parser)
+    add_ground_truth(parser)
     add_preset(parser, action="append")
     add_given_blocks(parser, "--blocks")
-    parser.add_argument("--drawn", metavar="MASK.png", help="mask of the blocks' pixels whose border was drawn by hand")
+    add_borders(parser)
     parser.add_argument(
-        "--hidden",
+        "--hold-out",
         choices=tuple(HIDDEN_PATTERNS),
-        help="judge on hidden depth, in this pattern (default: areas, if the frame has no truth)",
+        help="evaluate on hold-out depth of this pattern (default: areas, if the frame has no ground truth)",
     )
     add_seeds(parser)
     parser.add_argument(
         "--sweep",
         action="append",
         metavar="NAME=V,V,...",
-        help="values of a parameter of the filter to compare; a second one gives a grid",
+        help="compare values of a filter parameter; a second --sweep gives a grid",
     )
     output = parser.add_argument_group("output")
-    output.add_argument("--by-block", action="store_true", help="the RMSE of every block, too")
-    output.add_argument("--csv", metavar="FILE", help="write all figures, those of every block included")
+    output.add_argument("--by-block", action="store_true", help="also print the RMSE of every block")
+    output.add_argument("--csv", metavar="FILE", help="write all errors, including those of every block")
+    add_json(output)
     add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
+    parser.set_page(
+        {
+            "input": ("inputs", "--frame", "--depth-units", "--blocks", "--ground-truth", "--hold-out", "--seeds"),
+            "output": ("--by-block", "--csv", "--json"),
+            "parameters": ("--preset", "--sweep", *MAIN_PARAMETERS),
+        }
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -124,9 +140,9 @@ def run(arguments: argparse.Namespace) -> None:
     presets = [preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
     swept = dict(_swept(text) for text in arguments.sweep or ())
     if swept and len(presets) > 1:
-        raise UsageError("--sweep goes with one --preset: its values are tried beside those of that preset.")
-    if arguments.hidden is not None and arguments.truth is not None:
-        raise UsageError("--hidden and --truth are two ways to judge: leave one of them out.")
+        raise UsageError("--sweep varies one --preset: leave out the others.")
+    if arguments.hold_out is not None and arguments.ground_truth is not None:
+        raise UsageError("--hold-out and --ground-truth exclude each other: leave out one of them.")
     parameters = [with_given(preset.parameters, arguments) for preset in presets]
     extractions = [check_given_blocks(arguments, "--blocks", preset.extraction) for preset in presets]
     frame = frame_from(arguments)
@@ -145,7 +161,10 @@ def run(arguments: argparse.Namespace) -> None:
             several = [truth_steps(run) if test is None else hidden_steps(run, test) for run in runs]
             results, names = run_out(compared_steps(several), progress.update), [preset.name for preset in presets]
     warn(notes)
-    print("\n".join(_report(frame, test, names, results, arguments.by_block, "values" if swept else "preset")))
+    if arguments.json:
+        print_json(_record(frame, test, names, results))
+    else:
+        print("\n".join(_report(frame, test, names, results, arguments.by_block, "values" if swept else "preset")))
     if arguments.csv is not None:
         lines = _lines(names, results)
         write_csv(arguments.csv, [[field.name for field in fields(Line)], *map(astuple, lines)])
@@ -153,11 +172,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:
     """How depth is hidden; None if the truth judges."""
-    if arguments.hidden is None and frame.truth is not None:
+    if arguments.hold_out is None and frame.truth is not None:
         if arguments.seeds is not None:
-            raise UsageError("--seeds is about hidden depth, but the frame's truth judges: add --hidden.")
+            raise UsageError("--seeds has no effect, because the frame has ground truth: add --hold-out.")
         return None
-    return HiddenTest(arguments.hidden or "areas", seeds_of(arguments))
+    return HiddenTest(arguments.hold_out or "areas", seeds_of(arguments))
 
 
 def _runs(
@@ -168,7 +187,7 @@ def _runs(
 ) -> tuple[list[Run], list[str]]:
     """A run for each, and notes. Blocks are extracted once for all that extract them alike."""
     given = given_blocks(arguments, frame)
-    drawn = None if arguments.drawn is None else read_mask(arguments.drawn, frame.shape)
+    drawn = None if arguments.borders is None else read_mask(arguments.borders, frame.shape)
     made: dict[BlockParameters, Run] = {}
     for extraction in dict.fromkeys(extractions):
         if arguments.blocks is None or arguments.fill_gaps:
@@ -178,7 +197,9 @@ def _runs(
         else:
             run = Run(frame, given.labels, notes=given.notes)
         if not run.blocks.any():
-            raise InputError("There are no blocks, so there is nothing to judge. Give other blocks, or smaller ones.")
+            raise InputError(
+                "There are no blocks, so there is nothing to evaluate. Give other blocks, or smaller ones."
+            )
         made[extraction] = replace(run, drawn=drawn)
     runs = [replace(made[extraction], parameters=own) for own, extraction in zip(parameters, extractions, strict=True)]
     return runs, [note for run in made.values() for note in run.notes]
@@ -190,7 +211,7 @@ def _swept(text: str) -> tuple[str, list[Value]]:
     name = name.strip().lstrip("-").replace("-", "_")
     known = Parameters.declarations()
     if not equals or not values.strip(","):
-        raise UsageError(f"--sweep takes a parameter and its values, as smoothness=0.3,1,3, not {text!r:.60}.")
+        raise UsageError(f"--sweep needs a parameter and its values, as smoothness=0.3,1,3, not {text!r:.60}.")
     try:
         if name not in known:
             Parameters().replace(**{name: None})
@@ -231,6 +252,29 @@ def _report(
         for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
             lines += ["", *_block_table(*zip(*group, strict=True))]
     return lines
+
+
+def _record(
+    frame: RGBDFrame, test: HiddenTest | None, names: Sequence[str], results: Sequence[RunJudged]
+) -> dict[str, Any]:
+    """The same for JSON."""
+    return {
+        "frame": frame.name,
+        "against": "ground truth" if test is None else "hold-out",
+        "pattern": None if test is None else test.pattern,
+        "seeds": [] if test is None else test.seeds,
+        "results": [
+            {
+                "name": name,
+                "parameters": result.run.parameters.to_dict(),
+                "errors": errors_record(result.whole),
+                "coverage": result.coverage,
+                "seconds": result.seconds,
+                "blocks": [{"label": label, "errors": errors_record(one)} for label, one in result.blocks.items()],
+            }
+            for name, result in zip(names, results, strict=True)
+        ],
+    }
 
 
 def _block_table(names: Sequence[str], results: Sequence[RunJudged]) -> list[str]:

@@ -21,22 +21,23 @@ _OUT = "experiments"
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.description = (
-        "Run the paper's experiments again with fixed seeds, and report what came out beside what the paper says."
+        "Repeat the paper's experiments with fixed seeds, and report the results beside those of the paper."
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    listing = actions.add_parser("list", help="name the experiments")
+    listing = actions.add_parser("list", help="list the experiments")
     listing.set_defaults(command=_list)
     _add_run(actions)
     reporting = actions.add_parser(
         "report",
         help="write one HTML page of all results in a folder",
-        description="Write report.html, which needs no other file, from the results in a folder.",
+        description="Write report.html, a self-contained page, from the results in a folder.",
     )
     _add_out(reporting)
     reporting.add_argument(
         "--markdown",
         metavar="FILE",
-        help="also write Markdown, with figures, but for those of your frames, in images/experiments beside it",
+        help="also write Markdown, with its figures in images/experiments beside it, without figures of your own "
+        "frames",
     )
     reporting.set_defaults(command=_report)
 
@@ -45,12 +46,10 @@ def _add_run(actions: Any) -> None:
     parser = actions.add_parser(
         "run",
         help="run one experiment, or all",
-        description="Run experiments. Each writes NAME.json, NAME.csv and its figures as PNG and SVG when it is done; "
-        "after Ctrl+C the finished ones are whole.",
+        description="Run experiments. Each writes NAME.json, NAME.csv and its figures as PNG and SVG when it has "
+        "finished; after Ctrl+C the results of finished experiments are complete.",
     )
-    parser.add_argument(
-        "names", metavar="NAME", help="any of the names that `ilf experiments list` shows, separated by commas, or all"
-    )
+    parser.add_argument("names", metavar="NAME", help="names from `ilf experiments list`, separated by commas, or all")
     _add_out(parser)
     parser.add_argument(
         "--data",
@@ -66,26 +65,28 @@ def _add_run(actions: Any) -> None:
         help="which frames of nyu_depth_v2_labeled.mat: splits.mat (its test frames), or a text file with one number "
         "from 1 per line (default: splits.mat beside it, or else all frames)",
     )
-    parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames of the data only")
+    parser.add_argument("--limit", type=count, metavar="N", help="use only the first N frames of the data")
     parser.add_argument(
-        "--quick", action="store_true", help="fewer points, smaller grids, few frames: a check, not numbers"
+        "--quick",
+        action="store_true",
+        help="quick check with fewer points, smaller grids and few frames; its figures are not comparable",
     )
     parser.add_argument(
-        "--seed", type=seed, default=0, metavar="N", help="what noise and hidden pixels follow from (default: 0)"
+        "--seed", type=seed, default=0, metavar="N", help="random seed of noise and hold-out pixels (default: 0)"
     )
     parser.add_argument(
         "--jobs",
         type=count,
         default=1,
         metavar="N",
-        help="processes that share the work; more than 1 spoils the seconds (default: 1)",
+        help="number of processes; more than 1 distorts the times (default: 1)",
     )
     add_progress(parser)
     parser.set_defaults(command=_run)
 
 
 def _add_out(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", default=_OUT, metavar="DIR", help=f"folder of the results (default: {_OUT})")
+    parser.add_argument("--out", default=_OUT, metavar="DIR", help=f"output folder (default: {_OUT})")
 
 
 def _list(arguments: argparse.Namespace) -> None:

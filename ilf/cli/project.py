@@ -145,36 +145,41 @@ def counted(count: int, what: str) -> str:
 
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
-    parser.description = "Work with project files (.ilf), which hold frames with all work on them, without the window."
+    parser.description = (
+        "Make, show, export and replay project files (.ilf), which contain frames with all edits and results."
+    )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
     making = actions.add_parser(
         "new",
-        help="make a project of frames",
+        help="make a project from frames",
         usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
-        description="Make a project of frames that nobody has worked on yet.",
+        description="Make a project from frames, without edits and results.",
     )
     making.set_defaults(command=run_new)
-    making.add_argument("file", metavar="FILE.ilf", help="where to write it; nothing is replaced")
+    making.add_argument("file", metavar="FILE.ilf", help="output file, which must not exist")
     making.add_argument(
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
     )
     add_reading(making.add_argument_group("reading the frames"))
-    making.add_argument("--embed", action="store_true", help="put the frames' files into the project")
+    making.add_argument("--embed", action="store_true", help="embed the frames' files in the project")
 
-    telling = _action(actions, "info", run_info, "show what is in a project, and what is wrong with it")
-    telling.add_argument("--json", action="store_true", help="print it as JSON")
+    telling = _action(actions, "info", run_info, "show the contents of a project and its problems")
+    telling.add_argument("--json", action="store_true", help="print one JSON document instead of text")
 
     exporting = _action(
         actions, "export", run_export, "write the stored results of frames, as `ilf complete` writes them"
     )
     exporting.add_argument(
-        "--out", required=True, metavar="DIR", help="folder for a folder per frame; files in them are overwritten"
+        "--out",
+        required=True,
+        metavar="DIR",
+        help="output folder with one folder per frame; existing files are overwritten",
     )
     _add_choice(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
-    again = _action(actions, "replay", run_replay, "run frames again, and see whether what is stored comes out")
+    again = _action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
     _add_choice(again)
     add_progress(again)
 
@@ -195,7 +200,7 @@ def _add_choice(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME_OR_ID",
-        help="just this frame; can be given several times (default: all that have results)",
+        help="only this frame; can be repeated (default: all with results)",
     )
 
 
@@ -205,7 +210,7 @@ def run_new(arguments: argparse.Namespace) -> None:
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"A project file ends in {SUFFIX}; this is {path.name!r}.")
     if os.path.exists(path):
-        raise InputError(f"{path} is there already. Choose another name, or delete it first.")
+        raise InputError(f"{path} exists already. Choose another name, or delete it first.")
     sources = list(_sources(arguments))
     frames = tuple(ProjectFrame(secrets.token_hex(8), source.name, source) for source in sources)
     warn(save_project(path, Project(frames), embed=True if arguments.embed else None))

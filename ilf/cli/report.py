@@ -26,15 +26,16 @@ from ..run.replaying import replay
 from ..run.run import Run
 from .output import ShareProgress, warn
 from .parsing import (
+    MAIN_PARAMETERS,
     add_block_parameters,
-    add_distrusted,
     add_frame,
+    add_ground_truth,
     add_guide,
+    add_invalid_mask,
     add_look_in,
     add_parameters,
     add_preset,
     add_seeds,
-    add_truth,
     frame_from,
     parameter_flags,
     preset_from,
@@ -149,10 +150,20 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
     """Raise UsageError for flags that say what the file says already."""
     reading = "depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"
-    names = "frame", "max_gap", "topics", "preset", "distrust", "guide", "truth", "truth_units", *reading
+    names = (
+        "frame",
+        "max_gap",
+        "topics",
+        "preset",
+        "invalid_mask",
+        "guide",
+        "ground_truth",
+        "ground_truth_units",
+        *reading,
+    )
     also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
     if also := [*also, *parameter_flags(arguments)]:
-        raise UsageError(f"{file} says how its runs are made: leave out {', '.join(also)}.")
+        raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
 
 
 def _complete(made: Run, tell: Tell) -> Completion:
@@ -168,29 +179,35 @@ def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.usage = _USAGE
     parser.description = (
-        "Write one HTML page that needs no other file and no network. A frame is completed first, a "
-        "recorded run made again, and of a project all frames that have been worked on are taken as they are. Several "
-        "of them make one page with an index. For PDF, print the page in a browser, or use File > Report… in the "
-        "window."
+        "Write one self-contained HTML page. Frames are completed first, recorded runs are replayed, and the edited "
+        "frames of a project are used as they are. Several of them share one page with an index. For PDF, print the "
+        "page in a browser, or use File > Report… in the window."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
-    add_distrusted(parser)
+    add_invalid_mask(parser)
     add_guide(parser)
-    add_truth(parser)
+    add_ground_truth(parser)
     add_look_in(parser)
     add_preset(parser)
     parser.add_argument(
-        "--hidden",
+        "--hold-out",
         choices=tuple(HIDDEN_PATTERNS),
-        help="also judge on known depth that is hidden, in this pattern; takes as long as the run, once per seed",
+        help="also evaluate on hold-out depth of this pattern; repeats the run once per seed",
     )
     add_seeds(parser)
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE.html", help="the page (default: NAME-report.html here)")
+    output.add_argument("--out", metavar="FILE.html", help="output file (default: NAME-report.html)")
     add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
+    parser.set_page(
+        {
+            "input": ("inputs", "--frame", "--depth-units", "--intrinsics", "--ground-truth", "--hold-out"),
+            "output": ("--out",),
+            "parameters": ("--preset", *MAIN_PARAMETERS),
+        }
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -214,11 +231,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _test(arguments: argparse.Namespace) -> HiddenTest | None:
-    if arguments.hidden is None:
+    if arguments.hold_out is None:
         if arguments.seeds is not None:
-            raise UsageError("--seeds is about hidden depth: add --hidden.")
+            raise UsageError("--seeds applies to hold-out only: add --hold-out.")
         return None
-    return HiddenTest(arguments.hidden, seeds_of(arguments))
+    return HiddenTest(arguments.hold_out, seeds_of(arguments))
 
 
 def _output(arguments: argparse.Namespace) -> Path | None:
@@ -228,7 +245,7 @@ def _output(arguments: argparse.Namespace) -> Path | None:
     path = Path(arguments.out)
     if path.suffix.lower() not in (".html", ".htm"):
         raise UsageError(
-            f"--out is an HTML page: {path.name} should end in .html. For PDF, print the page in a browser, or use "
+            f"--out must end in .html, not {path.name}. For PDF, print the page in a browser, or use "
             "File > Report… in the window."
         )
     return path

@@ -64,27 +64,26 @@ _BEST_FIRST = ("npy", "tiff", "png")
 def add_arguments(parser: Parser) -> None:
     """Give the command's parser its arguments."""
     parser.description = (
-        f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC}, "
-        f"{CAMERA_TOPIC}, {COLOUR_TOPIC} and, where runs have one, {ERROR_TOPIC}, and with the times of the frames "
-        "that it was completed from."
+        f"Write the completed depth of runs as a ROS 2 recording with the topics {DEPTH_TOPIC}, {CAMERA_TOPIC}, "
+        f"{COLOUR_TOPIC} and, where runs have an expected error, {ERROR_TOPIC}, with the timestamps of the frames."
     )
     parser.set_defaults(command=run)
     parser.add_argument(
         "folders",
         nargs="+",
         metavar="DIR",
-        help="folder that `ilf complete` has written, or that has such folders in it, as `ilf batch` writes them",
+        help="output folder of `ilf complete`, or a folder of such folders, as `ilf batch` writes it",
     )
-    parser.add_argument(
-        "--out", required=True, metavar="BAG", help="folder for the recording; it must not be there yet"
-    )
+    parser.add_argument("--out", required=True, metavar="BAG", help="output folder, which must not exist")
     parser.add_argument(
         "--encoding",
         choices=ENCODINGS_OF_ROS,
         default=ENCODINGS_OF_ROS[0],
-        help="of depth: 32FC1 for metres (default), 16UC1 for millimetres",
+        help="encoding of depth: 32FC1 for metres (default), 16UC1 for millimetres",
     )
-    parser.add_argument("--storage", choices=STORAGES, default=STORAGES[0], help=f"(default: {STORAGES[0]})")
+    parser.add_argument(
+        "--storage", choices=STORAGES, default=STORAGES[0], help=f"storage format (default: {STORAGES[0]})"
+    )
     parser.add_argument(
         "--frame-id", default="camera", metavar="ID", help="coordinate frame of the camera (default: camera)"
     )
@@ -92,7 +91,7 @@ def add_arguments(parser: Parser) -> None:
         "--rate",
         type=float,
         metavar="HZ",
-        help="frames a second, in the order of names, where their times are not known",
+        help="frame rate, for frames without timestamps, in the order of their names",
     )
 
 
@@ -122,9 +121,7 @@ def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Pat
         if stamp is None and rate is not None:
             stamp = round(number / rate * 1e9)
         if stamp is None:
-            raise InputError(
-                f"{folder}: when its frame was taken is not known. Say how many there are a second (--rate)."
-            )
+            raise InputError(f"{folder}: its frame has no timestamp. Give the frame rate (--rate).")
         yield stamp, folder
 
 

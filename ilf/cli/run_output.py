@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +15,7 @@ from .._runtime.formatting import counted, covered
 from ..completion.confidence.expected_error import expected_error, unvouched
 from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.frame import RGBDFrame
+from ..data.parameters import likeness
 from ..data.results import BlockOutcome, Completion, Progress, Status, blocks_by_message
 from ..evaluation.evaluation import Judgement, judge_blocks, judge_completion
 from ..run.run import GUESS, Run, RunSteps
@@ -49,32 +53,113 @@ _MOST = 0.5
 """The larger part of a whole, from this share on."""
 
 
-def completion_report(
-    run: Run,
-    completion: Completion,
-    seconds: float,
-    folder: Path,
-    files: Sequence[Path],
-) -> str:
+@dataclass(frozen=True, eq=False)
+class Finished:
+    """A run that has been completed and written.
+
+    Attributes
+    ----------
+    run : Run
+    completion : Completion
+    seconds : float
+        That it took.
+    folder : Path
+    files : sequence of Path
+        That were written into it.
+    """
+
+    run: Run
+    completion: Completion
+    seconds: float
+    folder: Path
+    files: Sequence[Path]
+
+    @cached_property
+    def whole(self) -> Judgement | None:
+        """Its errors against the frame's ground truth; None without one."""
+        frame, completion = self.run.frame, self.completion
+        if frame.truth is None:
+            return None
+        return judge_completion(frame, completion, expected=expected_error(completion))
+
+    @cached_property
+    def by_block(self) -> dict[int, Judgement]:
+        """Label -> errors of the block; empty without ground truth."""
+        return {} if self.whole is None else judge_blocks(self.run.frame, self.completion, self.run.blocks)
+
+
+def completion_report(finished: Finished) -> str:
     """What came out of a run, and where it lies."""
-    outcomes, frame = completion.outcomes.values(), run.frame
+    run, completion, frame = finished.run, finished.completion, finished.run.frame
+    outcomes, guide = completion.outcomes.values(), fit_guide(run.frame)
     judged: list[str] = []
-    guide = fit_guide(frame)
-    errors: dict[int, Judgement] = {}
-    if frame.truth is not None:
-        expected = expected_error(frame, completion)
-        whole = judge_completion(frame, completion, expected=expected)
-        errors = judge_blocks(frame, completion, run.blocks)
-        judged = [_judgement_line(whole), *_source_of_error(run, completion, largest_share(whole, errors))]
+    if finished.whole is not None:
+        largest = largest_share(finished.whole, finished.by_block)
+        judged = [_judgement_line(finished.whole), *_source_of_error(run, completion, largest)]
     return "\n".join([
-        *outcome_lines(outcomes, errors),
+        *outcome_lines(outcomes, finished.by_block),
         "",
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
-        _recovered_line(frame, completion, seconds),
+        _recovered_line(frame, completion, finished.seconds),
         *([] if guide is None else [f"Guide: {guide.in_words()}."]),
         *judged,
-        f"Written to {folder}: {', '.join(file.name for file in files)}",
+        f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
     ])  # fmt: skip
+
+
+COMPLETION_KEYS = (
+    "frame, width, height, preset, parameters, missing_before, missing_after, recovered, outside_view (pixels), "
+    "blocks, iterations, seconds, errors (against ground truth; null without it), folder, files, warnings. blocks: "
+    "label, status, message, pixels, known, recovered, outside, missing_share, iterations, stages, sigma_i_m, errors. "
+    "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
+)
+"""What `completion_record` has, for the help."""
+
+
+def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, Any]:
+    """The same for JSON, with `COMPLETION_KEYS`; lengths in metres."""
+    run, frame, completion = finished.run, finished.run.frame, finished.completion
+    outcomes = completion.outcomes.values()
+    outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view)
+    return {
+        "frame": frame.name,
+        "width": frame.shape[1],
+        "height": frame.shape[0],
+        "preset": likeness(run.parameters).preset,
+        "parameters": run.parameters.to_dict(),
+        "missing_before": int(np.count_nonzero(frame.missing)),
+        "missing_after": int(np.count_nonzero(frame.missing & ~completion.filled)),
+        "recovered": int(np.count_nonzero(frame.missing & completion.filled)),
+        "outside_view": int(outside),
+        "blocks": [outcome_record(outcome, finished.by_block.get(outcome.label)) for outcome in outcomes],
+        "iterations": sum(outcome.iterations for outcome in outcomes),
+        "seconds": finished.seconds,
+        "errors": errors_record(finished.whole),
+        "folder": str(finished.folder),
+        "files": [file.name for file in finished.files],
+        "warnings": list(dict.fromkeys(warnings)),
+    }
+
+
+def outcome_record(outcome: BlockOutcome, errors: Judgement | None = None) -> dict[str, Any]:
+    """A block that was run, for JSON."""
+    record = asdict(outcome)
+    sigma_i = record.pop("sigma_i")
+    return {**record, "missing_share": outcome.defect_rate, "sigma_i_m": sigma_i, "errors": errors_record(errors)}
+
+
+def errors_record(errors: Judgement | None) -> dict[str, Any] | None:
+    """Errors for JSON; None if there are none."""
+    if errors is None:
+        return None
+    return {
+        "pixels": errors.pixels,
+        "rmse_m": errors.rmse,
+        "mae_m": errors.mae,
+        "median_m": errors.median,
+        "bias_m": errors.bias,
+        "within_expected_error": errors.within,
+    }
 
 
 def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgement] | None = None) -> list[str]:
@@ -137,7 +222,7 @@ def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float
     if largest is None:
         return []
     label, share = largest
-    doubtful = unvouched(run.frame, completion)[completion.filled & (run.blocks == label)].mean()
+    doubtful = unvouched(completion)[completion.filled & (run.blocks == label)].mean()
     why = f"; nothing measured vouches for {doubtful:.0%} of its filled pixels" if doubtful >= _MOST else ""
     return [f"Block {label} has {share:.0%} of the squared error{why}."]
 

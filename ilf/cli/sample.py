@@ -21,7 +21,7 @@ def add_arguments(parser: Parser) -> None:
         "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("folder", metavar="DIR", help="made if missing")
+    parser.add_argument("folder", metavar="DIR", help="output folder, made if missing")
     parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
 
 
@@ -34,7 +34,9 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.force:
         for path, content in contents.items():
             if os.path.exists(path) and (path.is_dir() or path.read_bytes() != content):
-                raise ExportError(f"{path} is there already and is another file. Choose another folder, or --force.")
+                raise ExportError(
+                    f"{path} exists with other content. Choose another folder, or overwrite it with --force."
+                )
     with staging(folder) as staged:
         for path, content in contents.items():
             write_bytes(staged / path.name, content)

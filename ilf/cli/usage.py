@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import copy
+import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
@@ -57,7 +59,7 @@ class Parser(argparse.ArgumentParser):
         self._page: Mapping[str, Sequence[str]] = {}
 
     def set_page(self, page: Mapping[str, Sequence[str]]) -> None:
-        """Have --help show only some of the arguments, and --help-all all of them.
+        """Have --help show only some of the arguments, by the first sentence of their help, and --help-all all of it.
 
         Parameters
         ----------
@@ -77,7 +79,7 @@ class Parser(argparse.ArgumentParser):
         formatter.add_text(self.description)
         for heading, names in self._page.items():
             formatter.start_section(heading)
-            formatter.add_arguments([named[name] for name in names])
+            formatter.add_arguments([_shortened(named[name]) for name in names])
             formatter.end_section()
         formatter.add_text(f"All options: {self.prog} --help-all")
         return formatter.format_help()
@@ -112,6 +114,15 @@ class Parser(argparse.ArgumentParser):
         self.exit(WRONG_USAGE, f"ilf: error: {line}{'' if line[-1] in '.?' else '.'} See {self.prog} --help.\n")
 
 
+def _shortened(action: argparse.Action) -> argparse.Action:
+    """An argument with the first sentence of its help, and its default."""
+    short = copy.copy(action)
+    text, bracket, facts = (action.help or "").partition(" [")
+    default = [fact for fact in facts.rstrip("]").split("; ") if fact.startswith("default ")]
+    short.help = re.split(r"(?<=\.) ", text)[0].rstrip(".") + (f" [{default[0]}]" if bracket and default else "")
+    return short
+
+
 class _FullHelp(argparse.Action):
     def __init__(self, option_strings: Sequence[str], dest: str, **how: Any) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, **how)
@@ -130,7 +141,16 @@ def add_progress(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--progress",
         action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
+        help="show a progress bar on stderr (default: if it is a terminal)",
+    )
+
+
+def add_json(parser: argparse._ActionsContainer) -> None:
+    """Add the flag that asks for JSON."""
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON document instead of text. Its keys are listed at the end of the full help",
     )
 
 

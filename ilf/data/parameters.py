@@ -250,10 +250,10 @@ class Parameters(ParameterSet):
         1500, "Iterations, at most", "Upper limit of the iteration count; the linear schedule reaches its last "
         "radius there.", _STOP, scale="log", minimum=1, maximum=100_000, step=100, source="section 3",
     )  # fmt: skip
-    hold_out: float = declare(
-        0.0, "Hold-out share", "Share of the known pixels that the iteration does not see, to judge it by: noise comes "
-        "in as the filter lets more through, and sigma_i does not tell. The minimum of the hold-out curve says where "
-        "to stop.", _STOP, minimum=0.0, maximum=0.5, step=0.01, source="not in the paper",
+    validation_share: float = declare(
+        0.0, "Validation share", "Share of the known pixels that the iteration does not see, to judge it by: noise "
+        "comes in as the filter lets more through, and sigma_i does not tell. The minimum of the hold-out curve says "
+        "where to stop.", _STOP, minimum=0.0, maximum=0.5, step=0.01, source="not in the paper",
     )  # fmt: skip
     rgb_iterations: int = declare(
         150, "Colour-weighted iterations", "For so many iterations the block's colour spectrum weights the filter; "

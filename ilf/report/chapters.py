@@ -235,7 +235,7 @@ def again_text(run: Run) -> tuple[str, str]:
         words += ["--guide", frame.guide.path]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
     words += _flags(run.extraction, run.extraction.unlike(BlockParameters()), "blocks-")
-    words += ["--dense"] * run.dense
+    words += ["--extrapolate"] * run.dense
     return "This command makes the run again; its run.json holds all hashes.", shlex.join(words)
 
 

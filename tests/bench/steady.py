@@ -1,4 +1,4 @@
-"""`python -m tests.bench.steady [--frames 9] [--reach 3] [--contrast 40]`: what --steady brings.
+"""`python -m tests.bench.steady [--frames 9] [--reach 3] [--contrast 40]`: what --static-camera brings.
 
 The bundled room, seen again and again by a camera whose noise is simulated in colour and depth, whose holes flicker at
 their rims, and through which a board moves. Told are, over pixels that stand still: by how much the depth changes from

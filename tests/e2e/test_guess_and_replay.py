@@ -114,7 +114,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     _guess(margin, qtbot)
     _export(margin, qtbot, tmp_path / "window")
     assert "guesses, which no block vouches for" in margin.log.text.toPlainText()
-    arguments = ["complete", str(tmp_path / "rim"), "--out", str(tmp_path / "cli"), "--quiet", "--dense"]
+    arguments = ["complete", str(tmp_path / "rim"), "--out", str(tmp_path / "cli"), "--quiet", "--extrapolate"]
     assert command_line([*arguments, "--blocks-margin", "3"]) == 0
     for path in (tmp_path / "cli").iterdir():
         assert path.read_bytes() == (tmp_path / "window" / path.name).read_bytes(), path.name

@@ -83,7 +83,7 @@ def test_a_frame_of_a_folder_is_named_by_its_key(start: Start, frame_folder: Pat
 def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
     start: Start, frame_folder: Path, tmp_path: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    dense = ["--dense", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
+    dense = ["--extrapolate", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
     assert command_line(["complete", str(frame_folder), *dense]) == 0
     guessed = []
     save = Unattended._take_picture
@@ -138,9 +138,9 @@ def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Pat
 def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
     truth = tmp_path / "truth.png"
     cv2.imwrite(str(truth), np.full((48, 64), 30_000, np.uint16))
-    refused(start(frame_folder, "--truth", truth), picture, "this truth would be", "truth.png")
+    refused(start(frame_folder, "--ground-truth", truth), picture, "this truth would be", "truth.png")
     with pytest.raises(SystemExit):
-        app.main([str(frame_folder), str(tmp_path), "--truth", str(truth)])
+        app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(truth)])
 
 
 def test_a_run_whose_frame_is_gone(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:

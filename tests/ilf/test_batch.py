@@ -180,6 +180,17 @@ def test_failed_frames_are_told_and_tried_again_on_request(source, tmp_path, in_
     assert [row["status"] for row in manifest(out)] == ["completed"] * 3
 
 
+def test_batch_prints_one_json_document(source, tmp_path, in_this_process, capsys):
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    out = tmp_path / "out"
+    assert main(["batch", str(source), "--out", str(out), "--json", *FLAGS]) == 1
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["completed"], found["failed"], found["not_done"]) == (2, 1, 0)
+    assert [frame["status"] for frame in found["frames"]] == ["completed", "failed", "completed"]
+    assert [list(frame) for frame in found["frames"]] == [list(row) for row in manifest(out)]
+    assert (found["folder"], found["files"]) == (str(out), ["manifest.csv"])
+
+
 def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, in_this_process):
     with FramesBar(100, 40, 3, shown=True) as bar:
         bar.start_t -= 3600
@@ -218,7 +229,7 @@ def test_other_settings_are_noticed(source, tmp_path, in_this_process, capsys):
     assert main([*command, "--max-iterations", "6"]) == 1
     assert "other settings (parameters.max_iterations: 5, now 6). Choose another folder" in capsys.readouterr().err
     assert contents(out) == before
-    assert main([*command, "--max-iterations", "6", "--anew"]) == 0
+    assert main([*command, "--max-iterations", "6", "--rerun-changed"]) == 0
     assert in_this_process[2:] == ["rgb/0000", "rgb/0001"]
     assert main([*command, "--max-iterations", "6"]) == 0
     assert len(in_this_process) == 4
@@ -235,7 +246,7 @@ def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_
     cv2.imwrite(str(moved / "depth" / "0002.png"), depth + 1)
     assert main(["batch", str(moved), *command]) == 1
     assert "The files of 1 frame have changed since they were completed" in capsys.readouterr().err
-    assert main(["batch", str(moved), *command, "--anew"]) == 0
+    assert main(["batch", str(moved), *command, "--rerun-changed"]) == 0
     assert in_this_process[3:] == ["rgb/0002"]
 
 
@@ -256,7 +267,7 @@ def test_shards_share_a_folder(source, tmp_path, in_this_process):
             "--quiet",
             "--shard",
             shard,
-            "--hidden",
+            "--hold-out",
             "areas",
             "--seeds",
             "1",
@@ -347,9 +358,9 @@ def test_results_among_the_sources_are_no_sources(source, tmp_path, in_this_proc
         (["--shard", "3/2"], "not one of so many parts", 2),
         (["--frames", "3"], "not a range of frames", 2),
         (["--frames", "7:"], "numbered from 0 to 2", 1),
-        (["--seeds", "2"], "add --hidden", 2),
+        (["--seeds", "2"], "add --hold-out", 2),
         (["--dask", "127.0.0.1:1", "--jobs", "2"], "leave out --jobs", 2),
-        (["--distrust", "missing.png"], "missing.png", 1),
+        (["--invalid-mask", "missing.png"], "missing.png", 1),
     ],
 )
 def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, capsys, flags, message, status):
@@ -457,7 +468,7 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_
     for number in range(2):
         depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
         cv2.imwrite(str(tmp_path / "truth" / f"{number:04}.png"), np.where(depth > 0, depth, 2000).astype(np.uint16))
-    beside = ["--truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
+    beside = ["--ground-truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
     assert main(command) == 1
     assert "no file for rgb/0002: it would be called rgb__0002 or 0002" in capsys.readouterr().err
@@ -478,7 +489,7 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process
         moving[:, 56:] = 60 * number  # something else goes on there
         cv2.imwrite(str(source / "rgb" / f"{number:04}.png"), moving)
         cv2.imwrite(str(source / "depth" / f"{number:04}.png"), depth)
-    command = ["batch", str(source), "--out", str(out), "--quiet", "--steady", "1", *FLAGS]
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--static-camera", "1", *FLAGS]
     assert main(command) == 0
     made = np.load(out / "rgb__0001" / "steady" / "depth.npy")
     assert np.allclose(made[10:, :40], 2.0)
@@ -507,7 +518,17 @@ def test_steady_depth_keeps_the_pose(tmp_path, in_this_process, capsys):
     pose[0, 3] = 10
     for number in range(2):
         np.savetxt(source / "depth" / f"{number:04}.pose.txt", pose)
-    command = ["batch", str(source), "--out", str(out), "--quiet", "--steady", "1", "--intrinsics", "30,30,16,12"]
+    command = [
+        "batch",
+        str(source),
+        "--out",
+        str(out),
+        "--quiet",
+        "--static-camera",
+        "1",
+        "--intrinsics",
+        "30,30,16,12",
+    ]
     assert main([*command, "--axes", "world", *FLAGS[:-1]]) == 0
     assert read_record(out / "rgb__0001" / "run.json").pose == tuple(map(tuple, pose.tolist()))
     assert main(["nerfstudio", str(out), "--out", str(tmp_path / "nerf")]) == 0
@@ -528,7 +549,7 @@ def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, in_this_process)
     for number in range(3):
         image = rng.integers(0, 255, (24, 32, 3), np.uint8)
         cv2.imwrite(str(source / "rgb" / f"{number:04}.png"), image)
-    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--steady", *FLAGS]) == 0
+    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--static-camera", *FLAGS]) == 0
     told = manifest(tmp_path / "out")[1]["message"]
     assert "Depth is as measured: of 2 frames around it, none shows the same view." in told
     assert "median" not in told
@@ -574,8 +595,8 @@ def test_strict_batches_let_doubted_frames_fail(source, tmp_path, in_this_proces
     assert main([*command, "--strict"]) == 1
     assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err
     assert [row["status"] for row in manifest(tmp_path / "out")] == ["completed", "failed", "completed"]
-    assert main([*command, "--invalid", "65535", "--strict", "--anew"]) == 0
-    assert main([*command, "--anew"]) == 0
+    assert main([*command, "--invalid", "65535", "--strict", "--rerun-changed"]) == 0
+    assert main([*command, "--rerun-changed"]) == 0
     capsys.readouterr()
     assert main([*command, "--strict"]) == 1, "what was completed without it is an error, too"
     assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err

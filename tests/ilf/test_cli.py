@@ -18,6 +18,7 @@ import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import complete, main, parsing
 from ilf.cli.commands import COMMANDS, build_parser
+from ilf.cli.run_output import COMPLETION_KEYS
 from ilf.cli.usage import EXIT_STATUSES
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
@@ -190,7 +191,7 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     mask = np.zeros((60, 80), np.uint8)
     mask[40:52, 4:20] = 255
     cv2.imwrite("mask.png", mask)
-    distrusting = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--distrust", "mask.png"]
+    distrusting = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--invalid-mask", "mask.png"]
     assert main([*distrusting, "--out", "out"]) == 0
     frame = ilf.load_frame(*files).distrusting(mask > 0)
     depth = np.load("out/depth.npy")
@@ -201,7 +202,7 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     assert contents("again") == contents("out")
     cv2.imwrite("small.png", mask[:9])
     assert "the mask is 80 x 9" in fails(capsys, *distrusting[:-1], "small.png")
-    assert main(["blocks", *files, "--distrust", "mask.png", "--out", "b.png", "--quiet"]) == 0
+    assert main(["blocks", *files, "--invalid-mask", "mask.png", "--out", "b.png", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
 
 
@@ -243,18 +244,18 @@ def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
     drawn[:, 39:41] = True
     write_labels("labels.png", labels)
     write_mask("mask.png", drawn)
-    flags = ["complete", *files, "--no-cloud", "--quiet", "--labels", "labels.png", "--drawn", "mask.png"]
+    flags = ["complete", *files, "--no-cloud", "--quiet", "--blocks", "labels.png", "--borders", "mask.png"]
     assert main([*flags, "--out", "out"]) == 0
     depth = np.load("out/depth.npy")
     assert np.array_equal(depth, ilf.complete(frame, labels, drawn=drawn).depth, equal_nan=True)
     assert main(["info", "out/run.json"]) == 0
-    assert "borders in drawn.png" in capsys.readouterr().out
+    assert re.search(r"^borders: +drawn.png$", capsys.readouterr().out, re.MULTILINE)
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
     assert contents("again") == contents("out")
     cv2.imwrite("small.png", np.zeros((9, 80), np.uint8))
     assert "the mask is 80 x 9" in fails(capsys, *flags[:-1], "small.png")
-    again = ["complete", "--replay", "out/run.json", "--drawn", "mask.png"]
-    assert "leave out --drawn" in fails(capsys, *again, status=2)
+    again = ["complete", "--replay", "out/run.json", "--borders", "mask.png"]
+    assert "leave out --borders" in fails(capsys, *again, status=2)
 
 
 def test_blocks_are_extracted_around_those_that_stay(files, capsys):
@@ -262,7 +263,7 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     drawn[10:30, 30:50] = 7
     drawn[40:50, 30:50] = 9
     cv2.imwrite("drawn.png", drawn)
-    again = ["blocks", *files, "--out", "b.png", "--around", "drawn.png"]
+    again = ["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--fill-gaps"]
     assert main(again) == 0
     labels = read_labels("b.png")
     assert np.all(labels[drawn > 0] == drawn[drawn > 0])
@@ -330,7 +331,7 @@ def test_the_filter_follows_the_flags_of_the_extraction(files):
     frame = ilf.load_frame(*files).distrusting(mask > 0)
     own = ilf.BlockParameters(granularity=0.0, min_size=50.0, depth_jump=3.0)
     flags = ["--blocks-granularity", "0", "--blocks-min-size", "50", "--blocks-depth-jump", "3"]
-    flags += ["--distrust", "mask.png"]
+    flags += ["--invalid-mask", "mask.png"]
     assert main(["complete", *files, "--no-cloud", "--quiet", "--out", "out", *flags]) == 0
     assert np.array_equal(read_labels("out/blocks.png"), labels)
     expected = ilf.complete(frame, labels, extraction=own).depth
@@ -338,10 +339,28 @@ def test_the_filter_follows_the_flags_of_the_extraction(files):
     assert not np.array_equal(ilf.complete(frame, labels).depth, expected, equal_nan=True)
 
 
-def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
+@pytest.mark.parametrize("command", ["complete", "batch", "evaluate", "report", "blocks"])
+def test_help_is_a_page_and_help_all_has_everything(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    page = capsys.readouterr().out
+    assert page.count("\n") <= 50
+    assert "--out" in page or "--json" in page
+    assert "--blocks-granularity" in page
+    assert "--blocks-canny-sigma" not in page
+    assert page.endswith(f"All options: ilf {command} --help-all\n")
+    with pytest.raises(SystemExit) as stopped:
+        main([command, "--help-all"])
+    assert stopped.value.code == 0
+    every = capsys.readouterr().out
+    assert all(f"--blocks-{name.replace('_', '-')}" in every for name in ilf.BlockParameters.declarations())
+
+
+def test_full_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
     with pytest.raises(SystemExit) as stopped:
-        main(["complete", "--help"])
+        main(["complete", "--help-all"])
     assert stopped.value.code == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
@@ -358,7 +377,7 @@ def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
         (["complete", "in/rgb.png", "in/depth.png", "--depth-units", "1"], "units"),
         (["complete", "in/rgb.png", "in/depth.png", "--intrinsics", "kinekt"], "preset"),
         (["complete", "in/rgb.png", "in/depth.png", "--out", "in"], "own file"),
-        (["complete", "in/rgb.png", "in/depth.png", "--labels", "in/rgb.png"], "label map"),
+        (["complete", "in/rgb.png", "in/depth.png", "--blocks", "in/rgb.png"], "label map"),
         (["complete", "in/rgb.png", "in/depth.png", "--blocks-margin", "40"], "no blocks"),
         (["complete", "in/rgb.png", "in/depth.png", "--png-units", "0"], "positive"),
         (["complete", "in/rgb.png", "in/depth.png", "--depth-formats", "png,jpg"], "'jpg'"),
@@ -390,7 +409,7 @@ def test_errors_are_one_line(files, capsys, arguments, word):
         ["complete", "a", "b", "--no-cloud", "--cloud-format", "ply", "--mesh", "ply"],
         ["complete", "a", "b", "--mesh", "stl"],
         ["complete", "--replay", "run.json", "--normals"],
-        ["complete", "a", "b", "--labels", "c.png", "--blocks-dilation", "2"],
+        ["complete", "a", "b", "--blocks", "c.png", "--blocks-dilation", "2"],
         ["complete", "--replay", "run.json", "--mode", "fill", "--png-units", "5"],
         ["blocks", "a", "b"],
         ["info"],
@@ -431,7 +450,7 @@ def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
     assert np.all(overlay[:, 39] == 255)
     assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
     assert "2 blocks cover 100.0%" in capsys.readouterr().out
-    assert main(["complete", *files, "--labels", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
+    assert main(["complete", *files, "--blocks", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
     assert read_record("out/run.json").edited
 
 
@@ -456,6 +475,59 @@ def test_info_shows_frames_and_records(files, capsys):
     assert "block  pixels" in text
 
 
+def document(capsys, *words):
+    """The one JSON document that a command prints."""
+    assert main([*map(str, words), "--json"]) == 0
+    return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+
+
+def test_complete_prints_one_json_document(files, capsys):
+    how = ["complete", *files, "--no-cloud", "--out", "out", *QUICK, "--blocks-existence-rate", "0.95"]
+    found = document(capsys, *how)
+    run = ilf.Run.extracted(
+        ilf.load_frame(*files), ilf.BlockParameters(existence_rate=0.95), ilf.preset(max_iterations=25)
+    )
+    completion = run.complete()
+    assert (found["frame"], found["width"], found["height"]) == (run.frame.name, 80, 60)
+    assert found["recovered"] == np.count_nonzero(completion.filled & run.frame.missing)
+    assert found["missing_before"] == found["missing_after"] + found["recovered"]
+    assert found["errors"] is None
+    assert found["parameters"] == run.parameters.to_dict()
+    assert set(found["files"]) == set(contents("out"))
+    outcomes = list(completion.outcomes.values())
+    assert [block["status"] for block in found["blocks"]] == [outcome.status for outcome in outcomes]
+    for block, outcome in zip(found["blocks"], outcomes, strict=True):
+        assert block["sigma_i_m"] == (None if np.isnan(outcome.sigma_i) else outcome.sigma_i)
+    assert set(found) == set(re.findall(r"\w+", COMPLETION_KEYS.partition(" blocks: ")[0])) - {
+        *("pixels", "against", "ground", "truth", "null", "without", "it"),
+    }
+
+
+def test_info_prints_one_json_document(files, capsys):
+    frame = ilf.load_frame(*files)
+    found = document(capsys, "info", *files, "--intrinsics", "1,2,3,4")["frame"]
+    assert (found["width"], found["height"], found["depth_type"]) == (80, 60, "uint16")
+    assert found["missing_share"] == pytest.approx(frame.missing_share)
+    assert found["max_m"] == pytest.approx(np.nanmax(frame.depth))
+    assert found["intrinsics"] == {"fx": 1.0, "fy": 2.0, "cx": 3.0, "cy": 4.0, "name": ""}
+    assert (found["doubts"], found["problems"]) == ([], [])
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
+    capsys.readouterr()
+    found = document(capsys, "info", "out")
+    assert list(found) == ["frame", "run"]
+    assert [block["label"] for block in found["run"]["blocks"]] == [1, 2]
+    assert found["run"]["preset"] == "best"
+    Path("out/depth.npy").unlink()
+    found = document(capsys, "info", "out/run.json")
+    assert found["run"]["problems"][0].startswith("The set is not whole: depth.npy")
+    write_small_frame(Path("more/a"))
+    write_small_frame(Path("more/b"))
+    for folder in ("a", "b"):
+        Path(f"more/{folder}/meta.json").write_text(json.dumps({"depth_units_per_m": 1000}))
+    found = document(capsys, "info", "more")
+    assert (found["source"]["frames"], found["source"]["keys"]) == (2, ["a", "b"])
+
+
 def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
     cv2.imwrite(files[1], np.full((20, 30), 2000, np.uint16))
     assert main(["info", *files]) == 0
@@ -467,11 +539,11 @@ def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
 
 
 def test_info_shows_what_is_wrong_with_a_set(files, capsys):
-    main(["complete", *files, "--no-cloud", "--dense", "--out", "out", "--quiet", *QUICK])
+    main(["complete", *files, "--no-cloud", "--extrapolate", "--out", "out", "--quiet", *QUICK])
     assert main(["info", "out"]) == 0
     text = capsys.readouterr().out
     assert "name:         in-completed" in text
-    assert "dense:        the rest was guessed" in text
+    assert "extrapolated: depth that was still missing after the run" in text
     assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
     assert "problem" not in text
     Path("out/depth.npy").unlink()

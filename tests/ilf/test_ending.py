@@ -169,7 +169,7 @@ def _runs(process: int) -> bool:
 def test_a_command_that_is_asked_to_end_says_so(
     name: str, status: int, heard: object, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(info, "_print_facts", lambda _: signal.raise_signal(signal.Signals[name]))
+    monkeypatch.setattr(info, "_print_section", lambda *_, **__: signal.raise_signal(signal.Signals[name]))
     assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == status
     assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
     assert signal.getsignal(signal.Signals[name]) is heard
@@ -255,10 +255,10 @@ def test_errors_that_were_closed_before_do_not_go_elsewhere(
 def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def broken(_: object) -> None:
+    def broken(*_: object) -> None:
         raise ZeroDivisionError("nothing\nto divide by")
 
-    monkeypatch.setattr(info, "_print_facts", broken)
+    monkeypatch.setattr(info, "_input_sections", broken)
     assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "ZeroDivisionError: nothing to divide by" in line

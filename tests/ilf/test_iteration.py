@@ -126,8 +126,8 @@ CHANGES = [
     {"shortest_wavelength": 2.0, "max_iterations": 400},
     {"staged_start": 3.0, "stage_step": 4.0},
     {"stop_when_steady": False, "max_iterations": 230},
-    {"hold_out": 0.2},
-    {"hold_out": 0.05, "centred": True, "rgb_iterations": 0},
+    {"validation_share": 0.2},
+    {"validation_share": 0.05, "centred": True, "rgb_iterations": 0},
 ]
 
 
@@ -153,7 +153,7 @@ def test_pass_band_and_full_grid_give_the_same_iterates(
         assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
         assert ours.residual == pytest.approx(theirs.residual, rel=1e-9)
         assert ours.held_out == pytest.approx(theirs.held_out, rel=1e-9, nan_ok=True)
-        assert math.isnan(ours.held_out) == (parameters.hold_out == 0)
+        assert math.isnan(ours.held_out) == (parameters.validation_share == 0)
     assert fast.settled == full.settled
     assert_allclose(fast.surface, full.surface, atol=1e-10)
 
@@ -190,7 +190,9 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
     frame, labels = _bumpy((50, 70))
     block = find_blocks(labels)[1]
     # flying pixels and noise, which are found with all of the depth, are switched off and given
-    parameters = PRESETS[name].replace(hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0, noise=0.01)
+    parameters = PRESETS[name].replace(
+        validation_share=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0, noise=0.01
+    )
     known = block.mask & frame.known[block.box]
     held_out = held_out_of(known, 0.1)
     assert np.count_nonzero(held_out) == int(0.1 * np.count_nonzero(known))
@@ -221,7 +223,9 @@ def test_the_held_out_error_turns_where_noise_comes_in() -> None:
     depth = truth + 0.05 * rng.standard_normal(truth.shape)
     depth[20:60, 40:80] = np.nan
     frame = RGBDFrame(np.full((80, 120, 3), 120, np.uint8), depth)
-    parameters = ilf.preset("released-code", hold_out=0.05, centred=True, shortest_wavelength=4.0, max_iterations=400)
+    parameters = ilf.preset(
+        "released-code", validation_share=0.05, centred=True, shortest_wavelength=4.0, max_iterations=400
+    )
     block = find_blocks(np.ones((80, 120), np.int32))[1]
     records, errors = [], []
     steps = PassBandIteration(frame, block, parameters)
@@ -238,7 +242,7 @@ def test_the_held_out_error_turns_where_noise_comes_in() -> None:
 def test_edge_aware_errors_at_the_finest_grid_are_those_of_its_surface() -> None:
     frame, labels = _bumpy((50, 70))
     block = find_blocks(np.ones_like(labels))[1]
-    parameters = ilf.preset("best", hold_out=0.1, mode="fill+denoise")
+    parameters = ilf.preset("best", validation_share=0.1, mode="fill+denoise")
     steps = EdgeAwareIteration(frame, block, parameters, without_edges(frame))
     record = list(steps)[-1]
     surface, depth = steps.surface.reshape(frame.shape), frame.depth.astype(float)

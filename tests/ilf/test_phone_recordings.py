@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.cli import main
-from ilf.cli.parsing import add_distrusted, add_frame, frame_from
+from ilf.cli.parsing import add_frame, add_invalid_mask, frame_from
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
 from ilf.sources.opening import close_all
 from ilf.sources.record3d import unpacked
@@ -160,11 +160,11 @@ def test_nyu_labelled_frames_by_their_numbers(tmp_path):
 def test_the_command_line_reads_them(tmp_path, capsys):
     parser = argparse.ArgumentParser()
     add_frame(parser)
-    add_distrusted(parser)
+    add_invalid_mask(parser)
     path, mask = write_record3d(tmp_path / "a.r3d"), np.zeros(MM.shape, np.uint8)
     mask[-1] = 255
     cv2.imwrite(str(tmp_path / "mask.png"), mask)
-    given = [str(path), "--frame", "1", "--min-confidence", "2", "--distrust", str(tmp_path / "mask.png")]
+    given = [str(path), "--frame", "1", "--min-confidence", "2", "--invalid-mask", str(tmp_path / "mask.png")]
     frame = frame_from(parser.parse_args(given))
     assert "below 2 counts as missing" in capsys.readouterr().err
     assert np.array_equal(np.isnan(frame.depth), np.isnan(METRES) | (LEVELS < 2) | (mask > 0))

@@ -51,7 +51,7 @@ def test_a_new_project_has_the_frames_of_folders_or_two_files(tmp_path, monkeypa
     with open_project("one.ilf") as opened:
         assert opened.state(opened.project.frames[0].id).state.frame.shape == (60, 80)
     assert main(["project", "new", "all.ilf", "moved"]) == 1
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
     assert main(["project", "new", "x.zip", "moved"]) == 2
     assert main(["project", "new", "x.ilf", "moved", "moved/one/rgb.png"]) == 2
 

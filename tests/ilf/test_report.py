@@ -291,7 +291,7 @@ def test_the_command_line_reports_on_frames_and_records(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     files = [str(path) for path in write_small_frame(tmp_path / "in")]
-    assert main(["report", *files, "--max-iterations", "25", "--hidden", "random", "--seeds", "1"]) == 0
+    assert main(["report", *files, "--max-iterations", "25", "--hold-out", "random", "--seeds", "1"]) == 0
     page = Page(Path("in-report.html").read_text(encoding="utf-8"))
     alone(page)
     assert "(random; seed 0)" in page.text
@@ -304,8 +304,8 @@ def test_the_command_line_reports_on_frames_and_records(
     assert f"ilf complete --replay {shlex.quote(str(tmp_path / 'done' / 'run.json'))}" in page.text
     for wrong, words in (
         (["done", "--smoothness", "3"], "leave out --smoothness"),
-        (["done", "--out", "page.pdf"], "should end in .html"),
-        (["done", "--seeds", "2"], "add --hidden"),
+        (["done", "--out", "page.pdf"], "must end in .html"),
+        (["done", "--seeds", "2"], "add --hold-out"),
         ([], "Give a colour and a depth file"),
     ):
         assert main(["report", *wrong]) == 2

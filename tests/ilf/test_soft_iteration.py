@@ -217,7 +217,7 @@ def test_sigma_is_the_change_of_the_surface_on_the_finest_grid() -> None:
 
 def test_held_out_pixels_are_not_seen_and_measured_at_the_end() -> None:
     frame = _bumpy()
-    steps = ilf.iterate(frame, _whole(frame), 1, _best(mode="fill+denoise", hold_out=0.3))
+    steps = ilf.iterate(frame, _whole(frame), 1, _best(mode="fill+denoise", validation_share=0.3))
     *_, last = steps
     squares = np.square(steps.surface.reshape(SHAPE) - frame.depth)[frame.known]
     held = int(0.3 * squares.size)

@@ -26,7 +26,7 @@ RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
 @pytest.fixture(params=[*PRESETS, "held out", "cut short"])
 def parameters(request: pytest.FixtureRequest) -> ilf.Parameters:
     others = {
-        "held out": ilf.preset(hold_out=0.2, mode="fill+denoise"),
+        "held out": ilf.preset(validation_share=0.2, mode="fill+denoise"),
         "cut short": ilf.preset("paper", max_iterations=4),
     }
     return others.get(request.param) or ilf.preset(request.param, max_iterations=200)
@@ -48,7 +48,7 @@ def test_every_iteration_gives_a_record(steps: Stepper, parameters: ilf.Paramete
     for before, after in itertools.pairwise(records):
         assert after.stage - before.stage in (0, 1)
         assert after.seconds >= before.seconds
-    assert all(math.isnan(record.held_out) == (parameters.hold_out == 0) for record in records)
+    assert all(math.isnan(record.held_out) == (parameters.validation_share == 0) for record in records)
     assert all(record.residual >= 0 and record.sigma_i >= 0 for record in records)
     with pytest.raises(StopIteration):
         next(steps)

@@ -47,7 +47,7 @@ class FullGridIteration(Iterator[PassBandRecord]):
 
         raw = frame.depth[block.box].astype(np.float64)
         known = block.mask & np.isfinite(raw)
-        self._held_out = held_out_of(known, parameters.hold_out)
+        self._held_out = held_out_of(known, parameters.validation_share)
         self._known = known & ~self._held_out
         self._mean = float(raw[self._known].mean()) if parameters.centred else 0.0
         self._raw, self._held_out_raw = raw[self._known] - self._mean, raw[self._held_out] - self._mean

@@ -230,7 +230,7 @@ class View:
             trusted = known & ~flying_pixels(frame)[around]
             if not trusted[self.mask].any():
                 trusted = known
-        self._held_out = held_out_of(self._mask & trusted[self.place], parameters.hold_out)
+        self._held_out = held_out_of(self._mask & trusted[self.place], parameters.validation_share)
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
         self.depth[self.place][self._held_out] = np.nan

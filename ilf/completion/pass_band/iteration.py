@@ -172,7 +172,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
 
         raw = frame.depth[block.box].astype(np.float64)
         known = block.mask & np.isfinite(raw)
-        held_out = held_out_of(known, parameters.hold_out)
+        held_out = held_out_of(known, parameters.validation_share)
         taken = known & ~held_out
         self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
         self._known = _Values(taken, grid, raw - self._mean)

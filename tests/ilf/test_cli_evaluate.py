@@ -1,4 +1,4 @@
-"""The command line where it judges: truths, `ilf judge`, presets from files."""
+"""The command line where it evaluates: ground truth, `ilf evaluate`, presets from files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.run_output import completion_report, largest_share
+from ilf.cli.run_output import Finished, completion_report, largest_share
 from ilf.data.parameters import BlockParameters
 from ilf.evaluation.evaluation import Judgement, judge_completion
 from ilf.evaluation.hold_out import HiddenTest, compare_hidden, judge_hidden
@@ -36,7 +36,7 @@ def files(tmp_path, monkeypatch):
     return ["in/rgb.png", "in/depth.png"]
 
 
-TRUTH = ["--truth", "in/gt.png", "--truth-units", "5000"]
+TRUTH = ["--ground-truth", "in/gt.png", "--ground-truth-units", "5000"]
 
 
 def figures(text: str, name: str) -> list[str]:
@@ -69,7 +69,7 @@ def room():
 
 def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes_from(room):
     run, completion = room
-    lines = completion_report(run, completion, 1.0, Path("out"), ()).splitlines()
+    lines = completion_report(Finished(run, completion, 1.0, Path("out"), ())).splitlines()
     limited = [label for label, outcome in completion.outcomes.items() if outcome.message]
     assert len(limited) > 5
     remark = "Step limit reached in the last stage."
@@ -85,8 +85,8 @@ def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes
     assert f"Block 2 has {share:.0%} of the squared error; {why}." in lines
 
 
-def test_judge_names_the_block_that_most_of_the_error_is_in(capsys):
-    assert main(["judge", str(asset_path("samples/room")), "--preset", "paper", "--preset", "best"]) == 0
+def test_evaluate_names_the_block_that_most_of_the_error_is_in(capsys):
+    assert main(["evaluate", str(asset_path("samples/room")), "--preset", "paper", "--preset", "best"]) == 0
     assert re.fullmatch(r"best: block 2 has \d\d% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
 
 
@@ -112,8 +112,7 @@ def test_the_block_that_has_most_of_the_error(blocks, found):
 def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert main(["info", *files, *TRUTH]) == 0
     text = capsys.readouterr().out
-    assert "gt.png, known at 100.0%, 100.0% of what is missing" in text
-    assert "truth units:  5000 per metre" in text
+    assert "gt.png, 5000 units per metre, known at 100.0%, 100.0% of what is missing" in text
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
     assert main(["info", "in"]) == 0
     assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
@@ -123,8 +122,8 @@ def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert "none: meta.json says of gt.png" in capsys.readouterr().out
 
 
-def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
-    assert main(["judge", *files, *TRUTH, "--preset", "best", "--preset", "paper", "--by-block", *QUICK]) == 0
+def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys):
+    assert main(["evaluate", *files, *TRUTH, "--preset", "best", "--preset", "paper", "--by-block", *QUICK]) == 0
     text = capsys.readouterr().out
     frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
     for name in ("best", "paper"):
@@ -136,8 +135,25 @@ def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
     assert figures(text, "    1")[1] == "210"
 
 
-def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
-    assert main(["judge", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
+def test_evaluate_prints_one_json_document(files, capsys):
+    flags = [*TRUTH, "--preset", "best", "--preset", "paper", *QUICK]
+    assert main(["evaluate", *files, *flags, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["against"], found["pattern"], found["seeds"]) == ("ground truth", None, [])
+    frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
+    for result, name in zip(found["results"], ("best", "paper"), strict=True):
+        judgement = judge_completion(
+            frame, ilf.Run.extracted(frame, parameters=ilf.preset(name, max_iterations=25)).complete()
+        )
+        assert (result["name"], result["errors"]["rmse_m"]) == (name, judgement.rmse)
+        assert [block["label"] for block in result["blocks"]] == [1, 2]
+    assert main(["evaluate", *files, "--hold-out", "random", "--seeds", "2", *QUICK, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["against"], found["pattern"], found["seeds"]) == ("hold-out", "random", [0, 1])
+
+
+def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, capsys):
+    assert main(["evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
     captured = capsys.readouterr()
     assert "2 times" in captured.out
     assert "0 % |" in captured.err
@@ -150,11 +166,11 @@ def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
     assert float(rows[2]["mae_m"]) == result.blocks[2].mae
 
 
-def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
+def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, capsys):
     one_block = OwnPreset("one block", ilf.preset("paper"), "paper", BlockParameters(granularity=0.0, use_depth=False))
     write_preset("file.json", one_block)
-    hidden = ["--hidden", "random", "--seeds", "1", "--by-block"]
-    assert main(["judge", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK]) == 0
+    hidden = ["--hold-out", "random", "--seeds", "1", "--by-block"]
+    assert main(["evaluate", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK]) == 0
     text = capsys.readouterr().out
     assert text.count("block  pixels") == 2, "other blocks, another table"
     frame = ilf.load_frame(*files)
@@ -166,15 +182,15 @@ def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
     assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
 
 
-def test_judge_sweeps_one_parameter_or_two(files, capsys):
-    assert main(["judge", *files, *TRUTH, "--sweep", "max-iterations=3,25"]) == 0
+def test_evaluate_sweeps_one_parameter_or_two(files, capsys):
+    assert main(["evaluate", *files, *TRUTH, "--sweep", "max-iterations=3,25"]) == 0
     text = capsys.readouterr().out
     run = ilf.Run.of(ilf.load_frame(*files, truth="in/gt.png", truth_units=5000))
     for point in run_sweep(Sweep(run, {"max_iterations": [3, 25]})).points:
         name = f"max_iterations {point.values['max_iterations']} "
         assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"
-    grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hidden", "random", "--seeds", "1"]
-    assert main(["judge", *files, *grid, *QUICK]) == 0
+    grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hold-out", "random", "--seeds", "1"]
+    assert main(["evaluate", *files, *grid, *QUICK]) == 0
     lines = capsys.readouterr().out.splitlines()[2:6]
     points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
     assert [line.split("  ")[0] for line in lines] == points
@@ -187,22 +203,22 @@ def test_judge_sweeps_one_parameter_or_two(files, capsys):
         (["--sweep", "smoothness"], "a parameter and its values, as smoothness=0.3,1,3"),
         (["--sweep", "smoothness=much"], "'much' is not a number"),
         (["--sweep", "trend=maybe"], "trend must be on or off, not 'maybe'"),
-        (["--sweep", "smoothness=1", "--preset", "best", "--preset", "paper"], "goes with one --preset"),
-        (["--hidden", "areas", *TRUTH], "two ways to judge"),
-        ([*TRUTH, "--seeds", "2"], "add --hidden"),
+        (["--sweep", "smoothness=1", "--preset", "best", "--preset", "paper"], "varies one --preset"),
+        (["--hold-out", "areas", *TRUTH], "exclude each other"),
+        ([*TRUTH, "--seeds", "2"], "add --hold-out"),
         (["--preset", "bset"], "no preset 'bset', and no such file. Known: best"),
         (["--padding", "2"], "padding has no effect"),
     ],
 )
 def test_what_does_not_go_together_is_said_before_anything_runs(flags, message, files, capsys):
-    assert message in fails(capsys, "judge", *files, *flags, status=2)
+    assert message in fails(capsys, "evaluate", *files, *flags, status=2)
 
 
-def test_judge_says_what_cannot_be_judged(files, capsys):
-    assert "padding has no effect" in fails(capsys, "judge", *files, "--sweep", "padding=2,3")
+def test_what_cannot_be_evaluated_is_refused(files, capsys):
+    assert "padding has no effect" in fails(capsys, "evaluate", *files, "--sweep", "padding=2,3")
     truth = np.where(cv2.imread("in/depth.png", cv2.IMREAD_UNCHANGED) == 0, 0, 2000).astype(np.uint16)
     cv2.imwrite("in/known.png", truth)
-    error = fails(capsys, "judge", *files, "--truth", "in/known.png")
+    error = fails(capsys, "evaluate", *files, "--ground-truth", "in/known.png")
     assert "no truth where depth is missing in the blocks" in error
 
 
@@ -217,7 +233,9 @@ def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
     assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
     Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
     assert "Install a newer" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
-    assert "--truth" in fails(capsys, "complete", "--replay", "plain/run.json", "--truth", "in/gt.png", status=2)
+    assert "--ground-truth" in fails(
+        capsys, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
+    )
 
 
 def test_presets_lists_built_in_ones_and_ones_own(capsys):
