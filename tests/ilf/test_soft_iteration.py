@@ -231,8 +231,8 @@ def test_results_do_not_depend_on_threads_or_on_the_other_blocks() -> None:
     frame = _bumpy()
     labels = (1 + (ROWS >= 60) + 2 * (COLUMNS >= 70)).astype(np.int32)
     choice = {label: _best(mode="fill+denoise" if label % 2 else "fill") for label in range(1, 5)}
-    alone = ilf.complete(frame, labels, choice, threads=1)
-    together = ilf.complete(frame, labels, choice, threads=2)
+    alone = ilf.complete(frame, labels, own=choice, threads=1)
+    together = ilf.complete(frame, labels, own=choice, threads=2)
     assert together.depth.tobytes() == alone.depth.tobytes()
     for label in choice:
         with CompletionRun(frame, labels, choice, only={label}, threads=1) as run:
