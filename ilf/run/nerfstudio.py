@@ -113,8 +113,8 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
     folder : path-like
         Made if it is not there; must be empty otherwise.
     results : iterable of path-like
-        Folders that `ilf.write` or `ilf complete` has written, or that hold such folders. Those of frames without a
-        known pose are left out, which is a note.
+        Folders that `CompletedRun.save` or `ilf complete` has written, or that hold such folders. Those of frames
+        without a known pose are left out, which is a note.
 
     Returns
     -------
