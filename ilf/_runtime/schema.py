@@ -14,6 +14,32 @@ import numpy as np
 
 from ..errors import FormatError
 from .formatting import as_float
+from .installation import __version__
+
+
+def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
+    """Raise FormatError unless a file has the one form that is read.
+
+    Parameters
+    ----------
+    data : mapping
+        The object that the file holds; `schema` in it is the number of its form, `version` the program that wrote it.
+    schema : int
+        The number that is read.
+    what : str
+        The kind of file, for the message.
+
+    Examples
+    --------
+    >>> check_schema({"schema": 1}, 1, "preset")
+    """
+    found = data.get("schema")
+    if type(found) is not int or found != schema:
+        version = f" ({data['version']!s:.20})" if "version" in data else ""
+        raise FormatError(
+            f"The {what} has schema {json.dumps(plain(found)):.40}; ILF Studio {__version__} reads schema {schema} "
+            f"only. Open it with the version that wrote it{version}."
+        )
 
 
 @dataclass(frozen=True)
@@ -46,13 +72,11 @@ class Section:
         return name
 
     def fields(self, kind: type) -> dict[str, Any]:
-        """Values for the fields of a dataclass, each of the types that it declares; those with a default may lack."""
+        """Values for the fields of a dataclass, each of the type that it declares."""
         types = get_type_hints(kind)
         found: dict[str, Any] = {}
         for field in dataclasses.fields(kind):
             declared = types[field.name]
-            if field.name not in self.values and field.default is not dataclasses.MISSING:
-                continue
             if isinstance(declared, type) and issubclass(declared, StrEnum):
                 found[field.name] = self._member(field.name, declared)
             else:

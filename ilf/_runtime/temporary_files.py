@@ -88,7 +88,7 @@ def remove_empty(folders: tuple[Path, ...]) -> None:
 
 MADE_BY = r"(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{8}"
 """What `made_by` gives, as a regular expression."""
-_FILE = re.compile(rf"\.ilf-(?:{MADE_BY}|[0-9a-f]{{16}})(?:\..*)?")  # the second, in earlier versions
+_FILE = re.compile(rf"\.ilf-{MADE_BY}(?:\..*)?")
 _DAY_S = 24 * 3600.0
 _cleared: set[Path] = set()
 
@@ -126,7 +126,7 @@ def clear_left_files(temporary: Path) -> None:
             if match is not None and entry.is_file(follow_symlinks=False):
                 with suppress(OSError):  # another program has been quicker
                     status = entry.stat()
-                    dead = (match["host"] and is_dead(match)) or now - status.st_mtime > _DAY_S
+                    dead = is_dead(match) or now - status.st_mtime > _DAY_S
                     if dead and is_own(status):
                         os.unlink(entry)
 

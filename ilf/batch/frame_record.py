@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.files import file_sha256, read_json, write_bytes
-from .._runtime.schema import Section
+from .._runtime.schema import Section, check_schema
 from ..data.frame import RGBDFrame
 from ..errors import IlfError
 from ..run.options import RECORD_FILE
@@ -21,6 +21,7 @@ from ..run.record import PROGRAM, array_sha256
 from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME
 from .frames import BatchFrame
+from .settings import SCHEMA
 
 # What a frame of a batch is read from: how, from which files, and of what content.
 
@@ -251,7 +252,9 @@ class FrameRecord:
 def read_frame_record(folder: Path) -> FrameRecord | None:
     """The record in a frame's folder; None if there is none that can be read: the frame is completed again then."""
     try:
-        data = Section("frame record", read_json(folder / FRAME_FILE))
+        values = read_json(folder / FRAME_FILE)
+        check_schema(values, SCHEMA, "frame record")
+        data = Section("frame record", values)
         return FrameRecord(
             FrameOutcome(**data.section("outcome").fields(FrameOutcome)),
             data.get("settings", str),
@@ -267,5 +270,5 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
 
 def write_frame_record(folder: Path, record: FrameRecord) -> None:
     """Write it into the frame's folder, which is made if need be; raises ExportError as `write_bytes` does."""
-    data = {"program": PROGRAM, **dataclasses.asdict(record)}
+    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
     write_bytes(folder / FRAME_FILE, f"{json.dumps(data, indent=2)}\n".encode())

@@ -14,7 +14,7 @@ from typing import Any
 from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION
-from .._runtime.schema import Section
+from .._runtime.schema import Section, check_schema
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HiddenTest
 from ..run.options import ExportOptions
@@ -22,6 +22,9 @@ from ..run.record import PROGRAM, asked_networks, present_sha256
 from ..run.run import Recipe
 
 SETTINGS_FILE = "batch.json"
+
+SCHEMA = 1
+"""Number of the form that batch.json and every frame.json have."""
 
 Levels = tuple[float, float]
 
@@ -95,24 +98,26 @@ def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
     Raises
     ------
     FormatError
-        If there is a file of that name that is none of a batch.
+        If there is a file of that name that is none of a batch, or of another schema.
     """
     path = folder / SETTINGS_FILE
     if not path.exists():
         return None
     data = read_json(path)
+    no_batch = FormatError(f"{path} is not of a batch of this program. Choose another folder.")
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+        raise no_batch
+    check_schema(data, SCHEMA, f"batch {path}")
     try:
-        if data["program"] != PROGRAM:
-            raise KeyError
         low, high = Section("batch", data).items("levels", float)
         return dict(data["settings"]), (low, high)
     except (KeyError, TypeError, ValueError, FormatError):
-        raise FormatError(f"{path} is not of a batch of this program. Choose another folder.") from None
+        raise no_batch from None
 
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:
     """Keep them in the folder of the results."""
-    data = {"program": PROGRAM, "settings": facts, "levels": levels}
+    data = {"program": PROGRAM, "schema": SCHEMA, "settings": facts, "levels": levels}
     write_bytes(folder / SETTINGS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
 
 

@@ -19,7 +19,6 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, likeness
 from ..data.results import Completion
 from ..errors import InputError
-from ..project.encoding import SCHEMA
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
@@ -47,12 +46,11 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     for_whom = "for all frames" if project.for_all else "for each frame; the next one begins with"
     lines = [
         ("project", f"{path}, {path.stat().st_size / 1e6:.1f} MB in {counted(len(opened.parts.names()), 'part')}"),
-        ("schema", f"{SCHEMA}" if not opened.read_only else f"newer than {SCHEMA}"),
         ("frames", f"{len(facts)}" + (f": {in_words}" if in_words else "")),
         ("parameters", f"{for_whom} {_parameters_text(project.common)}"),
         ("files", "embedded" if opened.read.embedded else "beside the project, or where they were"),
     ]
-    problems = [*opened.problems, *([opened.read_only] if opened.read_only else [])]
+    problems = [*opened.problems]
     for fact in facts:
         problems += [f"{fact.frame.name}: {problem}" for problem in fact.problems]
         problems += [
@@ -109,7 +107,6 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
             "path": str(opened.path),
             "bytes": opened.path.stat().st_size,
             "parts": len(opened.parts.names()),
-            "read_only": opened.read_only,
             "embedded": opened.read.embedded,
             "problems": opened.problems,
             "present": opened.project.present,

@@ -11,7 +11,7 @@ import difflib
 import math
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
@@ -57,8 +57,6 @@ class Declaration:
     when : tuple
         (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
         empty for always.
-    aliases : mapping
-        Other names of choices, which older records and habits have, to the choice that they mean.
     """
 
     name: str
@@ -76,7 +74,6 @@ class Declaration:
     source: str = ""
     scale: str = "linear"
     when: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
-    aliases: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def kind(self) -> type:
@@ -106,8 +103,6 @@ class Declaration:
     def checked(self, value: object) -> Value:
         """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
         if self.choices:
-            if isinstance(value, str):
-                value = self.aliases.get(value, value)
             if value not in self.choices:
                 raise self._refusal(f"one of {', '.join(self.choices)}", value)
             return str(value)
@@ -246,7 +241,9 @@ class ParameterSet:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, object]) -> Self:
-        """Inverse of `to_dict`; names that are left out keep their defaults."""
+        """Inverse of `to_dict`; raises ParameterError as `replace` does, and for names that are left out."""
+        if missing := [name for name in cls.declarations() if name not in values]:
+            raise ParameterError(f"There is no value for {', '.join(missing)}.")
         return cls().replace(**values)
 
 

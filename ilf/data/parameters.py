@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 from .._runtime.networks.models import BUNDLED, model_names
 from ..errors import ParameterError
@@ -100,14 +100,6 @@ class BlockParameters(ParameterSet):
         "of NYU images.", _BOUNDARIES, unit="px", minimum=-1, maximum=500, special="auto",
     )  # fmt: skip
 
-    @classmethod
-    def from_dict(cls, values: Mapping[str, object]) -> Self:
-        """Inverse of `to_dict`; of names that are left out, `detector` is `hed`, all others keep their defaults.
-
-        A record that lacks names is older than they are, and blocks came from contours then.
-        """
-        return cls(detector="hed").replace(**values)
-
     def smallest_block(self, pixels: int) -> float:
         """Pixels that a block has at least, in a frame of so many; at least 1."""
         return max(self.min_size / 100 * pixels, 1)
@@ -166,7 +158,7 @@ class Parameters(ParameterSet):
         "and where surfaces bend, also where depth is missing. combined: an edge network, which finds the contours of "
         "objects in the colour image. canny: every strong change of colour. Jumps of the known depth are edges with "
         "all of them.", _SOFT, choices=("rgbd", "combined", "canny"), when=_EDGE_AWARE,
-        source="section 2: HED and Canny; rgbd: not in the paper", aliases={"hed": "combined", "network": "combined"},
+        source="section 2: HED and Canny; rgbd: not in the paper",
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
@@ -282,14 +274,6 @@ class Parameters(ParameterSet):
         30, "Known pixels, at least", "A block with fewer known pixels is reported as not recoverable and stays "
         "missing.", _DATA, unit="px", scale="log", minimum=1, maximum=1_000_000,
     )  # fmt: skip
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, object]) -> Self:
-        """Inverse of `to_dict`; names that are left out have the values of the preset `paper`.
-
-        A record that lacks names is older than they are, and those were the defaults then.
-        """
-        return cls(**_PAPER).replace(**values)
 
 
 _PAPER: dict[str, Any] = {

@@ -21,8 +21,8 @@ from ..evaluation.hold_out import HiddenTest
 from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
-from .encoding import SCHEMA, Origin, measured_sha256
-from .frame_state import BlockNotes, FrameState, OwnValues
+from .encoding import Origin, measured_sha256
+from .frame_state import BlockNotes, FrameState
 from .packing import Npz, labels_from_bytes, mask_from_bytes
 from .recorded import (
     UNREADABLE,
@@ -33,8 +33,7 @@ from .recorded import (
     colour_of,
     looked_at,
     number_or_none,
-    own_values_from,
-    parameters_from,
+    own_values_of,
     read_frame_part,
     reasons_of,
     recorded_frame,
@@ -141,8 +140,6 @@ class _Decoding:
         bare = bare_state(frame_id, self.frame)
         try:
             data = read_frame_part(frame_id, self.parts)
-            if data.get("schema", int) > SCHEMA:
-                self.problems.append("A newer version has written this frame's work: some of it may be missing here.")
             described = data.section("frame")
             shape = recorded_shape(described)
         except UNREADABLE as error:
@@ -170,7 +167,7 @@ class _Decoding:
             frame=frame,
             labels=bare.labels if labels is None else labels,
             notes=notes,
-            common=self._tell("Parameters are", lambda: self._parameters(data, "The parameters"), preset()),
+            common=self._tell("Parameters are", lambda: Parameters.from_dict(data.get("parameters", dict)), preset()),
             results=results,
             guess=guess,
             runs=self._kept_runs(data),
@@ -192,18 +189,16 @@ class _Decoding:
             "looked": lambda: looked_at(data.section("looked")),
             "view": lambda: data.get("view", dict),
         }
-        return self._each(data, readers)
+        return self._each(readers)
 
-    def _each(self, data: Section, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-        """What readers give by the names of their fields. What an older version did not write, or cannot be read, is
-        left out."""
+    def _each(self, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+        """What readers give by the names of their fields; what cannot be read is left out."""
         found = {}
         for name, read in readers.items():
-            if name in data.values:
-                try:
-                    found[name] = read()
-                except UNREADABLE as error:
-                    self.problems.append(f"The frame's {name.replace('_', ' ')!r} is lost: {error}")
+            try:
+                found[name] = read()
+            except UNREADABLE as error:
+                self.problems.append(f"The frame's {name.replace('_', ' ')!r} is lost: {error}")
         return found
 
     def _tell(self, what: str, read: Callable[[], T], default: T) -> T:
@@ -299,7 +294,7 @@ class _Decoding:
     def _notes(self, data: Section) -> BlockNotes:
         readers: dict[str, Callable[[], Any]] = {
             "infos": lambda: block_infos(data.section("infos")),
-            "own": lambda: self._own(data.section("own")),
+            "own": lambda: own_values_of(data.section("own")),
             "drawn": lambda: self._mask(data, "drawn"),
             "extraction": lambda: self._extraction(data),
             "network": lambda: data.get("network", str, type(None)),
@@ -309,22 +304,11 @@ class _Decoding:
             "carried_from": lambda: data.get("carried_from", str),
             "reasons": lambda: reasons_of(data.section("reasons")),
         }
-        return BlockNotes(**self._each(data, readers))
-
-    def _own(self, data: Section) -> dict[int, OwnValues]:
-        return {
-            int(label): own_values_from(data.get(label, dict), f"Of block {label}", self.problems)
-            for label in data.values
-        }
-
-    def _parameters(self, data: Section, what: str) -> Parameters:
-        return parameters_from(Parameters, data.get("parameters", dict), what, self.problems)
+        return BlockNotes(**self._each(readers))
 
     def _extraction(self, data: Section) -> BlockParameters | None:
         values = data.get("extraction", dict, type(None))
-        if values is None:
-            return None
-        return parameters_from(BlockParameters, values, "What the blocks were extracted with", self.problems)
+        return None if values is None else BlockParameters.from_dict(values)
 
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
         """Results by label, but for those that cannot be read."""
@@ -408,8 +392,8 @@ class _Decoding:
         labels = self._labels(data, "blocks")
         if labels is None:
             raise FormatError("It has no blocks.")
-        parameters = self._parameters(data, "The parameters of a kept run")
-        own = self._own(data.section("own"))
+        parameters = Parameters.from_dict(data.get("parameters", dict))
+        own = own_values_of(data.section("own"))
         return Run(
             self._seen(data),
             labels,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.guide import Guide
 from ..data.results import BlockResult
-from ..run.record import array_sha256, inputs_to_dict
+from ..run.record import array_sha256
 from ..run.run import Run
 from .frame_state import BlockNotes, FrameState, Looked
 from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
@@ -186,7 +187,7 @@ class _Encoding:
         if frame.outside_view is not None and (inputs is None or inputs.frame is None):
             data["outside_view"] = self._array(frame.outside_view, mask_to_bytes)
         if inputs is not None:
-            return data | {"inputs": inputs_to_dict(inputs)}
+            return data | {"inputs": dataclasses.asdict(inputs)}
         return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
     def _seen(self, frame: RGBDFrame) -> dict[str, Any]:

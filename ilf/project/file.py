@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError
 from .archive import Archive, Part, Parts, write_archive
 from .decoding import Decoded, load_state
-from .encoding import Encoder, frame_part
+from .encoding import SCHEMA, Encoder, frame_part
 from .frame_state import FrameState
 from .packing import ARRAYS
 from .project import Project, ProjectFrame
-from .project_json import PROJECT, ReadProject, decode_project, encode_project, read_only_reason
+from .project_json import PROJECT, ReadProject, decode_project, encode_project
 from .recorded import UNREADABLE, arrays_of, bare_state, files_of
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
 from .thumbnail import thumbnail_part
@@ -251,11 +253,6 @@ class OpenedProject:
         return self.parts.problems + self.read.problems
 
     @property
-    def read_only(self) -> str:
-        """Why it cannot be saved in its place; "" if it can."""
-        return self.read.read_only
-
-    @property
     def places(self) -> Places:
         """Where the files of its frames are."""
         return self.read.places
@@ -301,7 +298,7 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     InputError
         If there is no such file.
     FormatError
-        If it is no project file.
+        If it is no project file, or of another schema.
 
     Examples
     --------
@@ -362,7 +359,7 @@ def save_project(
     Raises
     ------
     ExportError
-        If the file cannot be written, or the one that is there is write-protected or of a newer version.
+        If the file cannot be written, or the one that is there is write-protected or of another schema.
 
     Examples
     --------
@@ -394,15 +391,17 @@ def save_project(
 
 
 def _check_replaceable(path: str | os.PathLike[str]) -> None:
-    """Raise ExportError if what is there is write-protected, or a project of a newer version."""
+    """Raise ExportError if what is there is write-protected, or a project of another schema."""
     if not Path(path).is_file():
         return
     if not os.access(path, os.W_OK):
         raise ExportError(f"{path} is write-protected. Save under another name.")
     try:
         with Archive(path) as there:
-            reason = read_only_reason(there)
-    except IlfError:
+            data = dict(json.loads(there.read(PROJECT)))
+    except UNREADABLE:
         return
-    if reason:
-        raise ExportError(f"{path} is not replaced. {reason}")
+    try:
+        check_schema(data, SCHEMA, "project")
+    except FormatError as error:
+        raise ExportError(f"{path} is not replaced. {error}") from error

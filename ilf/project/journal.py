@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, way_out
 from .._runtime.installation import __version__
-from .._runtime.temporary_files import private_file, tighten
+from .._runtime.schema import check_schema
+from .._runtime.temporary_files import private_file
 from ..errors import ExportError, InputError
 from ..io.sqlite_files import DEFINITIONS, LimitedConnection, check_plain
 from .packing import chunks
@@ -205,7 +206,7 @@ class JournalNote:
         """Raises ValueError, TypeError or KeyError for what `to_json` has not made."""
         values = json.loads(text)
         times = {name: datetime.fromisoformat(values[name]) for name in ("started", "changed")}
-        frames = values.get("frames")
+        frames = values["frames"]
         return cls(**{**values, **times, "frames": None if frames is None else tuple(frames)})
 
 
@@ -225,7 +226,7 @@ class Journal:
     JournalInUse
         If another window, of this process or another, has it open.
     InputError
-        If the file is no journal, damaged, or of a newer program.
+        If the file is no journal, damaged, or of another schema.
     ExportError
         If it cannot be made or written.
 
@@ -255,8 +256,6 @@ class Journal:
         try:
             with self._telling(reading=True):
                 self._open()
-            for path in (self.path, self._log):
-                tighten(path)  # those of earlier versions
             self._file = _identity(self.path)
         except BaseException:
             self._database.close()
@@ -276,8 +275,7 @@ class Journal:
             return
         if application != _APPLICATION:
             raise InputError(f"{self.path} is no journal of this program.")
-        if schema > SCHEMA:
-            raise InputError(f"{self.path} was made by a newer version of this program: open it with that.")
+        check_schema({"schema": schema}, SCHEMA, f"journal {self.path}")
         check_plain(self.path, database.execute(DEFINITIONS))
         self.note = self._read_note()
 

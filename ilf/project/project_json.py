@@ -9,13 +9,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .._runtime.installation import __version__
-from .._runtime.schema import Section, plain, strict_json
+from .._runtime.schema import Section, check_schema, plain, strict_json
 from ..data.camera import CameraIntrinsics
+from ..data.declarations import ParameterSet
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
 from ..io.cameras import IntrinsicsSpec
@@ -24,10 +25,12 @@ from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import PROGRAM, SCHEMA
 from .project import FrameSummary, Project, ProjectFrame, Stage
-from .recorded import UNREADABLE, parameters_from, read_frame_part
+from .recorded import UNREADABLE, read_frame_part
 from .sources import FilePlace, Places
 
 PROJECT = "project.json"
+
+Set = TypeVar("Set", bound=ParameterSet)
 
 
 @dataclass(frozen=True)
@@ -43,15 +46,12 @@ class ReadProject:
         Whether the files of frames are to be embedded when it is saved.
     problems : tuple of str
         What could not be read, and what that means; a sentence each.
-    read_only : str
-        Why it can be looked at but not be saved in its place; "" if it can.
     """
 
     project: Project
     places: Places = field(default_factory=Places)
     embedded: bool = False
     problems: tuple[str, ...] = ()
-    read_only: str = ""
 
 
 def encode_project(project: Project, places: Places | None = None, *, embedded: bool = False) -> bytes:
@@ -109,7 +109,7 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
     Raises
     ------
     FormatError
-        If there is neither a project nor a frame.
+        If there is neither a project nor a frame, or the project is of another schema.
     """
     try:
         data = json.loads(parts.read(PROJECT))
@@ -121,26 +121,8 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
             raise FormatError(f"There is no project in it: {error}") from error
         lost = f"The list of frames is lost, with what is set for all of them: {error} {len(frames)} were found."
         return ReadProject(Project(frames), Places(path), problems=(lost,))
+    check_schema(data, SCHEMA, "project" if path is None else f"project {path}")
     return _Reader(Section("project", data), path).project()
-
-
-def read_only_reason(parts: Parts) -> str:
-    """Why a project cannot be saved in place of what is kept in these parts; "" if it can, or there is none."""
-    try:
-        return _newer(json.loads(parts.read(PROJECT)))
-    except UNREADABLE:
-        return ""
-
-
-def _newer(data: dict[str, Any]) -> str:
-    schema = data.get("schema")
-    if type(schema) is not int or schema <= SCHEMA:
-        return ""
-    version = str(data.get("version", "?"))
-    return (
-        f"A newer version of the program ({version:.20}) has written this project: some of it may be missing here. It "
-        "can be looked at and saved under another name, but not in its place."
-    )
 
 
 class _Reader:
@@ -151,7 +133,7 @@ class _Reader:
         self._problems: list[str] = []
 
     def project(self) -> ReadProject:
-        data, problems = self._data, self._problems
+        problems = self._problems
         places = Places(self._path, self._files(), self._given())
         moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
         frames = []
@@ -160,22 +142,16 @@ class _Reader:
                 frames.append(_frame(Section("frame", row), places if moved else None))
             except UNREADABLE as error:
                 problems.append(f"A frame of the list is lost: {error}")
-        parameters = parameters_from(
-            Parameters, self._value("parameters", {}, dict), "The parameters for all frames", problems
-        )
-        extraction = parameters_from(
-            BlockParameters, self._value("extraction", {}, dict), "The parameters of the extraction", problems
-        )
         project = Project(
             tuple({frame.id: frame for frame in frames}.values()),
             self._value("present", "", str),
-            parameters,
+            self._parameters("parameters", Parameters),
             self._value("for_all", False, bool),
-            extraction,
+            self._parameters("extraction", BlockParameters),
             self._value("keeps_handmade", True, bool),
             self._value("view", {}, dict),
         )
-        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems), _newer(data.values))
+        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems))
 
     def _value(self, key: str, default: Any, *kinds: type) -> Any:
         try:
@@ -183,6 +159,13 @@ class _Reader:
         except IlfError as error:
             self._problems.append(f"{error} The default is taken.")
             return default
+
+    def _parameters(self, key: str, kind: type[Set]) -> Set:
+        try:
+            return kind.from_dict(self._data.get(key, dict))
+        except IlfError as error:
+            self._problems.append(f"{error} The defaults are taken.")
+            return kind()
 
     def _files(self) -> dict[str, FilePlace]:
         found = {}
@@ -195,8 +178,7 @@ class _Reader:
         return found
 
     def _given(self) -> dict[str, Path]:
-        given = self._value("given", {}, dict) if "given" in self._data.values else {}
-        return {key: Path(path) for key, path in given.items() if isinstance(path, str)}
+        return {key: Path(path) for key, path in self._value("given", {}, dict).items() if isinstance(path, str)}
 
 
 def _frame(row: Section, moved: Places | None) -> ProjectFrame:
@@ -253,11 +235,11 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "truth": source.truth,
         "truth_units": source.truth_units,
         "guide": source.guide,
-        **({} if source.encoding is None else {"encoding": source.encoding}),
-        **({} if source.invalid is None else {"invalid": source.invalid}),
-        **({} if source.frame is None else {"frame": source.frame}),
-        **({} if source.confidence is None else {"confidence": source.confidence}),
-        **({} if source.min_confidence is None else {"min_confidence": source.min_confidence}),
+        "encoding": source.encoding,
+        "invalid": source.invalid,
+        "frame": source.frame,
+        "confidence": source.confidence,
+        "min_confidence": source.min_confidence,
     }
 
 
@@ -275,12 +257,12 @@ def _source_from(data: Section) -> FrameSource:
         camera,
         data.get("truth", str, type(None)),
         data.get("truth_units", float, type(None)),
-        data.get("guide", str, type(None)) if "guide" in data.values else None,
-        data.get("encoding", str, float) if "encoding" in data.values else None,
-        data.get("invalid", float) if "invalid" in data.values else None,
-        frame=data.get("frame", str) if "frame" in data.values else None,
-        confidence=data.get("confidence", str) if "confidence" in data.values else None,
-        min_confidence=data.get("min_confidence", float) if "min_confidence" in data.values else None,
+        data.get("guide", str, type(None)),
+        data.get("encoding", str, float, type(None)),
+        data.get("invalid", float, type(None)),
+        frame=data.get("frame", str, type(None)),
+        confidence=data.get("confidence", str, type(None)),
+        min_confidence=data.get("min_confidence", float, type(None)),
     )
 
 

@@ -5,21 +5,20 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from .._runtime.schema import Section
+from .._runtime.schema import Section, check_schema
 from ..data.camera import CameraIntrinsics
-from ..data.declarations import ParameterSet, Value
 from ..data.frame import InputFile, RGBDFrame
 from ..data.parameters import Parameters
-from ..errors import FormatError, IlfError, ParameterError
+from ..errors import FormatError, IlfError
 from ..run.record_file import parsed_inputs
 from .archive import Parts
-from .encoding import frame_part
-from .frame_state import BlockInfo, FrameState, Looked
+from .encoding import SCHEMA, frame_part
+from .frame_state import BlockInfo, FrameState, Looked, OwnValues
 from .packing import Npz, check_content, colour_from_bytes, mask_from_bytes
 from .run_history import Colour
 from .sources import Places, load_inputs
@@ -41,6 +40,7 @@ def parsed_frame_part(content: bytes) -> Section:
         raise FormatError(f"The frame's part is no JSON ({error}).") from error
     if not isinstance(data, dict):
         raise FormatError("The frame's part holds no JSON object.")
+    check_schema(data, SCHEMA, "frame's part")
     return Section("frame's part", data)
 
 
@@ -120,52 +120,6 @@ def bare_state(frame_id: str, frame: RGBDFrame) -> FrameState:
     return FrameState(frame_id, frame, labels)
 
 
-# Parameters from a project, which another version may have written.
-
-Set = TypeVar("Set", bound=ParameterSet)
-
-
-def parameters_from(kind: type[Set], values: Mapping[str, Any], what: str, problems: list[str]) -> Set:
-    """A parameter set; where a name is unknown or a value does not do, the default is taken, and a sentence added.
-
-    Examples
-    --------
-    >>> problems = []
-    >>> parameters_from(Parameters, {"smoothness": 2, "sharpness": 1}, "The parameters", problems).smoothness
-    2.0
-    >>> problems
-    ["The parameters: There is no parameter 'sharpness'. Did you mean smoothness? It is left out."]
-    """
-    try:
-        return kind.from_dict(values)
-    except (ParameterError, TypeError):  # one by one, then
-        pass
-    known = kind.declarations()
-    usable = {}
-    for name, value in values.items():
-        try:
-            kind().replace(**{name: value})
-        except (ParameterError, TypeError) as error:
-            problems.append(f"{what}: {error} {'The default is taken' if name in known else 'It is left out'}.")
-            if name in known:
-                usable[name] = known[name].default
-        else:
-            usable[name] = value
-    return kind.from_dict(usable)
-
-
-def own_values_from(values: Mapping[str, Any], what: str, problems: list[str]) -> dict[str, Value]:
-    """Own values of a block, but for those that do not do."""
-    parameters = Parameters()
-    found = {}
-    for name, value in values.items():
-        try:
-            found[name] = parameters.replace(**{name: value}).to_dict()[name]
-        except (ParameterError, TypeError) as error:
-            problems.append(f"{what}: {error} It is left out.")
-    return found
-
-
 # What of a state needs no arrays, from its json; a reader that cannot raises FormatError, or what Python does.
 
 
@@ -187,6 +141,16 @@ def block_infos(data: Section) -> dict[int, BlockInfo]:
             info.get("name", str), colour_of(info), info.get("visible", bool), info.get("locked", bool)
         )
     return infos
+
+
+def own_values_of(data: Section) -> dict[int, OwnValues]:
+    """Values that blocks have of their own, by label."""
+    found: dict[int, OwnValues] = {}
+    for label in data.values:
+        values = data.get(label, dict)
+        checked = Parameters().replace(**values).to_dict()
+        found[int(label)] = {name: checked[name] for name in values}
+    return found
 
 
 def reasons_of(data: Section) -> dict[int, str]:

@@ -165,8 +165,7 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
                 tuple(entry.items("notes", str)),
                 None if edge is None else edges[edge],
                 drawn.bits(pixels[place]) if with_drawn[place] else None,
-                # packs from before depth was corrected lack it
-                entry.get("correction", str, type(None)) if "correction" in entry.values else None,
+                entry.get("correction", str, type(None)),
             )
         )
     return results

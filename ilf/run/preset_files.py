@@ -14,6 +14,7 @@ from typing import Any
 import platformdirs
 
 from .._runtime.files import made_folder, read_json, write_bytes
+from .._runtime.schema import check_schema
 from ..data.declarations import Value
 from ..data.parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
@@ -107,7 +108,7 @@ def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
     InputError
         If there is no such file.
     FormatError
-        If it is damaged, something else, of a later version, or has a parameter or value that there is not.
+        If it is damaged, something else, of another schema, or has a parameter or value that there is not.
 
     Examples
     --------
@@ -286,11 +287,7 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
 
 
 def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
-    schema = data.get("schema")
-    if type(schema) is not int or schema < 1:
-        raise FormatError(f"Its schema must be a whole number from 1 on, not {schema!r:.40}.")
-    if schema > SCHEMA:
-        raise FormatError(f"It has schema {schema}; this version reads up to {SCHEMA}. Install a newer ILF Studio.")
+    check_schema(data, SCHEMA, "preset")
     name, base = data.get("name", stem), data.get("base", DEFAULT_PRESET)
     if not isinstance(name, str) or not name:
         raise FormatError(f"Its name must be text, not {name!r:.40}.")
@@ -304,7 +301,7 @@ def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
         parameters = PRESETS[base].replace(**parts["parameters"])
         extraction = BlockParameters().replace(**parts["extraction"]) if "extraction" in data else None
     except ParameterError as error:
-        raise FormatError(f"{error} Was it made by another version?") from error
+        raise FormatError(str(error)) from error
     return OwnPreset(name, parameters, base, extraction)
 
 

@@ -78,7 +78,7 @@ def present_sha256(name: str) -> str | None:
 PROGRAM = "ilf-studio"
 
 SCHEMA = 1
-"""Number of the form that a record has; records of before there were numbers count as 0."""
+"""Number of the form that a record has."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class RunRecord:
     Attributes
     ----------
     name : str
-        Of the frame; "" in records of schema 0.
+        Of the frame.
     inputs : FrameInputs or None
         None if the frame was not read from files.
     distrusted, drawn : RecordedMask or None
@@ -134,17 +134,16 @@ class RunRecord:
         Whether the rest was guessed.
     options : ExportOptions
     outcomes : tuple of BlockOutcome
-    depth_sha256 : str or None
-        Of the completed depth as float32 (`array_sha256`); None in records of schema 0.
+    depth_sha256 : str
+        Of the completed depth as float32 (`array_sha256`).
     outputs : dict
-        Name of every other file of the set -> SHA-256; empty in records of schema 0.
+        Name of every other file of the set -> SHA-256.
     version : str
         Of this program.
     versions : dict
         Library -> version, None where it was not installed.
     processor : str
-        What the processor can do, as far as results may depend on it; "" in records of schema 0.
-    schema : int
+        What the processor can do, as far as results may depend on it.
     """
 
     name: str
@@ -162,7 +161,7 @@ class RunRecord:
     dense: bool
     options: ExportOptions
     outcomes: tuple[BlockOutcome, ...]
-    depth_sha256: str | None
+    depth_sha256: str
     drawn: RecordedMask | None = None
     outside_view: RecordedMask | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
@@ -171,7 +170,6 @@ class RunRecord:
     version: str = __version__
     versions: dict[str, str | None] = field(default_factory=library_versions)
     processor: str = field(default_factory=processor)
-    schema: int = SCHEMA
 
 
 def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -> RunRecord:
@@ -228,13 +226,17 @@ def to_json(record: RunRecord) -> bytes:
     common = record.common.to_dict()
     data = {
         "program": PROGRAM,
-        "schema": record.schema,
+        "schema": SCHEMA,
         "version": record.version,
         "versions": record.versions,
         "processor": record.processor,
         "name": record.name,
-        "inputs": None if record.inputs is None else inputs_to_dict(record.inputs),
-        "distrusted": None if record.distrusted is None else dataclasses.asdict(record.distrusted),
+        "inputs": None if record.inputs is None else dataclasses.asdict(record.inputs),
+        "distrusted": _as_dict(record.distrusted),
+        "drawn": _as_dict(record.drawn),
+        "outside_view": _as_dict(record.outside_view),
+        "guide": _as_dict(record.guide),
+        "pose": record.pose,
         "extraction": None if record.extraction is None else record.extraction.to_dict(),
         "blocks": {
             "sha256": record.labels_sha256,
@@ -255,26 +257,11 @@ def to_json(record: RunRecord) -> bytes:
         "depth_sha256": record.depth_sha256,
         "outputs": record.outputs,
     }
-    if record.drawn is not None:
-        data["drawn"] = dataclasses.asdict(record.drawn)
-    if record.outside_view is not None:
-        data["outside_view"] = dataclasses.asdict(record.outside_view)
-    if record.guide is not None:
-        data["guide"] = dataclasses.asdict(record.guide)
-    if record.pose is not None:
-        data["pose"] = record.pose
     return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
 
 
-def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
-    """A frame's files, ready for JSON. Of a frame without truth, encoding or invalid value, or in no recording, nothing
-    says so, as before there were any. An encoding takes the place of units, so that no version that does not know it
-    can misread the depth."""
-    later = ("truth", "encoding", "invalid", "frame")
-    data = {key: value for key, value in dataclasses.asdict(inputs).items() if key not in later or value is not None}
-    if inputs.encoding is not None:
-        del data["depth_units"]
-    return data
+def _as_dict(mask: RecordedMask | None) -> dict[str, Any] | None:
+    return None if mask is None else dataclasses.asdict(mask)
 
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
@@ -286,12 +273,9 @@ def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """A block's outcome, ready for JSON: NaN becomes None. Where all is in view, nothing says so."""
-    values = dataclasses.asdict(outcome)
-    if not outcome.outside:
-        del values["outside"]
+    """A block's outcome, ready for JSON: NaN becomes None."""
     sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
-    return values | {"status": outcome.status.value, "sigma_i": sigma}
+    return dataclasses.asdict(outcome) | {"status": outcome.status.value, "sigma_i": sigma}
 
 
 def _extraction_networks(run: RunSetup) -> dict[str, str]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from pathlib import Path
 
 from .._runtime.files import read_json
-from .._runtime.schema import Section, is_plain
+from .._runtime.schema import Section, check_schema, is_plain
 from ..data.camera import checked_motion
 from ..data.frame import FrameInputs, InputFile, TruthFile
 from ..data.parameters import BlockParameters, Parameters
@@ -20,35 +19,33 @@ from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 
 
 def read_record(path: str | os.PathLike[str]) -> RunRecord:
-    """Read and check a run record. Sections and keys that this version does not know are passed over.
+    """Read and check a run record. Sections and keys that are not known are passed over.
 
     Raises
     ------
     InputError
         If there is no such file.
     FormatError
-        If it is not JSON, not a run record, of a later schema, lacks something, or has a value of the wrong kind.
+        If it is not JSON, not a run record, of another schema, lacks something, or has a value of the wrong kind.
         Unknown parameters too, because without them the run would be another one.
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise FormatError(f"{Path(path).absolute()} is no run record: give the run.json that an export has written.")
     try:
+        check_schema(data, SCHEMA, "run record")
         return _parsed(Section("run record", data))
     except (InputError, ParameterError) as error:
-        raise FormatError(f"{Path(path).absolute()}: {error} Was the record made by another version?") from error
+        raise FormatError(f"{Path(path).absolute()}: {error}") from error
 
 
 def _parsed(record: Section) -> RunRecord:
-    schema = record.get("schema", int) if "schema" in record.values else 0
-    if not 0 <= schema <= SCHEMA:
-        raise FormatError(
-            f"The record has schema {schema}; this version reads up to {SCHEMA}. Install a newer ILF Studio."
-        )
-    blocks = record.section("blocks")
+    blocks, networks, outputs = record.section("blocks"), record.section("networks"), record.texts("outputs")
     shape = blocks.items("shape", int)
     if len(shape) != 2:
         raise FormatError(f"'shape' in the blocks must be [height, width], not {shape}.")
+    if not all(map(is_plain, outputs)):
+        raise FormatError("'outputs' must have plain file names.")
     extraction = record.get("extraction", dict, type(None))
     inputs = record.get("inputs", dict, type(None))
     common = Parameters.from_dict(record.get("parameters", dict))
@@ -56,18 +53,17 @@ def _parsed(record: Section) -> RunRecord:
     outcomes = tuple(
         parsed_outcome(Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
     )
-    export = record.section("export")
-    known = RunRecord(
-        name="",
+    return RunRecord(
+        name=record.get("name", str),
         inputs=None if inputs is None else parsed_inputs(Section("inputs", inputs)),
-        distrusted=None,
+        distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
         extraction=None if extraction is None else BlockParameters.from_dict(extraction),
         labels_sha256=blocks.get("sha256", str),
         shape=(shape[0], shape[1]),
         edited=blocks.get("edited", bool),
         labels_file=blocks.filename("file"),
-        extraction_networks={},
-        networks={},
+        extraction_networks=networks.texts("extraction"),
+        networks=networks.texts("filter"),
         parameters={
             outcome.label: common.replace(**own.get(str(outcome.label), dict))
             if str(outcome.label) in own.values
@@ -75,37 +71,17 @@ def _parsed(record: Section) -> RunRecord:
             for outcome in outcomes
         },
         common=common,
-        # in schema 0 this was a matter of the export, and before that there was none
-        dense="dense" in export.values and export.get("dense", bool),
-        options=_parsed_options(export),
+        dense=record.get("dense", bool),
+        options=_parsed_options(record.section("export")),
         outcomes=outcomes,
-        depth_sha256=None,
+        depth_sha256=record.get("depth_sha256", str),
+        drawn=_parsed_mask(record, "drawn", DRAWN_FILE),
+        outside_view=_parsed_mask(record, "outside_view", OUTSIDE_FILE),
+        pose=_parsed_pose(record),
+        guide=_parsed_guide(record),
+        outputs=outputs,
         version=record.get("version", str),
         versions=record.texts("versions", type(None)),
-        processor="",
-        schema=schema,
-    )
-    return known if schema == 0 else _with_what_schema_1_brought(known, record)
-
-
-def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
-    networks, outputs = record.section("networks"), record.texts("outputs")
-    if not all(map(is_plain, outputs)):
-        raise FormatError("'outputs' must have plain file names.")
-    return dataclasses.replace(
-        known,
-        name=record.get("name", str),
-        distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
-        # records of runs without them do not name them
-        drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
-        outside_view=_parsed_mask(record, "outside_view", OUTSIDE_FILE) if "outside_view" in record.values else None,
-        guide=_parsed_guide(record),
-        pose=_parsed_pose(record),
-        extraction_networks=networks.texts("extraction"),
-        networks=networks.texts("filter"),
-        dense=record.get("dense", bool),
-        depth_sha256=record.get("depth_sha256", str),
-        outputs=outputs,
         processor=record.get("processor", str),
     )
 
@@ -118,21 +94,19 @@ def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | N
 
 
 def _parsed_pose(record: Section) -> tuple[tuple[float, ...], ...] | None:
-    if "pose" not in record.values:  # it was not known
-        return None
-    return tuple(map(tuple, checked_motion(record.get("pose", list), "'pose' in the run record").tolist()))
+    pose = record.get("pose", list, type(None))
+    return None if pose is None else tuple(map(tuple, checked_motion(pose, "'pose' in the run record").tolist()))
 
 
 def _parsed_guide(record: Section) -> RecordedGuide | None:
-    if "guide" not in record.values:  # the run had none
+    mask = _parsed_mask(record, "guide", GUIDE_FILE)
+    if mask is None:
         return None
-    guide = record.section("guide")
-    file = guide.filename("file") or GUIDE_FILE
-    return RecordedGuide(guide.get("sha256", str), file, guide.get("path", str, type(None)))
+    return RecordedGuide(mask.sha256, mask.file, record.section("guide").get("path", str, type(None)))
 
 
 def parsed_inputs(inputs: Section) -> FrameInputs:
-    """Inverse of `inputs_to_dict`; raises FormatError for what is missing or of the wrong kind."""
+    """A frame's files from their fields; raises FormatError for what is missing or of the wrong kind."""
     rgb, depth = (
         InputFile(section.get("path", str), section.get("sha256", str))
         for section in (inputs.section("rgb"), inputs.section("depth"))
@@ -141,25 +115,25 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
     if numbers is not None and len(numbers) != 4:
         raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
     camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
-    encoding = inputs.get("encoding", str) if "encoding" in inputs.values else None
+    encoding = inputs.get("encoding", str, type(None))
     try:
-        named = None if encoding is None else encoding_of(encoding)
+        units = inputs.get("depth_units", float) if encoding is None else encoding_of(encoding).units
     except ParameterError as error:
-        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.") from error
+        raise FormatError(f"There is no depth encoding {encoding!r:.60}.") from error
     return FrameInputs(
         rgb,
         depth,
-        inputs.get("depth_units", float) if named is None else named.units,
+        units,
         camera,
         _parsed_truth(inputs),
         encoding,
-        inputs.get("invalid", float) if "invalid" in inputs.values else None,
-        inputs.get("frame", str) if "frame" in inputs.values else None,
+        inputs.get("invalid", float, type(None)),
+        inputs.get("frame", str, type(None)),
     )
 
 
 def _parsed_truth(inputs: Section) -> TruthFile | None:
-    if "truth" not in inputs.values:  # the frame had none
+    if inputs.get("truth", dict, type(None)) is None:
         return None
     truth = inputs.section("truth")
     return TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
@@ -169,18 +143,16 @@ def _parsed_options(options: Section) -> ExportOptions:
     return ExportOptions(
         depth_formats=tuple(options.items("depth_formats", str)),
         depth_units=options.get("depth_units", float),
-        # records of before there was one do not name it, and it was not written
-        expected_error="expected_error" in options.values and options.get("expected_error", bool),
+        expected_error=options.get("expected_error", bool),
         labels=options.get("labels", bool),
         curves=options.get("curves", bool),
         cloud=options.get("cloud", str, type(None)),
         axes=options.get("axes", str),
         cloud_unit=options.get("cloud_unit", str),
         run_record=options.get("run_record", bool),
-        # records of before there were meshes do not name these
-        mesh=options.get("mesh", str, type(None)) if "mesh" in options.values else None,
-        normals="normals" in options.values and options.get("normals", bool),
-        drop_flying="drop_flying" in options.values and options.get("drop_flying", bool),
+        mesh=options.get("mesh", str, type(None)),
+        normals=options.get("normals", bool),
+        drop_flying=options.get("drop_flying", bool),
     )
 
 
@@ -200,5 +172,5 @@ def parsed_outcome(outcome: Section) -> BlockOutcome:
         iterations=outcome.get("iterations", int),
         stages=outcome.get("stages", int),
         sigma_i=math.nan if sigma is None else sigma,
-        outside=outcome.get("outside", int) if "outside" in outcome.values else 0,
+        outside=outcome.get("outside", int),
     )

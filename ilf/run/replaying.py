@@ -68,16 +68,14 @@ def version_differences(record: RunRecord) -> str:
 
 
 def processor_difference(record: RunRecord) -> str:
-    """Another kind of processor than the record's, in words; "" if it is the same or not known."""
-    if record.processor in {"", processor()}:
+    """Another kind of processor than the record's, in words; "" if it is the same."""
+    if record.processor == processor():
         return ""
     return f"another kind of processor ({record.processor}; here {processor()})"
 
 
 def networks_that_were_missing(record: RunRecord) -> list[str]:
     """Edge networks that others' edges stood in for when the run was recorded, and that are here now."""
-    if record.schema == 0:
-        return []
     missed = set()
     if record.extraction is not None:
         asked = asked_networks(record.extraction.detector, record.extraction.model)
@@ -155,9 +153,6 @@ class Replay:
         tuple of str
             A sentence each, with the size of the differences where the recorded depth is at hand.
         """
-        if self.record.depth_sha256 is None:  # schema 0
-            same = tuple(completion.outcomes.values()) == self.record.outcomes
-            return () if same else (f"The blocks did not come out as recorded{self._because()}.",)
         if self.record.depth_sha256 == array_sha256(completion.depth):
             return ()
         if self._depth is None:
@@ -278,7 +273,7 @@ def _recorded_frame(
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
         intrinsics=inputs.intrinsics,
-        name=record.name or None,
+        name=record.name,
         beside=False,
         warn=False,
     )

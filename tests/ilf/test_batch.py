@@ -306,7 +306,14 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
         (folder / "frame.json").write_text(json.dumps(sound | odd))
         record = read_frame_record(folder)
         assert not (record.is_whole(folder) and record.is_of(frames_in(source)[0]))
+    for schema in (0, 2, None):
+        (folder / "frame.json").write_text(json.dumps(sound | {"schema": schema}))
+        assert read_frame_record(folder) is None
     settings = json.loads((out / "batch.json").read_text())
+    for schema in (0, 2, None):
+        (out / "batch.json").write_text(json.dumps(settings | {"schema": schema}))
+        with pytest.raises(FormatError, match=r"batch\.json has schema .* reads schema 1 only"):
+            read_settings(out)
     for levels in ([10**400, 1], [1.0, None], [1.0], "ab"):
         (out / "batch.json").write_text(json.dumps(settings | {"levels": levels}))
         with pytest.raises(FormatError, match="not of a batch"):

@@ -232,7 +232,7 @@ def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
     assert Path("plain/run.json").read_bytes() == Path("name/run.json").read_bytes()
     assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
     Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
-    assert "Install a newer" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
+    assert "reads schema 1 only" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
     assert "--ground-truth" in fails(
         capsys, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
     )

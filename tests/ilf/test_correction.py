@@ -410,9 +410,7 @@ def test_a_small_frame_is_looked_at_large_enough_to_come_out_the_same_every_time
     assert [one.shape[2:] for one in seen] == [(LEAST_SIDE, 96)] * 2
 
 
-def test_presets_of_the_paper_and_older_parameters_are_not_corrected() -> None:
+def test_presets_of_the_paper_are_not_corrected() -> None:
     assert ilf.preset("best").correction
     assert not ilf.preset("paper").correction
     assert not ilf.preset("released-code").correction
-    older = {name: value for name, value in ilf.preset("best").to_dict().items() if name != "correction"}
-    assert not ilf.Parameters.from_dict(older).correction

@@ -20,7 +20,6 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth_reading import decoded
 from ilf.io.encodings import ENCODINGS, MEANINGS, encoding_of, encoding_of_inputs
-from ilf.run.record import inputs_to_dict
 from ilf.run.record_file import parsed_inputs, read_record
 from ilf.sources.frame_source import FrameSource
 
@@ -387,20 +386,18 @@ def test_meta_json_says_it_and_what_is_given_goes_first(tmp_path, save):
         ilf.load_frame(tmp_path)
 
 
-def test_a_record_keeps_the_encoding_in_place_of_units():
+def test_a_record_keeps_encoding_and_invalid_value():
     file = InputFile("a.png", "0" * 64)
     for inputs in (
         FrameInputs(file, file, 1000.0, None),
         FrameInputs(file, file, 1000.0, None, encoding="sun", invalid=8.0),
         FrameInputs(file, file, 5000.0, None, invalid=65535.0),
     ):
-        data = inputs_to_dict(inputs)
-        assert ("depth_units" in data) != ("encoding" in data)
-        assert ("invalid" in data) == (inputs.invalid is not None)
-        assert parsed_inputs(Section("inputs", json.loads(json.dumps(data)))) == inputs
+        data = json.loads(json.dumps(dataclasses.asdict(inputs)))
+        assert parsed_inputs(Section("inputs", data)) == inputs
     assert encoding_of_inputs(inputs).text == "5000 units per metre, 65535 is missing"
     with pytest.raises(FormatError, match="no depth encoding 'later'"):
-        parsed_inputs(Section("inputs", inputs_to_dict(dataclasses.replace(inputs, encoding="later"))))
+        parsed_inputs(Section("inputs", dataclasses.asdict(dataclasses.replace(inputs, encoding="later"))))
 
 
 def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monkeypatch):

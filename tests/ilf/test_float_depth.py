@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import sys
@@ -23,7 +24,6 @@ from ilf.io.companions import load_guide
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
 from ilf.io.float_images import read_exr
-from ilf.run.record import inputs_to_dict
 from ilf.run.record_file import parsed_inputs
 
 H, W = 24, 32
@@ -131,7 +131,7 @@ def test_disparity_becomes_depth(save, tmp_path):
 
 def test_records_keep_disparity(save):
     frame = ilf.load_frame(*save("disparity.pfm", pfm(METRES)), encoding="disparity:5")
-    assert parsed_inputs(Section("record", inputs_to_dict(frame.inputs))) == frame.inputs
+    assert parsed_inputs(Section("record", dataclasses.asdict(frame.inputs))) == frame.inputs
 
 
 def _npy(values: np.ndarray) -> bytes:

@@ -42,7 +42,6 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> Non
     names = {
         "of a living process": f"{ours}.json",
         "of another computer": ours.replace("-", "-elsewhere.", 1),
-        "of an earlier version": f".ilf-{'0' * 16}.ilf",
     }
     for age in (0.9, 1.1):
         folder = tmp_path / f"{age} days"

@@ -108,13 +108,3 @@ def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
 @pytest.mark.parametrize("beyond", [ROOM, 6.0 - RISING / 2], ids=["flat", "falling"])
 def test_holes_whose_rims_do_not_rise_to_the_reach_are_no_such_holes(beyond: np.ndarray) -> None:
     assert beyond_reach(_frame(beyond, FAR), find_blocks(LABELS)[2]) is None
-
-
-def test_a_record_from_before_has_neither() -> None:
-    older = {
-        name: value for name, value in ilf.preset("best").to_dict().items() if name not in ("own_word", "out_of_range")
-    }
-    parameters = ilf.Parameters.from_dict(older)
-    assert not parameters.own_word
-    assert not parameters.out_of_range
-    assert parameters.replace(own_word=True, out_of_range=True) == ilf.preset("best")

@@ -9,7 +9,7 @@ import pytest
 
 import ilf
 from ilf.data.declarations import ParameterSet
-from ilf.data.parameters import PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
+from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
 
 SETS = [Parameters, BlockParameters]
@@ -128,7 +128,7 @@ def test_values_that_are_on_or_off_are_called_so() -> None:
 
 def test_replace_and_records_take_values_without_effect() -> None:
     assert ilf.preset().replace(padding=3).padding == 3
-    assert Parameters.from_dict({"filter": "edge-aware", "padding": 3}).padding == 3
+    assert Parameters.from_dict(ilf.preset().to_dict() | {"padding": 3}).padding == 3
 
 
 @pytest.mark.parametrize("set_class", SETS)
@@ -138,20 +138,18 @@ def test_what_matters_is_what_has_an_effect(set_class: type[ParameterSet]) -> No
             assert parameters.matters(name) == (not parameters.without_effect([name]))
 
 
-def test_what_a_record_does_not_name_has_the_values_of_the_paper() -> None:
-    """Older versions wrote records without names that are younger, and these were the defaults."""
-    assert Parameters.from_dict({}) == PRESETS["paper"]
-    assert Parameters.from_dict(PRESETS["best"].to_dict()) == PRESETS["best"]
-    assert BlockParameters.from_dict({}) == PAPER_BLOCKS
-    assert Parameters.from_dict({"filter": "edge-aware"}).edges == "combined"
+@pytest.mark.parametrize("set_class", SETS)
+def test_what_is_made_of_stored_values_needs_all_of_them(set_class: type[ParameterSet]) -> None:
+    values = set_class().to_dict()
+    first, *others = values
+    with pytest.raises(ParameterError, match=f"There is no value for {first}"):
+        set_class.from_dict({name: values[name] for name in others})
 
 
-@pytest.mark.parametrize("name", ["hed", "network", "combined"])
-def test_a_choice_has_its_older_names_too(name: str) -> None:
-    assert ilf.preset(edges=name) == ilf.preset()
-    assert Parameters(edges=name).edges == "combined"
-    with pytest.raises(ParameterError, match="edges must be one of rgbd, combined, canny, not 'depth'"):
-        ilf.preset(edges="depth")
+@pytest.mark.parametrize("name", ["hed", "network", "depth"])
+def test_a_choice_has_one_name(name: str) -> None:
+    with pytest.raises(ParameterError, match=f"edges must be one of rgbd, combined, canny, not '{name}'"):
+        ilf.preset(edges=name)
     with pytest.raises(ParameterError, match="one of rgbd, combined, canny"):
         ilf.preset(edges=["hed"])
 

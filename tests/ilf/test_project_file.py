@@ -66,7 +66,7 @@ def work(tmp_path):
 def test_a_project_comes_back_as_it_was(work):
     folder, project, filed, made = work
     with open_project(folder / "room.ilf") as opened:
-        assert (opened.problems, opened.read_only) == ((), "")
+        assert opened.problems == ()
         assert opened.project == project
         for wanted in (filed, made):
             found = opened.state(wanted.id)
@@ -326,21 +326,55 @@ def test_members_are_found_without_the_directory(work):
         assert_same(made, opened.state("b2").state)
 
 
-def test_a_newer_schema_is_opened_but_not_replaced(work):
-    folder, project, filed, _ = work
+def with_schema(part, schema):
+    """A change of parts, for `rewritten`."""
+
+    def change(parts):
+        return parts | {part: json.dumps(json.loads(parts[part]) | {"schema": schema}).encode()}
+
+    return change
+
+
+@pytest.mark.parametrize("schema", [0, 2, None])
+def test_another_schema_is_neither_opened_nor_replaced(work, schema):
+    folder, project, _, _ = work
+    path = folder / "room.ilf"
+    rewritten(path, with_schema("project.json", schema))
+    content = path.read_bytes()
+    with pytest.raises(FormatError, match=r"room\.ilf has schema .* reads schema 1 only\. Open it with the version"):
+        open_project(path)
+    with pytest.raises(ExportError, match=r"is not replaced\. The project has schema"):
+        save_project(path, project)
+    assert path.read_bytes() == content
+
+
+def test_a_frame_of_another_schema_is_opened_from_its_source(work):
+    folder, _, filed, made = work
+    rewritten(folder / "room.ilf", with_schema(frame_part("a1"), 2))
+    with open_project(folder / "room.ilf") as opened:
+        found = opened.state("a1")
+        assert "has schema 2" in found.problems[0]
+        assert_same(filed.frame.measured, found.state.frame.measured)
+        assert_same(made, opened.state("b2").state)
+
+
+def test_work_that_lacks_something_is_told_of(work):
+    folder, project, _, _ = work
     path = folder / "room.ilf"
 
-    def newer(parts):
-        data = json.loads(parts["project.json"]) | {"schema": 2, "wonders": [1]}
-        return parts | {"project.json": json.dumps(data).encode()}
+    def lacking(parts):
+        data, state = json.loads(parts["project.json"]), json.loads(parts[frame_part("a1")])
+        del data["parameters"]["correction"], data["given"], state["looked"], state["notes"]["reasons"]
+        return parts | {"project.json": json.dumps(data).encode(), frame_part("a1"): json.dumps(state).encode()}
 
-    rewritten(path, newer)
+    rewritten(path, lacking)
     with open_project(path) as opened:
-        assert "newer version" in opened.read_only
-        assert_same(filed, opened.state("a1").state)
-        with pytest.raises(ExportError, match="another name"):
-            save_project(path, project, base=[opened.parts])
-        save_project(folder / "other.ilf", project, base=[opened.parts], places=opened.places)
+        assert len(opened.problems) == 2
+        assert opened.project.common == ilf.preset()
+        assert opened.project.frames == project.frames
+        told = " ".join(opened.state("a1").problems)
+        assert "'looked'" in told
+        assert "'reasons'" in told
 
 
 def test_what_is_no_project_is_refused(tmp_path):

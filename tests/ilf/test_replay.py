@@ -257,17 +257,6 @@ def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
     assert "By how much cannot be said" in verdict
 
 
-def test_the_verdict_on_an_old_record_goes_by_its_outcomes(tmp_path):
-    path = written(small_run(tmp_path), tmp_path / "out")
-    data = json.loads(path.read_text())
-    del data["schema"]
-    path.write_text(json.dumps(data))
-    again = replay(path)
-    assert again.verdict(again.run.complete()) == ()
-    again = replay(changed(path, "blocks_outcome", 0, "iterations", 1))
-    assert again.verdict(again.run.complete()) == ("The blocks did not come out as recorded.",)
-
-
 def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks_outcome", 0, "label", 77)
     with pytest.raises(InputError, match=r"\[77\]"):

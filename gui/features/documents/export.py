@@ -60,7 +60,7 @@ def stored_options() -> ExportOptions:
         try:
             return ExportOptions(**json.loads(str(stored)))
         except (ValueError, TypeError, RecursionError):
-            # written by another version or by hand: the defaults are as good a start
+            # damaged: the defaults are as good a start
             QSettings().remove(_OPTIONS_KEY)
     return ExportOptions()
 

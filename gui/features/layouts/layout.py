@@ -59,9 +59,9 @@ class Arrangement:
             str(values["views"]),
             {str(cell): str(content) for cell, content in values["contents"].items()},
             None if values["panels"] is None else tuple(str(title) for title in values["panels"]),
-            places if values.get("seal") == zlib.crc32(places) else b"",
-            _two(values.get("sides", ("", ""))),
-            bool(values.get("cloud_beside", False)),
+            places if values["seal"] == zlib.crc32(places) else b"",
+            _two(values["sides"]),
+            bool(values["cloud_beside"]),
         )
 
 

@@ -97,7 +97,7 @@ class Opening(QObject):
         if opened is None:
             present.take(None)
         else:
-            why = _why_read_only(opened) or read_only
+            why = _why_not_written(opened.path) or read_only
             present.take(opened.path, opened.project, why, Set.of(opened.project))
         self._show(project)
         self._record("" if opened is None else str(opened.path))
@@ -115,7 +115,7 @@ class Opening(QObject):
         store = self._desk.store
         store.project, store.places = opened.parts, opened.places
         self._fill(opened.project)
-        self._present.take(opened.path, opened.project, _why_read_only(opened))
+        self._present.take(opened.path, opened.project, _why_not_written(opened.path))
         self._show(opened.project)
         self._record(str(opened.path))
         self.opened.emit(opened)
@@ -145,11 +145,6 @@ def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
     entry.set_summary(frame.summary)
     entry.set_unsaved(unsaved)
     return entry
-
-
-def _why_read_only(opened: OpenedProject) -> str:
-    """Why it cannot be saved in its place; "" if nothing is known against that."""
-    return opened.read_only or _why_not_written(opened.path)
 
 
 def _why_not_written(path: Path) -> str:

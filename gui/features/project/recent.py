@@ -133,14 +133,13 @@ def _origin(entry: Section) -> Origin:
         return Path(entry.get("file", str))
 
     def get(key: str, kind: type[T]) -> T | None:
-        """Null where entries of before had no such key, too."""
-        found: T | None = entry.get(key, kind, type(None)) if key in entry.values else None
+        found: T | None = entry.get(key, kind, type(None))
         return found
 
     is_numbers = isinstance(entry.get("camera", str, list, type(None)), list)
     return FrameSource(
         entry.get("rgb", str),
-        entry.get("depth", str, type(None)),
+        get("depth", str),
         get("units", float),
         tuple(entry.items("camera", float)) if is_numbers else get("camera", str),
         get("truth", str),

@@ -48,7 +48,7 @@ class ViewState(QObject):
         if view.get(_LAYOUT) in LAYOUTS:
             views.set_layout(str(view[_LAYOUT]))
         for cell, content in contents.items() if isinstance(contents, Mapping) else ():
-            with contextlib.suppress(ValueError):  # of another version of the program
+            with contextlib.suppress(ValueError):  # there is no such content
                 views.set_content(str(cell), str(content))
         if isinstance(sides, list) and len(sides) == 2:
             with contextlib.suppress(ValueError):
