@@ -320,13 +320,13 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     qtbot.waitUntil(lambda: not opened.workspace.session.unsaved, timeout=WAIT_MS)
     assert path.read_bytes() != other
 
-    # it comes from a newer program
-    _change_project(path, schema=99)
+    # it is write-protected
     told: list[str] = []
+    monkeypatch.setattr("gui.features.project.opening._why_not_written", lambda path: "It is write-protected.")
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     before = path.read_bytes()
     open_project(opened, qtbot, path)
-    assert any("newer version" in text for text in told)
+    assert told == ["It is write-protected."]
     opened.workspace.edit_info(1, "Rename", name="Wall")
     opened.actions_["save_project"].trigger()
     dialog = opened.findChild(SaveAsDialog)
@@ -335,6 +335,15 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     assert dialog.chosen() == tmp_path / "other.ilf"
     dialog.accept()
     qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy, timeout=WAIT_MS)
+    assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
+
+    # it is of another schema
+    _change_project(path, schema=99)
+    before = path.read_bytes()
+    monkeypatch.setattr(QMessageBox, "open", lambda box: told.append(box.text()))
+    opened.documents.open_paths([path])
+    qtbot.waitUntil(lambda: len(told) == 2, timeout=WAIT_MS)
+    assert "p.ilf has schema 99" in told[1]
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
 
