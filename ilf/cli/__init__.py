@@ -1,4 +1,4 @@
-"""The command line: `ilf complete`, `blocks`, `info`, `judge` and the others (`commands`); no Qt."""
+"""The command line: `ilf complete`, `blocks`, `info`, `evaluate` and the others (`commands`); no Qt."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 if all is well, 1 after an error, 2 for wrong usage, 130 if interrupted, 143 and 129 if ended by
-        SIGTERM or SIGHUP. Whatever goes wrong is one line on stderr; nothing that was being written is left half done.
+        Exit status, one of `usage.EXIT_STATUSES`. Whatever goes wrong is one line on stderr; nothing that was being
+        written is left half done.
     """
     serve_as_child()
     try:

@@ -14,7 +14,7 @@ import pytest
 from onnx import helper, numpy_helper
 
 from ilf._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
-from ilf.cli import main, parsing
+from ilf.cli import main, parsing, usage
 from ilf.data.declarations import ParameterSet, declare
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.segmentation.edges.detectors import load_model
@@ -284,6 +284,6 @@ def test_a_parameter_takes_the_name_of_a_network_that_may_be_missing_here() -> N
     for wrong in ("", "x" * 101, 3, None):
         with pytest.raises(ParameterError, match="model must be a text of 1 to 100 characters"):
             Chosen(model=wrong)
-    parser = parsing.Parser()
+    parser = usage.Parser()
     parsing.add_parameters(parser, Chosen, "t")
     assert parsing.given_parameters(parser.parse_args(["--model", "mine"]), Chosen) == {"model": "mine"}
