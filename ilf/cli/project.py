@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import os
 import secrets
 import sys
@@ -14,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from .._runtime.schema import plain
 from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, likeness
 from ..data.results import Completion
@@ -30,7 +28,7 @@ from ..sources.frame_source import FrameSource
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, fitting
-from .output import table, warn
+from .output import print_json, table, warn
 from .parsing import add_look_in, add_reading, reading_of
 from .run_output import RunProgress
 from .usage import Parser, UsageError, add_progress
@@ -101,32 +99,30 @@ def _run_row(run: RunFacts) -> list[str]:
 
 
 def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
-    """The same, ready for JSON."""
-    return plain(
-        {
-            "path": str(opened.path),
-            "bytes": opened.path.stat().st_size,
-            "parts": len(opened.parts.names()),
-            "embedded": opened.read.embedded,
-            "problems": opened.problems,
-            "present": opened.project.present,
-            "for_all": opened.project.for_all,
-            "parameters": opened.project.common.to_dict(),
-            "frames": [
-                {
-                    "id": fact.frame.id,
-                    "name": fact.frame.name,
-                    **dataclasses.asdict(fact.frame.summary),
-                    "has_state": fact.frame.has_state,
-                    "bytes": fact.size,
-                    "sources": fact.sources,
-                    "runs": [dataclasses.asdict(run) for run in fact.runs],
-                    "problems": fact.problems,
-                }
-                for fact in facts
-            ],
-        }
-    )
+    """The same for JSON."""
+    return {
+        "path": str(opened.path),
+        "bytes": opened.path.stat().st_size,
+        "parts": len(opened.parts.names()),
+        "embedded": opened.read.embedded,
+        "problems": opened.problems,
+        "present": opened.project.present,
+        "for_all": opened.project.for_all,
+        "parameters": opened.project.common.to_dict(),
+        "frames": [
+            {
+                "id": fact.frame.id,
+                "name": fact.frame.name,
+                **dataclasses.asdict(fact.frame.summary),
+                "has_state": fact.frame.has_state,
+                "bytes": fact.size,
+                "sources": fact.sources,
+                "runs": [dataclasses.asdict(run) for run in fact.runs],
+                "problems": fact.problems,
+            }
+            for fact in facts
+        ],
+    }
 
 
 def _parameters_text(parameters: Parameters) -> str:
@@ -219,7 +215,7 @@ def run_info(arguments: argparse.Namespace) -> None:
     with _opened(arguments) as opened:
         facts = [frame_facts(opened, frame) for frame in opened.project.frames]
         if arguments.json:
-            print(json.dumps(facts_as_json(opened, facts), indent=2, allow_nan=False))
+            print_json(facts_as_json(opened, facts))
         else:
             print_facts(opened, facts)
 
