@@ -119,8 +119,8 @@ def test_a_line_that_parts_nothing_says_so(editing: MainWindow) -> None:
     said: list[str] = []
     editing.editor.message.connect(said.append)
     editing.actions_["tool_split"].trigger()
-    drag(editing, [(45, 20), (52, 20)])
-    assert "boundary to boundary" in said[0]
+    drag(editing, [(-3, 10), (-3, 40)])
+    assert said == ["The line crosses no block."]
     assert editing.workspace.session.undo_stack.count() == 0
 
 

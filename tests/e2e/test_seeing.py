@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
@@ -12,7 +13,11 @@ from gui.app.main_window import MainWindow
 from ilf import preset
 
 
-def test_shuffled_colours_are_one_step_and_all_others(opened: MainWindow) -> None:
+@pytest.mark.parametrize("start", [1, 2, 500])
+def test_shuffled_colours_are_one_step_and_all_others(
+    opened: MainWindow, start: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("random.randrange", lambda *_: start)  # blocks 1 and 2 have the first two colours
     session = opened.workspace.session
     before = {label: session.info(label).colour for label in session.counts()}
     opened.actions_["shuffle_colours"].trigger()

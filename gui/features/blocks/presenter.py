@@ -152,11 +152,14 @@ class BlocksPresenter(QObject):
             return
         session = self._workspace.session
         labels = list(session.counts())
+        in_use = {session.info(label).colour for label in labels}
         start = random.randrange(1, _COLOURS)
         numbers = random.sample(range(start, start + len(labels)), len(labels))
+        more = range(start + len(labels), start + 2 * len(labels))
+        unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
         session.undo_stack.beginMacro("Shuffle colours")
-        for label, number in zip(labels, numbers, strict=True):
-            self._workspace.edit_info(label, "Recolour block", colour=block_colour(number))
+        for label, colour in zip(labels, unused, strict=False):
+            self._workspace.edit_info(label, "Recolour block", colour=colour)
         session.undo_stack.endMacro()
 
     def _recolour(self, label: int, colour: QColor) -> None:
