@@ -152,6 +152,15 @@ def test_guide_is_resized_only_to_its_own_aspect() -> None:
         frame_with_hole(guide=truth()[:, :90])
 
 
+def test_larger_guide_is_averaged_and_smaller_one_interpolated() -> None:
+    values = np.arange(24.0).reshape(4, 6) + 1
+    in_corners = np.kron(values, np.pad([[16.0]], (0, 3))).astype(np.float32)
+    in_corners[in_corners == 0] = 1e-9  # zero stands for nothing
+    np.testing.assert_allclose(Guide(in_corners).of_size((4, 6)).values, values, rtol=1e-6)
+    larger = Guide(values).of_size((16, 24)).values
+    np.testing.assert_allclose(np.diff(larger[:, 2:-2]), 0.25, rtol=1e-5)
+
+
 @pytest.mark.parametrize("values", [np.zeros((4, 4)), np.full((4, 4), 3.0), np.full((4, 4), np.nan)])
 def test_guide_that_says_nothing_is_refused(values) -> None:
     with pytest.raises(InputError, match="says nothing"):

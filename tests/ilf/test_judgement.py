@@ -201,7 +201,12 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     own = QUICK.replace(max_iterations=5)
     values = {"shortest_wavelength": [100, 15], "centred": [False, True]}
     sweep = Sweep(replace(run, own={2: own}), values, HiddenTest("random", (0,)), only=[2])
-    result = run_sweep(sweep)
+    items: list[Step | SweepPoint] = []
+    result = run_sweep(sweep, on_step=items.append)
+    shares = [item.share for item in items if isinstance(item, Step)]
+    assert shares[0] == 0
+    assert shares[-1] == pytest.approx(1)
+    assert all(one <= two + 1e-9 for one, two in pairwise(shares))
     assert [tuple(point.values.values()) for point in result.points] == [
         (100.0, False), (100.0, True), (15.0, False), (15.0, True),
     ]  # fmt: skip
