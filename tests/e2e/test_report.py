@@ -92,6 +92,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     assert not shown
 
     opened.actions_["report"].trigger()
+    assert dialog.scope.currentData() == ALL_FRAMES, "as it was chosen the last time"
     dialog.opens.setChecked(True)
     pdf = tmp_path / "paper.pdf"
     choose(pdf)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
 from gui.base.commands import WHY_NOT, entries_of
-from gui.features.palette.matching import match
+from gui.features.palette.matching import RecentCommands, match
 from gui.features.palette.palette import CommandPalette
 
 _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
@@ -38,6 +38,16 @@ def test_letters_find_what_they_begin_or_stand_in(query: str, best: str) -> None
 def test_letters_that_are_left_over_or_in_another_order_do_not_fit() -> None:
     assert match("runx", "Run all blocks") is None
     assert match("nur", "Run") is None
+
+
+def test_commands_are_remembered_once_each_the_last_one_first() -> None:
+    recent = RecentCommands(remembers=True)
+    for key in ("run", "undo", "export", "undo"):
+        recent.note(key)
+    for known in (recent, RecentCommands(remembers=True)):
+        assert [known.rank(key) for key in ("undo", "export", "run", "quit")] == [0, 1, 2, 3]
+        assert "run" in known
+        assert "quit" not in known
 
 
 @pytest.fixture
