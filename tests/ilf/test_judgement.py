@@ -127,8 +127,8 @@ def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
 @pytest.mark.parametrize("steps", [lambda run: hidden_steps(run, HiddenTest(seeds=(0,))), truth_steps])
 def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, monkeypatch):
     clock = SimpleNamespace(perf_counter=lambda: 100.0)
-    for module in (ilf.judgement.hidden, ilf.judgement.against_truth):
-        monkeypatch.setattr(module, "time", clock)
+    for module in ("hold_out", "ground_truth"):
+        monkeypatch.setattr(f"ilf.evaluation.{module}.time", clock)
     going = steps(run)
     next(going)
     clock.perf_counter = lambda: 102.5
