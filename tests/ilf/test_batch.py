@@ -340,6 +340,9 @@ def test_previews_share_their_colours(source, tmp_path, in_this_process):
     assert read_preview(out / frames[0].folder).shape == (24, 96, 3)
     sheet = cv2.imread(str(out / "contact-sheet.png"))
     assert sheet.shape == (128, 1184, 3)
+    for number, frame in enumerate(frames):
+        shown = sheet[8:104, 8 + 392 * number :][:, :384, ::-1].astype(int)  # four times as large, and BGR
+        assert np.abs(shown[2::4, 2::4] - read_preview(out / frame.folder)).mean() < 10
     import av
 
     with av.open(str(out / "video.mp4")) as video:

@@ -1,5 +1,6 @@
 """The command line: what it writes, that replays are exact, and that errors are one line."""
 
+import argparse
 import ast
 import errno
 import json
@@ -39,6 +40,21 @@ def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_small_frame(tmp_path / "in")
     return ["in/rgb.png", "in/depth.png"]
+
+
+def parsers_of(parser):
+    """A parser, and those of all commands and actions below it."""
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from parsers_of(below)
+
+
+def test_no_option_can_be_shortened():
+    parsers = list(parsers_of(build_parser()))
+    assert "ilf project new" in {parser.prog for parser in parsers}
+    assert [parser.prog for parser in parsers if parser.allow_abbrev] == []
 
 
 def contents(folder):
