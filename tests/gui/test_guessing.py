@@ -11,7 +11,6 @@ import pytest
 
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
-from ilf import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import Completion, IterationRecord
 from ilf.segmentation.editing.cleaning import merge
@@ -70,7 +69,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
 def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
 
-    def nothing(frame: RGBDFrame, completion: Completion, extraction: object, _: bool) -> Iterator[IterationRecord]:
+    def nothing(completion: Completion, extraction: object, _: bool) -> Iterator[IterationRecord]:
         asked.append(extraction)
         yield record(1)
 
@@ -173,7 +172,7 @@ def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monke
     bench.script.notes = ("The network is gone.",)
     _run_with_a_gap(bench, until)
 
-    def noted(frame: RGBDFrame, completion: Completion, *_: object) -> Generator[IterationRecord, None, Completion]:
+    def noted(completion: Completion, *_: object) -> Generator[IterationRecord, None, Completion]:
         yield record(1)
         return replace(completion, guessed=~completion.filled, notes=(*completion.notes, "Another network is gone."))
 

@@ -333,12 +333,6 @@ def test_a_flag_that_has_no_effect_is_refused(flags, sentence, files, capsys):
         assert sentence in fails(capsys, "blocks", *files, "--out", "b.png", *flags, status=2)
 
 
-def test_edges_of_the_filter_have_their_older_name_too(files):
-    for name in ("hed", "combined"):
-        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", name, *QUICK, "--edges", name]) == 0
-    assert contents("hed") == contents("combined")
-
-
 def test_the_filter_follows_the_flags_of_the_extraction(files):
     """The same blocks, other edges: what the library gives with that extraction."""
     labels, mask = np.ones((60, 80), np.int32), np.zeros((60, 80), np.uint8)
@@ -500,9 +494,7 @@ def document(capsys, *words):
 def test_complete_prints_one_json_document(files, capsys):
     how = ["complete", *files, "--no-cloud", "--out", "out", *QUICK, "--blocks-existence-rate", "0.95"]
     found = document(capsys, *how)
-    run = ilf.Run.extracted(
-        ilf.load_frame(*files), ilf.BlockParameters(existence_rate=0.95), ilf.preset(max_iterations=25)
-    )
+    run = ilf.Run.of(ilf.load_frame(*files), existence_rate=0.95, max_iterations=25)
     completion = run.complete()
     assert (found["frame"], found["width"], found["height"]) == (run.frame.name, 80, 60)
     assert found["recovered"] == np.count_nonzero(completion.filled & run.frame.missing)

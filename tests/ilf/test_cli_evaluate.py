@@ -142,9 +142,7 @@ def test_evaluate_prints_one_json_document(files, capsys):
     assert (found["against"], found["pattern"], found["seeds"]) == ("ground truth", None, [])
     frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
     for result, name in zip(found["results"], ("best", "paper"), strict=True):
-        judgement = judge_completion(
-            frame, ilf.Run.extracted(frame, parameters=ilf.preset(name, max_iterations=25)).complete()
-        )
+        judgement = judge_completion(frame, ilf.Run.of(frame, preset=name, max_iterations=25).complete())
         assert (result["name"], result["errors"]["rmse_m"]) == (name, judgement.rmse)
         assert [block["label"] for block in result["blocks"]] == [1, 2]
     assert main(["evaluate", *files, "--hold-out", "random", "--seeds", "2", *QUICK, "--json"]) == 0

@@ -9,7 +9,7 @@ import pytest
 
 from ilf.completion.correction_network import CHANNELS
 from ilf.errors import InputError
-from ilf.lab.training.correction.lesson import SampleFolder, read_sample, varied
+from ilf.lab.training.correction.samples import SampleFolder, read_sample, varied
 
 SHAPE = (24, 32)
 

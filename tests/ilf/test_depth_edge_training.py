@@ -9,7 +9,7 @@ import pytest
 
 from ilf.data.pixel_grids import apart, mark
 from ilf.errors import InputError
-from ilf.lab.training.depth_edges.lesson import LineScore
+from ilf.lab.training.depth_edges.measures import LineScore
 from ilf.lab.training.depth_edges.pictures import PictureFolder, random_sample, read_picture, sample_of
 from ilf.segmentation.edges.depth_edges import CHANNELS
 

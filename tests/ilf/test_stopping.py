@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf import RGBDFrame, Run, extract_blocks, write
+from ilf import RGBDFrame, Run, extract_blocks
 from ilf._runtime import temporary_files as being_written
 from ilf._runtime.cancellation import check_stopped, heed, heeding, present_wishes, taking
 from ilf._runtime.files import write_bytes
@@ -20,6 +20,7 @@ from ilf._runtime.threads import SLICE_S, side_by_side
 from ilf.completion.completion import CompletionRun
 from ilf.data.parameters import preset
 from ilf.errors import Cancelled
+from ilf.run.writing import write
 
 
 @pytest.fixture

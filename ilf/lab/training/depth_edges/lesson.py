@@ -7,15 +7,14 @@ from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
 from ....segmentation.edges.depth_edges import CHANNELS, COARSE, LOG_SPREADS
 from ..trainer import Arrays, Lesson, write_onnx
+from .measures import LineScore
 from .model import DepthEdgeModel
 from .pictures import PictureFolder, less_known, random_sample, read_picture, sample_of
 
@@ -71,71 +70,6 @@ def at_quarter(values: Tensor) -> Tensor:
 def _where_missing(features: Tensor) -> Tensor:
     known = features[:, CHANNELS.index("known")][:, None]
     return 1 - (1 - KNOWN_WEIGHT) * known
-
-
-# How well lines are found: average precision and best F over thresholds, with a pixel or two of tolerance.
-
-THRESHOLDS = np.linspace(0.02, 0.98, 33)
-
-
-class LineScore:
-    """Counts over pictures of what is found of true lines, and of what is found wrongly.
-
-    Parameters
-    ----------
-    tolerance : int
-        How far [px] a line may be off, in rows and columns.
-    """
-
-    def __init__(self, tolerance: int = 1) -> None:
-        self._square = np.ones((2 * tolerance + 1,) * 2, np.uint8)
-        # found and right, found, true and found, true
-        self._counts = np.zeros((4, THRESHOLDS.size), np.int64)
-
-    def add(self, strength: NDArray[np.float32], truth: NDArray[np.bool_], where: NDArray[np.bool_]) -> None:
-        """Count one picture, of which only some pixels count; neighbours of these may be matched with."""
-        ridge = _ridges(strength)
-        near_truth = cv2.dilate(truth.view(np.uint8), self._square) > 0
-        true = truth & where
-        for k, threshold in enumerate(THRESHOLDS):
-            line = ridge & (strength >= threshold)
-            near_line = cv2.dilate(line.view(np.uint8), self._square) > 0
-            found = line & where
-            self._counts[:, k] += [np.count_nonzero(one) for one in (found & near_truth, found, true & near_line, true)]
-
-    @property
-    def true(self) -> int:
-        """Pixels of true lines that have been counted."""
-        return int(self._counts[3, 0])
-
-    @property
-    def precision_recall(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Both at each of `THRESHOLDS`; where nothing is found, all of it is right."""
-        right, found, seen, true = self._counts
-        return np.where(found > 0, right / np.maximum(found, 1), 1.0), seen / np.maximum(true, 1)
-
-    @property
-    def average_precision(self) -> float:
-        """Area under precision over recall; what is beyond the largest recall counts 0."""
-        precision, recall = self.precision_recall
-        order = np.argsort(recall, kind="stable")
-        best = np.maximum.accumulate(precision[order][::-1])[::-1]
-        return float(np.sum(np.diff(recall[order], prepend=0) * best))
-
-    @property
-    def best_f(self) -> float:
-        """Largest harmonic mean of precision and recall."""
-        precision, recall = self.precision_recall
-        return float(np.max(2 * precision * recall / np.maximum(precision + recall, 1e-9)))
-
-
-def _ridges(strength: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels as strong as both neighbours along their row or their column."""
-    padded = np.pad(strength, 1, constant_values=-1)
-    centre = padded[1:-1, 1:-1]
-    along_row = (centre >= padded[1:-1, :-2]) & (centre > padded[1:-1, 2:])
-    along_column = (centre >= padded[:-2, 1:-1]) & (centre > padded[2:, 1:-1])
-    return along_row | along_column
 
 
 # The trained model as ONNX: colour and depth features in, probabilities of lines and coarse depth out.
