@@ -4,7 +4,7 @@
     completion = ilf.complete(frame)
     completion.save("room-done")
 
-Names are imported when they are first used, from where `__init__.pyi` says: all of them take a second.
+Names are imported on first use, from the modules listed in `__init__.pyi`: importing all of them takes a second.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""`python -m ilf`: the command line, where the `ilf` command is not on the path."""
+"""`python -m ilf`: the command line, for when the `ilf` command is not on the path."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Errors that a user can act on. Every message says what is wrong and what to do about it."""
+"""Errors that a user can act on. Every message states what is wrong and what to do about it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import warnings
 _LONGEST = 1500
 _CAUSES = {
     errno.EFBIG: "the file would be larger than its drive or a limit (ulimit -f) allows",
-    errno.EINVAL: "the drive does not take it",
-    errno.ELOOP: "symbolic links lead in a circle",
+    errno.EINVAL: "the drive does not support it",
+    errno.ELOOP: "symbolic links form a loop",
     errno.EMFILE: "this process has too many files open",
     errno.ENAMETOOLONG: "the name is too long",
     errno.ENFILE: "the machine has too many files open",
@@ -22,14 +22,14 @@ _CAUSES = {
 
 
 class IlfError(Exception):
-    """Base of all errors that this library raises on purpose. Its text is one line, whatever a file has put into it."""
+    """Base of all errors that this library raises on purpose. Its text is one line, even if it quotes a file."""
 
     def __str__(self) -> str:
         return one_line(super().__str__())
 
 
 def one_line(text: str) -> str:
-    """Text of anyone's as one line of moderate length that a terminal shows and does not obey.
+    """Make any text one line of moderate length, with control characters escaped for terminals.
 
     Examples
     --------
@@ -43,12 +43,12 @@ def one_line(text: str) -> str:
 
 
 def cause(error: Exception) -> str:
-    """What went wrong, in words and without the number and the path that the system adds.
+    """Describe an error in words, without the number and the path that the system adds.
 
     Examples
     --------
     >>> cause(OSError(errno.ELOOP, "Too many levels of symbolic links", "a/b"))
-    'symbolic links lead in a circle'
+    'symbolic links form a loop'
     """
     if isinstance(error, OSError) and error.errno is not None:
         return _CAUSES.get(error.errno) or error.strerror or "the system gives no reason"
@@ -56,14 +56,14 @@ def cause(error: Exception) -> str:
 
 
 def in_words(error: Exception) -> str:
-    """What to tell of an error that has no sentence of its own around it: for one of the system, the path and why."""
+    """Describe an error that is printed without a sentence around it: for a system error, its path and its cause."""
     if isinstance(error, OSError) and error.errno is not None and error.filename is not None:
         return f"{error.filename}: {cause(error)}"
     return cause(error)
 
 
 def _shown(character: str) -> str:
-    """A character, or how Python writes it if it is for controlling a terminal or the half of one."""
+    """Return a character, or its Python escape if it is a control character or half of a surrogate pair."""
     is_shown = unicodedata.category(character) not in {"Cc", "Cs"}
     return character if is_shown else character.encode("unicode_escape").decode("ascii")
 
@@ -73,7 +73,7 @@ class InputError(IlfError):
 
 
 class FormatError(InputError):
-    """A file is not what its name says, is truncated, or has a format that is not supported."""
+    """A file does not match its suffix, is truncated, or has an unsupported format."""
 
 
 class ParameterError(IlfError, ValueError):
@@ -81,24 +81,24 @@ class ParameterError(IlfError, ValueError):
 
 
 class ExportError(IlfError):
-    """A result could not be written; files that were there before are as they were."""
+    """A result could not be written; existing files are unchanged."""
 
 
 class InstallationError(IlfError):
-    """A package that the program needs has been replaced by another; the message says how to undo that."""
+    """A package that the program needs has been replaced by another; the message states how to undo that."""
 
 
 class Cancelled(IlfError):
-    """The user stopped the run."""
+    """The user cancelled the run."""
 
 
 class DepthWarning(UserWarning):
-    """A file of depth or colour may have been read wrongly, or has values that were left out; the message says how to
-    read it."""
+    """A depth or colour file may have been read wrongly, or some of its values were left out; the message states how
+    to read it."""
 
 
 def warn_of_reading(text: str) -> None:
-    """Give a `DepthWarning` where this package was called."""
+    """Issue a `DepthWarning` at the line that called this package."""
     level, frame = 2, sys._getframe(1)
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
         level, frame = level + 1, frame.f_back

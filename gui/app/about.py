@@ -1,4 +1,4 @@
-"""What this program is, and what it runs on."""
+"""The dialog About ILF Studio."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TEXT = (
 
 
 class AboutDialog(QDialog):
-    """Name, purpose, paper, and all versions, which a button copies."""
+    """The dialog with name, purpose, paper and all versions, which a button copies."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -61,7 +61,7 @@ class AboutDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         self.copy_button = QPushButton("&Copy versions")
-        self.copy_button.setToolTip("Copy all versions, as for a report of a fault")
+        self.copy_button.setToolTip("Copy all versions, for a bug report")
         self.copy_button.clicked.connect(lambda: QGuiApplication.clipboard().setText(versions_text()))
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
         buttons.button(QDialogButtonBox.StandardButton.Close).setDefault(True)

@@ -1,4 +1,4 @@
-"""Files that are dragged onto the window: it takes them as copies, and shows that it would."""
+"""Files that are dropped on the window."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ _TINT = 40
 
 
 class FileDrops(QWidget):
-    """A frame around the window, to be seen while files are dragged over it.
+    """An overlay over the window, visible while files are dragged over it.
 
-    Files are taken as copies, whatever the sender proposes: after a move it may delete them. Nothing else in the
-    program takes files: fields of text would, by the action that is proposed.
+    Files are always copied, never moved: after a move the sender may delete them. Other widgets do not accept files;
+    text fields would, with the action that the sender proposes.
 
     Parameters
     ----------
     window : QWidget
-        Which takes the files: it passes its events on.
+        The window that accepts the files; it forwards its drag events.
     """
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
         self._window = window
         self.text = ""
-        """What a drop would do."""
+        """The effect of a drop, for the user."""
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
         window.setAcceptDrops(True)
@@ -43,7 +43,7 @@ class FileDrops(QWidget):
             application.installEventFilter(self)
 
     def enter(self, event: QDragEnterEvent) -> None:
-        """Something is dragged onto the window: show whether it would be taken."""
+        """Show whether dragged content would be accepted."""
         paths = _paths(event)
         if not paths:
             event.ignore()
@@ -57,11 +57,11 @@ class FileDrops(QWidget):
         self.show()
 
     def leave(self) -> None:
-        """It has been dragged on, or dropped."""
+        """Hide the overlay after the drag has left or was dropped."""
         self.hide()
 
     def take(self, event: QDropEvent) -> list[Path]:
-        """The files that are dropped; none if it is something else."""
+        """Return the dropped files; none if other content was dropped."""
         self.leave()
         paths = _paths(event)
         if paths:
@@ -72,7 +72,7 @@ class FileDrops(QWidget):
         return paths
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep files from all other widgets: what lies in the window leaves them to it."""
+        """Reject files on all other widgets, so that the window gets them."""
         if not isinstance(event, QDropEvent) or not watched.isWidgetType() or watched is self._window:
             return False
         if not event.mimeData().hasUrls():
@@ -81,7 +81,7 @@ class FileDrops(QWidget):
         return True
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """A frame, and in the middle what a drop would do."""
+        """Paint a border, and in the middle the effect of a drop."""
         colours = theme.colours(self.palette())
         tint = QColor(colours.accent)
         tint.setAlpha(_TINT)
@@ -106,7 +106,7 @@ class FileDrops(QWidget):
 
 
 def _paths(event: QDropEvent) -> list[Path]:
-    """Files and folders of this machine that can be copied."""
+    """Return the local files and folders that can be copied."""
     if not event.possibleActions() & _COPY:
         return []
     return [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]

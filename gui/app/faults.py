@@ -1,4 +1,4 @@
-"""Errors that nobody has foreseen, wherever in the window they come up: written down, told of, survived if possible."""
+"""Unexpected errors anywhere in the window: logged, reported, and survived if possible; and a quick exit."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ilf._runtime.temporary_files import discard_unfinished
 from ..widgets.notices import Notes
 
 _LEAVE_S = 0.3
-"""How long what still runs is waited for after the window has closed."""
+"""Time [s] to wait for running threads after the window has closed."""
 
 
 class Faults(QObject):
-    """Takes the errors of slots and of threads, and reports them; the program goes on with what it has, or stops.
+    """Reports uncaught errors of slots and threads; then the program continues, or `stop` is called.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ class Faults(QObject):
         super().__init__(notes)
         self._notes = notes
         self._stop = stop
-        # from whatever thread it comes
+        # queued: errors may come from any thread
         self._met.connect(self._report, Qt.ConnectionType.QueuedConnection)
 
     def watch(self) -> None:
-        """From now on, all of them come here."""
+        """Install the handlers of uncaught errors."""
         sys.excepthook = self._take
         threading.excepthook = lambda met: self._take(met.exc_type, met.exc_value, met.exc_traceback)
 
@@ -56,8 +56,10 @@ class Faults(QObject):
 
 
 def leave(status: int) -> int:
-    """End the program soon, also if a thread is in the middle of something that cannot be stopped: what was being
-    written is whole then, or not there. Returns the exit status if no such thread is left."""
+    """End the program soon, even if a thread cannot be interrupted; files being written are then complete or absent.
+
+    Returns the exit status if no such thread is left.
+    """
     end = time.monotonic() + _LEAVE_S
     threads = [thread for thread in threading.enumerate() if thread.name.startswith("ilf")]
     for thread in threads:

@@ -1,4 +1,4 @@
-"""Doing without a user what one would do: open, run, take a picture, exit."""
+"""Headless use of the window: open, run, save a screenshot, exit."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _SETTLE_MS = 400
 
 
 class Unattended(QObject):
-    """Waits for the frame, runs it if asked, saves a picture and quits if asked.
+    """Waits for the frame, runs it on request, and on request saves a screenshot and quits.
 
-    Whatever fails on the way is one line on stderr and makes `status`, the exit status, 1. Then nothing more is run,
-    and there is no picture, which would look as if all was well.
+    Any error is printed as one line on stderr and sets `status`, the exit status, to 1. Then nothing more is run and
+    no screenshot is saved.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class Unattended(QObject):
         self._run = run
         self._picture = picture
         self.status = 0
-        # nobody can answer whether to go on
+        # no user can confirm the loss of work
         documents.discard_silently = picture is not None
         notes.reported.connect(self.note_failure)
 
     def start(self) -> None:
-        """Go on as soon as every frame is open."""
+        """Continue as soon as every frame is open."""
         problem = "" if self._picture is None else _picture_problem(Path(self._picture))
         if problem:
             self.stop(problem)
@@ -67,12 +67,12 @@ class Unattended(QObject):
             self._opened()
 
     def note_failure(self, what: str) -> None:
-        """Say what went wrong, in one line."""
+        """Print an error in one line."""
         self.status = 1
         print("ilf-gui: error:", " ".join(what.split()), file=sys.stderr, flush=True)
 
     def stop(self, what: str) -> None:
-        """Go no further, because of this."""
+        """Stop because of an error."""
         self.note_failure(what)
         self.finish()
 
@@ -83,18 +83,18 @@ class Unattended(QObject):
         elif not workspace.has_session:
             if self._picture is None:  # the user can open one
                 return
-            self.stop("There is no frame to run: name a frame folder, or a colour file and its depth file.")
+            self.stop("There is no frame to run: give a frame folder, or a colour file and its depth file.")
         elif not workspace.session.counts():
             self.stop(
-                f"{workspace.session.name} has no blocks, so there is nothing to complete: "
-                "draw them in the window, or extract them with other parameters."
+                f"{workspace.session.name} has no blocks to complete: "
+                "draw blocks in the window, or extract them with other parameters."
             )
         else:
             self._await_end()
             self._runs.start()
 
     def _await_end(self) -> None:
-        # a turn of the event loop later: after a run, a guess of the rest may begin
+        # one event loop turn later: after a run, an extrapolation may start
         self._runs.ended.connect(
             lambda _: QTimer.singleShot(0, self, self._ran), Qt.ConnectionType.SingleShotConnection
         )
@@ -107,34 +107,34 @@ class Unattended(QObject):
         results = session.valid_results().values()
         if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
             reason = next(iter(results)).outcome.message
-            self.note_failure(f"{session.name}: no block could be completed. The first: {reason}")
+            self.note_failure(f"{session.name}: no block could be completed. First block: {reason}")
         self.finish()
 
     def finish(self) -> None:
-        """Take the picture, if all has gone well, and quit; without a picture to take, leave the window to the user."""
+        """Save the screenshot if there was no error, and quit; without a screenshot, leave the window to the user."""
         if self._picture is not None:
             QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
 
     def _take_picture(self) -> None:
-        # the expected error, if it is shown, comes after the run
+        # the expected error, if it is shown, is computed after the run
         if not self.status and not self._is_settled():
             self.finish()
             return
         if not self.status and not self._take().save(self._picture or "", "PNG"):
-            self.note_failure(f"{self._picture} could not be written. Choose another folder, or make space.")
-        # the last window that closes quits, too: once more, after the program's own loop, would end the next one
+            self.note_failure(f"{self._picture} could not be written. Use another folder, or free disk space.")
+        # closing the last window would quit a second time and end the next event loop
         QApplication.setQuitOnLastWindowClosed(False)
         self._close()
         QApplication.quit()
 
 
 def _picture_problem(path: Path) -> str:
-    """Why no picture can be written there, said before a long run; "" if nothing is known against it."""
+    """Return why no screenshot can be written there, to fail before a long run; "" for no known problem."""
     folder = path.absolute().parent
     if path.is_dir():
-        return f"{path} is a folder: name a file in it for the picture."
+        return f"{path} is a folder: give the name of a file in it for the screenshot."
     if not folder.is_dir():
-        return f"{folder} does not exist: make this folder for the picture, or choose another."
+        return f"{folder} does not exist: create this folder for the screenshot, or use another."
     if not os.access(folder, os.W_OK):
-        return f"{folder} cannot be written: choose another folder for the picture."
+        return f"{folder} cannot be written to: use another folder for the screenshot."
     return ""

@@ -1,4 +1,4 @@
-"""The main window: state, controllers, widgets and presenters, and the wiring between them."""
+"""The main window: state, controllers, widgets, presenters and the connections between them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QPixmap, QShowEvent, QUndoGroup
 from PySide6.QtWidgets import QMainWindow, QTabWidget, QUndoView, QWidget
 
+from ilf._runtime.formatting import counted
 from ilf.drawing.blocks import STAGES
 from ilf.project.journals import journal_folder
 
@@ -75,17 +76,17 @@ from ..work.runs import LiveSolver, RunController
 from .about import AboutDialog
 from .drops import FileDrops
 
-# The history of the present frame: every step that can be undone, the present state marked; a click goes there.
+# The undo history of the current frame.
 
 
 class HistoryView(QUndoView):
-    """Steps of the frame's undo history, oldest first."""
+    """The list of the frame's undo steps, oldest first, with the current state marked."""
 
     def __init__(self, history: QUndoGroup, parent: QWidget | None = None) -> None:
         super().__init__(history, parent)
         self.setEmptyLabel("As opened")
         self.setAccessibleName("History")
-        self.setToolTip("Click a step to go back, or forward, to the state after it")
+        self.setToolTip("Click a step to go to the state after it")
         self.setUniformItemSizes(True)
 
 
@@ -109,10 +110,10 @@ _PARTS: tuple[type[Part], ...] = (
 
 
 class MainWindow(QMainWindow):
-    """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
+    """The main window. It only connects workspace (state), controllers (work), presenters and widgets.
 
-    With `remembers`, size and docks are those of the last time, and are kept for the next, and the work is saved by
-    itself as it goes.
+    With `remembers`, size and panels are restored from the last session and stored for the next, and work is saved
+    automatically.
     """
 
     def __init__(self, remembers: bool = True) -> None:
@@ -207,7 +208,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(self.filter_panel, "Filter")
         parameters.addTab(self.extraction_panel, "Extraction")
         area, docks = Qt.DockWidgetArea, self.panels
-        # one column, and the pictures have the height of the window: there they can be largest
+        # one column at the side, so that the images have the full height of the window
         docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
@@ -220,7 +221,7 @@ class MainWindow(QMainWindow):
         self.addToolBar(self.tool_bar)
 
     def _make_parts(self) -> None:
-        """What the user does, a part each, beside what this window has had from the first."""
+        """Make the features that have their own classes."""
         desk = Desk(
             self,
             self.workspace,
@@ -249,10 +250,10 @@ class MainWindow(QMainWindow):
         self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS), autosave]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
-    # wiring
+    # connections
 
     def _connect_refresh(self) -> None:
-        """Which part of the window is stale when what has changed; in the order in which they are drawn."""
+        """Connect signals with the parts of the window that they make stale, in drawing order."""
         add, workspace, runs, views = self.refresh.add, self.workspace, self.runs, self.views
         turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
         infos, values = workspace.infos_changed, workspace.parameters_changed
@@ -289,12 +290,12 @@ class MainWindow(QMainWindow):
         add("sharing", self.sharing.show, (turned, values))
         shown_records = turned, blocks, infos, selected, values, results
         shown_also = workspace.compared_changed, self.curves.shown
-        going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
+        going_on = coming, workspace.records_added  # drawing at each batch would slow down the run
         add("curves", self.curve_presenter.show, (*shown_records, *shown_also), going_on)
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
-        # not a part: what is done next may come before the next turn, and must be allowed or not by then
+        # not deferred: the next command may come before the next turn, and must be enabled or disabled by then
         for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
         add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
@@ -375,7 +376,7 @@ class MainWindow(QMainWindow):
         workspace = self.workspace
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
         for changed in (workspace.session_changed, *edits):
-            changed.connect(lambda *_: look.setChecked(False))  # who edits sees what comes of it
+            changed.connect(lambda *_: look.setChecked(False))  # an edit shows the current state again
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
         self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
         self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)
@@ -384,7 +385,7 @@ class MainWindow(QMainWindow):
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
         stages = {name: self.actions_[f"stage_{name}"] for name in STAGES}
-        for action in stages.values():  # also when it is given other keys
+        for action in stages.values():  # also when its shortcut changes
             action.changed.connect(lambda: stage_cell.set_hints({name: stages[name].toolTip() for name in stages}))
         stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
         self.loader.extracted.connect(self.stages.hold)
@@ -395,7 +396,7 @@ class MainWindow(QMainWindow):
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(self.centre.show_images)
         self.review.shown.connect(self.centre.show_images)
-        for name, tool in self.editor.tools.items():  # who takes a tool wants to see what it is used on
+        for name, tool in self.editor.tools.items():  # selecting a tool shows the images
             if not tool.points_only:
                 self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
         self.actions_["cloud_beside"].toggled.connect(self.centre.set_beside)
@@ -409,12 +410,12 @@ class MainWindow(QMainWindow):
     def _connect_messages(self) -> None:
         notes = self.notes
         self.runs.ended.connect(notes.tell)
-        # after an edit, what it did is said, and that is enough
+        # after an edit, the edit summary is shown instead
         self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.glimpse(text))
-        self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
+        self.runs.failed.connect(lambda error: notes.report("The run failed", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
-        self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
-        self.distrust.failed.connect(lambda error: notes.report("Distrusted depth", error))
+        self.review.failed.connect(lambda error: notes.report("Quality check", error))
+        self.distrust.failed.connect(lambda error: notes.report("Suggesting invalid depth", error))
         self.cloud_presenter.failed.connect(lambda error: notes.report("Point cloud", error))
         self.distrust.message.connect(notes.tell)
         self.loader.failed.connect(notes.report)
@@ -423,18 +424,18 @@ class MainWindow(QMainWindow):
         self.filter_presenter.message.connect(notes.tell)
         self.sharing.message.connect(notes.tell)
         self.editor.slivers_left.connect(
-            lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
+            lambda left: notes.offer(f"{counted(left, 'sliver')} left.", self.actions_["clean_up"])
         )
         self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
     def _point(self, event: PointerEvent) -> bool:
-        self.refresh.now()  # what the pointer is at is what the user sees
+        self.refresh.now()  # the pointer event refers to what is drawn
         return self.editor.pointer(event)
 
     def _hint_of_cloud(self) -> str:
-        """What the mouse does where it is at the cloud."""
+        """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
         if not (self.centre.shows_cloud_alone or self.cloud.canvas.underMouse()):
             return ""
         tool = self.editor.tool
@@ -452,7 +453,7 @@ class MainWindow(QMainWindow):
         (self.showFullScreen if on else self.showNormal)()
 
     def picture(self) -> QPixmap:
-        """What the window shows."""
+        """Return a screenshot of the window."""
         self.refresh.now()
         self.cloud.canvas.drawing.finish()
         return self.grab()
@@ -460,22 +461,22 @@ class MainWindow(QMainWindow):
     # events
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Show that files would be taken."""
+        """Show that files would be accepted."""
         self.drops.enter(event)
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """They are dragged on."""
+        """Hide the drop overlay."""
         self.drops.leave()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open what was dropped."""
+        """Open the dropped files."""
         if paths := self.drops.take(event):
             self.documents.open_paths(paths)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Redraw icons for another theme; know of it when the system makes the window as large as the screen."""
+        """Redraw icons after a change of theme; update the full-screen action when the window state changes."""
         super().changeEvent(event)
-        if not hasattr(self, "actions_"):  # before all is made
+        if not hasattr(self, "actions_"):  # during construction
             return
         if event.type() == QEvent.Type.PaletteChange:
             self.actions_.draw_icons()
@@ -485,7 +486,7 @@ class MainWindow(QMainWindow):
                 self.actions_["full_screen"].setChecked(self.isFullScreen())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about what would be lost, stop the threads, remember the layout."""
+        """Ask about unsaved work, stop the threads, store the layout."""
         if not self.project.may_close():
             event.ignore()
             return
@@ -500,13 +501,13 @@ class MainWindow(QMainWindow):
         super().closeEvent(event)
 
     def _under_way(self) -> list[UnderWay]:
-        """What goes on in the background, beside runs of frames."""
+        """Return the pending background work, without runs of frames."""
         found = [way for part in self.parts for way in part.under_way()]
         return [*found, UnderWay("an experiment")] if self.experiments.busy else found
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Take the last layout, or at the first start the default one; load what is not needed at once."""
+        """Restore the last layout, or use the default one; start deferred loading."""
         super().showEvent(event)
         self.panels.arrange()
-        self.refresh.mark("error", "cloud", "stages")  # what is drawn for those who look at it alone
+        self.refresh.mark("error", "cloud", "stages")  # drawn only while visible
         self.experiments.load_soon()

@@ -1,4 +1,4 @@
-"""Start and end of the desktop program: arguments, display, theme. Imports no Qt before it is known to work."""
+"""Start and end of the desktop program: arguments, display, theme. Imports Qt only after checking that it works."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         check_address_space(available_cores())
     except InputError as error:
         return _refused(str(error))
-    # whatever takes long to import is imported after this
+    # slow imports come after this
     with ending_at_once("ilf-gui"):
         try:
             return _main(arguments)
@@ -46,20 +46,20 @@ def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     if options.frame is not None and (len(options.frames) != 1 or options.sample):
-        parser.error("--frame selects a frame of one folder, data set or recording: name just this one.")
+        parser.error("--frame selects a frame of one folder, data set or recording: give only this one.")
     try:
         inputs = _inputs(options)
     except IlfError as error:
         return _refused(str(error))
     for flag, file in (("--ground-truth", options.ground_truth), ("--guide", options.guide)):
         if file and len(inputs.sources) != 1:
-            parser.error(f"{flag} is for one frame: name just this one.")
+            parser.error(f"{flag} is for one frame: give only this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
     if problem and offscreen:
-        problem = qt_problem()  # of another kind there is none without a display
+        problem = qt_problem()  # the offscreen platform needs no display
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
-        # the offscreen platform warns at every window that it cannot pass on size hints
+        # the offscreen platform warns for every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     if problem:
         return _without_display(options, inputs, problem) if options.screenshot is None else _refused(problem)
@@ -79,7 +79,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     note_crashes()
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
-    if sys.platform.startswith("linux"):  # elsewhere the system keeps them
+    if sys.platform.startswith("linux"):  # other systems store settings elsewhere
         with suppress(OSError):
             private_file(settings := Path(QSettings().fileName()))
             tighten(settings)
@@ -162,7 +162,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame on start")
     parser.add_argument(
-        "--screenshot", metavar="FILE.png", help="save a picture of the window when all is done, and exit"
+        "--screenshot", metavar="FILE.png", help="save a screenshot of the window when all work is done, and exit"
     )
     parser.add_argument(
         "--view", choices=("images", "cloud"), default="images", help="content of the central view (default: images)"
@@ -183,7 +183,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 class _Inputs(NamedTuple):
-    """What is named: project files, run records, frames, and a colour or depth file that has no partner."""
+    """The given inputs: project files, run records, frames, and a colour or depth file without a partner."""
 
     projects: list[Path]
     records: list[Path]
@@ -194,7 +194,7 @@ class _Inputs(NamedTuple):
 def _open(
     window: MainWindow, options: argparse.Namespace, inputs: _Inputs, refuse: Callable[[str], None] | None = None
 ) -> None:
-    """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
+    """Open the inputs. A single file opens the dialog, or is refused where there is no user."""
     if options.view == "cloud":
         window.centre.show_cloud()
     if options.sample:
@@ -210,11 +210,11 @@ def _open(
 
 
 def _no_partner(path: Path) -> str:
-    return f"{path}: a frame needs a colour and a depth file, or a folder."
+    return f"{path}: a frame needs a colour and a depth file, or a folder. Give both files, or the folder."
 
 
 def _inputs(options: argparse.Namespace) -> _Inputs:
-    """Raises IlfError if there is no such frame as --frame names."""
+    """Sort the arguments; raises IlfError if there is no frame with the key of --frame."""
     from ilf.sources.frame_source import FrameSource
     from ilf.sources.source import open_source
 
@@ -235,19 +235,19 @@ def _inputs(options: argparse.Namespace) -> _Inputs:
 
 
 def _refused(reason: str) -> int:
-    """Say in one line why there is no window; returns the exit status."""
+    """Print in one line why there is no window; returns the exit status."""
     print(f"ilf-gui: {reason}", file=sys.stderr)
     return 1
 
 
 def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str) -> int:
-    """Say that no window can be shown, and do the job by the command line where frames are named."""
+    """Print that no window can be shown, and complete the given frames with the command line."""
     from ilf.cli import main as command_line
 
     print(f"ilf-gui: {problem}", file=sys.stderr)
     projects, records, sources, single = inputs
     for path in projects:
-        print(f"ilf-gui: {path} can be looked at by: ilf project info {path}", file=sys.stderr)
+        print(f"ilf-gui: show the content of {path} with: ilf project info {path}", file=sys.stderr)
     jobs = [["--replay", str(record)] for record in records]
     if options.frame is not None:
         jobs.append([str(options.frames[0]), "--frame", options.frame])

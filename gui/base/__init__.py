@@ -1,1 +1,1 @@
-"""What every room of the window uses: theme, commands, the context that features share."""
+"""Common to all packages of the window: theme, commands, paths, versions."""

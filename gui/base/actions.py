@@ -18,7 +18,7 @@ _OF_CLOUD: tuple[Command, ...] = (
         "&3D beside the images",
         "ph.columns",
         "Ctrl+Shift+B",
-        "Show the point cloud beside the images instead of in a tab of its own",
+        "Show the point cloud beside the images instead of in its own tab",
         checkable=True,
     ),
     Command(
@@ -26,15 +26,15 @@ _OF_CLOUD: tuple[Command, ...] = (
         "3D: ra&w depth",
         "ph.eye",
         "",
-        "Show the cloud as it was before the completion; the same in 3D while X is held",
+        "Show the point cloud before completion; holding X in the 3D view does the same",
         checkable=True,
     ),
     Command(
         "cloud_chosen_only",
-        "3D: chosen blocks onl&y",
+        "3D: selected blocks onl&y",
         "ph.selection",
         "",
-        "Show only the chosen blocks in 3D",
+        "Show only the selected blocks in 3D",
         checkable=True,
     ),
 )
@@ -42,7 +42,9 @@ _OF_CLOUD: tuple[Command, ...] = (
 
 COMMANDS = (
     Command("open", "&Open frame…", "ph.folder-open", "Ctrl+O", "Open a colour and a depth file, or a frame folder"),
-    Command("open_sample", "Open &sample", "ph.house", "Ctrl+Shift+O", "Open the bundled, generated room"),
+    Command(
+        "open_sample", "Open &sample", "ph.house", "Ctrl+Shift+O", "Open the bundled sample frame, a synthetic room"
+    ),
     Command(
         "open_run", "Open &run…", "ph.clock-counter-clockwise", "", "Open a run.json: its frame, blocks and parameters"
     ),
@@ -51,125 +53,130 @@ COMMANDS = (
         "Load &blocks…",
         "ph.squares-four",
         "",
-        "Replace the blocks by those of a label map, labelme or COCO file, or of a folder of masks",
+        "Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks",
     ),
     Command(
-        "save_blocks", "Save b&locks…", "", "", "Write the blocks as label map (PNG), COCO or labelme file, with names"
+        "save_blocks",
+        "Save b&locks…",
+        "",
+        "",
+        "Write the blocks and their names as label map (PNG), COCO or labelme file",
     ),
-    Command("export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, cloud and run.json"),
-    Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save what the window shows as PNG"),
-    Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),
+    Command(
+        "export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, point cloud and run.json"
+    ),
+    Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save a screenshot of the window as PNG"),
+    Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the current frame"),
     Command("quit", "&Quit", "ph.sign-out", "Ctrl+Q"),
     Command(
         "extract",
         "E&xtract blocks",
         "ph.polygon",
         "Ctrl+B",
-        "Extract blocks again; locked ones stay, and those made by hand",
+        "Extract the blocks again; locked blocks and hand-made blocks stay",
     ),
     Command(
-        "new_block", "&New block", "ph.selection-plus", "Ctrl+N", "Start a new block, with the brush or the outline"
+        "new_block", "&New block", "ph.selection-plus", "Ctrl+N", "Start a new block with the brush or the outline tool"
     ),
-    Command("delete_blocks", "&Delete blocks", "ph.trash", "Ctrl+Del", "Dissolve the chosen blocks"),
-    Command("merge_blocks", "&Merge blocks", "ph.intersect", "Ctrl+M", "Join the chosen blocks into one"),
+    Command("delete_blocks", "&Delete blocks", "ph.trash", "Ctrl+Del", "Delete the selected blocks"),
+    Command("merge_blocks", "&Merge blocks", "ph.intersect", "Ctrl+M", "Merge the selected blocks into one"),
     Command(
-        "lock_blocks", "&Lock or unlock", "ph.lock", "Ctrl+L", "Keep the chosen blocks from being edited, or allow it"
+        "lock_blocks", "&Lock or unlock", "ph.lock", "Ctrl+L", "Protect the selected blocks from edits, or unlock them"
     ),
-    Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Show the chosen block large"),
-    Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Choose every block"),
+    Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Zoom to the selected block"),
+    Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Select all blocks"),
     Command(
         "run",
-        "&Run what changed",
+        "&Run",
         "ph.play",
         "F5",
-        "Complete the depth of all blocks that have no result as they are now",
+        "Complete all blocks that have no up-to-date result",
     ),
-    Command(
-        "run_all", "Run &all blocks", "", "Ctrl+F5", "Complete the depth of all blocks, also where nothing changed"
-    ),
+    Command("run_all", "Run &all blocks", "", "Ctrl+F5", "Complete all blocks, also those with an up-to-date result"),
     Command(
         "run_selected",
-        "Run &chosen blocks",
+        "Run selecte&d blocks",
         "ph.play-circle",
         "Shift+F5",
-        "Complete the depth of the chosen blocks only",
+        "Complete the selected blocks only",
     ),
-    Command("pause", "&Pause", "ph.pause", "F6", "Hold the run, or go on", checkable=True),
-    Command("step", "&Step", "ph.skip-forward", "F7", "One iteration, then hold"),
-    Command("cancel", "&Cancel run", "ph.stop", "Shift+F6", "Stop; blocks that are done keep their results"),
+    Command("pause", "&Pause", "ph.pause", "F6", "Pause the run, or resume it", checkable=True),
+    Command("step", "&Step", "ph.skip-forward", "F7", "Run one iteration, then pause"),
+    Command("cancel", "&Cancel run", "ph.stop", "Shift+F6", "Cancel the run; completed blocks keep their results"),
     Command(
         "live",
         "&Live",
         "ph.lightning",
         "Ctrl+Shift+L",
-        "Solve blocks anew whenever they are edited, and the chosen one whenever a value of the filter changes",
+        "Complete blocks again after each edit, and the selected block after each change of a filter parameter",
         checkable=True,
     ),
     Command(
         "guess",
-        "&Guess the rest",
+        "&Extrapolate the rest",
         "ph.question",
         "",
-        "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
+        "Extrapolate depth where no block could be completed, for programs that need depth everywhere; "
+        "these pixels are marked as extrapolated",
     ),
     Command(
         "reset_own",
-        "&Reset own values",
+        "Reset &own parameters",
         "ph.eraser",
         "",
-        "Let the chosen blocks have the values of all blocks again",
+        "Reset the selected blocks to the common parameters",
     ),
     Command(
         "copy_own",
-        "C&opy own values",
+        "Copy own para&meters",
         "ph.copy",
         "",
-        "Give the other chosen blocks the own values of the first",
+        "Copy the own parameters of the first selected block to the other selected blocks",
     ),
     Command(
         "share_values",
-        "Use values for all &frames",
+        "Use parameters for all &frames",
         "ph.share-network",
         "",
-        "Give this frame's values of the filter to all frames of the list, now and whenever they change",
+        "Use this frame's filter parameters for all frames in the list, now and after each change",
     ),
     Command(
         "keep_values",
-        "Values for this frame al&one",
+        "Use parameters for this frame o&nly",
         "ph.push-pin",
         "",
-        "Let this frame's values of the filter be its own: what is set for all frames does not change them",
+        "Give this frame its own filter parameters: changes for all frames do not affect them",
     ),
     Command(
         "reset_values",
-        "Reset to the &values of all frames",
+        "Reset to s&hared parameters",
         "ph.arrow-u-up-left",
         "",
-        "Let this frame have the values of all frames again",
+        "Reset this frame to the filter parameters that all frames share",
     ),
     Command(
         "part_values",
-        "&Each frame its own values",
+        "Separa&te parameters for each frame",
         "",
         "",
-        "Set values of the filter for one frame at a time; all keep those that they have now",
+        "Set filter parameters for each frame separately; all frames keep their current parameters",
     ),
-    Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
+    Command("clear_results", "C&lear results", "ph.backspace", "", "Delete the completed depth of this frame"),
     Command(
         "look_before",
-        "Look &before the last edit",
+        "Show state &before the last edit",
         "ph.eye",
         "",
-        "Show blocks and depth as they were before the last edit; the same while B is held",
+        "Show blocks and depth before the last edit; holding B does the same",
         checkable=True,
     ),
-    Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
+    Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Select blocks", group="tool"),
     Command(
         "tool_border",
         "&Border",
         "ph.pencil-line",
         "Ctrl+2",
-        "Draw a border between blocks as it should be; both sides follow",
+        "Redraw a border between two blocks; the blocks on both sides follow",
         group="tool",
     ),
     Command(
@@ -177,21 +184,26 @@ COMMANDS = (
         "&Outline",
         "ph.scribble-loop",
         "Ctrl+3",
-        "Draw around what belongs to the chosen block, or is a new one",
+        "Outline pixels to add to the selected block, or to make a new block",
         group="tool",
     ),
     Command("tool_split", "Sp&lit", "ph.scissors", "Ctrl+4", "Cut a block along a line", group="tool"),
-    Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+5", "Add pixels to the chosen block", group="tool"),
-    Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+6", "Take pixels from the chosen block", group="tool"),
+    Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+5", "Add pixels to the selected block", group="tool"),
+    Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+6", "Remove pixels from the selected block", group="tool"),
     Command(
-        "tool_give", "&Give", "ph.puzzle-piece", "Ctrl+7", "Give pieces of blocks to the chosen block", group="tool"
+        "tool_give",
+        "&Give",
+        "ph.puzzle-piece",
+        "Ctrl+7",
+        "Give pieces of other blocks to the selected block",
+        group="tool",
     ),
     Command(
         "tool_distrust",
-        "&Distrust depth",
+        "Mark depth &invalid",
         "ph.shield-slash",
         "Ctrl+8",
-        "Mark measured depth as wrong, as behind glass: it counts as missing",
+        "Mark measured depth as invalid, for example behind glass: it counts as missing",
         group="tool",
     ),
     Command(
@@ -199,7 +211,7 @@ COMMANDS = (
         "&Profile line",
         "ph.chart-line-up",
         "Ctrl+I",
-        "Draw a line across the picture, and see the depth along it plotted",
+        "Draw a line across the image and plot the depth along it",
         group="tool",
     ),
     Command(
@@ -207,7 +219,7 @@ COMMANDS = (
         "&Rectangle",
         "ph.bounding-box",
         "Ctrl+R",
-        "Draw a rectangle to take statistics and errors of",
+        "Draw a rectangle for statistics and errors",
         group="tool",
     ),
     Command(
@@ -218,7 +230,7 @@ COMMANDS = (
         "Measure distances, heights and angles between points",
         group="tool",
     ),
-    Command("give_up", "Gi&ve up", "", "Esc", "Drop the stroke or line that is under way, or else choose no block"),
+    Command("give_up", "Ca&ncel stroke", "", "Esc", "Cancel the stroke or line in progress, or clear the selection"),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
     Command(
@@ -226,7 +238,7 @@ COMMANDS = (
         "&Similar only",
         "ph.eyedropper",
         "Ctrl+Shift+K",
-        "A stroke keeps to pixels of like colour and depth, up to strong edges",
+        "Limit strokes to pixels of similar colour and depth, up to strong edges",
         checkable=True,
     ),
     Command(
@@ -234,7 +246,7 @@ COMMANDS = (
         "To &no block",
         "ph.selection-slash",
         "Ctrl+Shift+E",
-        "Erased pixels belong to no block, instead of the neighbour that they fit best",
+        "Assign erased pixels to no block instead of the best-fitting neighbour",
         checkable=True,
     ),
     Command(
@@ -242,46 +254,46 @@ COMMANDS = (
         "&Clean up",
         "ph.sparkle",
         "Ctrl+K",
-        "Give islands, slivers and holes of a few pixels to the blocks where they belong",
+        "Assign islands, slivers and holes of a few pixels to the blocks around them",
     ),
-    Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
-    Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
-    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Make the outlines of the chosen blocks smooth"),
-    Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
+    Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Grow the selected blocks"),
+    Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Shrink the selected blocks"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Smooth the outlines of the selected blocks"),
+    Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show or hide the selected blocks over the image"),
     Command(
         "next_suspect",
-        "Next s&uspicious place",
+        "Next &quality check",
         "ph.crosshair",
         "F8",
-        "Go to the next place where blocks or filled depth look wrong, the most harmful first",
+        "Go to the next place where blocks or filled depth look wrong, largest error first",
     ),
-    Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
-    Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command("previous_suspect", "Pre&vious quality check", "ph.caret-left", "Shift+F8", "Go to the previous place"),
+    Command("leave_suspect", "&Ignore", "ph.check", "Ctrl+F8", "Ignore this place: it is not shown again"),
     Command(
         "looked_at",
-        "Looked at, &right as it is",
+        "Ma&rk as checked",
         "ph.check",
         "Ctrl+Shift+F8",
-        "The chosen blocks, which came from another frame, need no look any more",
+        "Mark the selected blocks, which were propagated from another frame, as checked",
     ),
     Command(
         "suggest_distrust",
-        "Su&ggest distrusted depth",
+        "Su&ggest invalid depth",
         "ph.warning",
         "",
-        "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
+        "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
     ),
-    Command("close_review", "&Close", "ph.x", "", "Look at no more suspicious places"),
-    Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
-    Command("leave_suggested", "Leave them", "ph.x", "", "Trust the marked depth on"),
+    Command("close_review", "&Close", "ph.x", "", "End the quality check"),
+    Command("take_suggested", "Mark &invalid", "ph.check", "", "Mark the suggested depth as invalid: it is missing"),
+    Command("leave_suggested", "Reject", "ph.x", "", "Keep the suggested depth as valid"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
-    Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
+    Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "Show one image pixel per screen pixel"),
     Command(
         "contours_only",
         "&Contours only",
         "ph.polygon",
         "Ctrl+Shift+C",
-        "Lines in the colours of the blocks, and no fill",
+        "Show blocks as outlines, without fill",
         checkable=True,
     ),
     Command(
@@ -289,7 +301,7 @@ COMMANDS = (
         "Block &names",
         "ph.text-t",
         "Ctrl+Shift+T",
-        "Write the names of the blocks over the pictures",
+        "Show the names of the blocks over the images",
         checkable=True,
     ),
     Command(
@@ -300,20 +312,22 @@ COMMANDS = (
         "Stripe the colour image where depth is missing",
         checkable=True,
     ),
-    Command("shuffle_colours", "&Shuffle colours", "ph.shuffle", "", "Give the blocks other colours, as one step"),
+    Command(
+        "shuffle_colours", "&Shuffle colours", "ph.shuffle", "", "Assign other colours to the blocks, as one undo step"
+    ),
     Command(
         "fold_panels",
-        "&Fold or open all panels",
+        "S&how or hide all panels",
         "ph.arrows-in-line-horizontal",
         "F9",
-        "All of the window for the pictures",
+        "Hide all panels to leave the window to the images, or show them again",
     ),
     Command(
         "stage_strength",
         "Edge &strength",
         "",
         "Alt+1",
-        "Show how much every pixel looks like a boundary",
+        "Show the edge strength: how much each pixel looks like a boundary",
         group="stage",
     ),
     Command(
@@ -321,7 +335,7 @@ COMMANDS = (
         "&Binarised edges",
         "",
         "Alt+2",
-        "Show the edges that count, over the colour image",
+        "Show the binarised edges over the colour image",
         group="stage",
     ),
     Command(
@@ -329,7 +343,7 @@ COMMANDS = (
         "&Dilated edges",
         "",
         "Alt+3",
-        "Show the edges with what the dilation adds around them",
+        "Show the dilated edges, with the added pixels marked",
         group="stage",
     ),
     Command(
@@ -337,19 +351,15 @@ COMMANDS = (
         "&Contracted regions",
         "",
         "Alt+4",
-        "Show the regions that have grown back to the edges",
+        "Show the regions after contraction, grown back to the edges",
         group="stage",
     ),
+    Command("stage_blocks", "B&locks found", "", "Alt+5", "Show the blocks that the extraction finds", group="stage"),
+    Command("full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window in full screen", checkable=True),
     Command(
-        "stage_blocks", "B&locks found", "", "Alt+5", "Show the blocks that the extraction would give", group="stage"
+        "palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find a command by part of its name"
     ),
-    Command(
-        "full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window on all of the screen", checkable=True
-    ),
-    Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
-    Command(
-        "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"
-    ),
+    Command("shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "Show the keyboard shortcuts and change them"),
     Command("about", "&About ILF Studio", "ph.info"),
     *_OF_CLOUD,
 )
@@ -357,7 +367,7 @@ _HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockw
 
 
 class Actions:
-    """The window's QActions by name: `actions["run"]`, and what the undo history gives: "undo" and "redo"."""
+    """The window's QActions by name: `actions["run"]`; "undo" and "redo" come from the undo history."""
 
     def __init__(self, window: QWidget, history: QUndoGroup) -> None:
         self._window = window
@@ -365,12 +375,12 @@ class Actions:
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
         undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
-        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
+        undo.triggered.disconnect()  # during a stroke, the editor handles undo
         undo.setShortcut(QKeySequence("Ctrl+Z"))
         redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
         for name, action in (("undo", undo), ("redo", redo)):
             action.setObjectName(name)
-            action.setProperty(WHY_NOT, f"There is nothing to {name}.")
+            action.setProperty(WHY_NOT, f"Nothing to {name}.")
             self._actions[name] = action
         self._draw_icons(_HISTORY_ICONS)
         self.add(COMMANDS)
@@ -379,7 +389,7 @@ class Actions:
         return self._actions[name]
 
     def add(self, commands: Iterable[Command]) -> None:
-        """Add the commands of a part of the window, which carries them out itself."""
+        """Add the commands of a feature, which executes them itself."""
         icons = {}
         for command in commands:
             icons[command.name] = command.icon
@@ -400,7 +410,7 @@ class Actions:
         self._draw_icons(icons)
 
     def draw_icons(self) -> None:
-        """Take the icons in the colours of the window's palette."""
+        """Redraw the icons in the colours of the window's palette."""
         self._draw_icons(self._icons)
 
     def _draw_icons(self, icons: Mapping[str, str]) -> None:
@@ -410,7 +420,7 @@ class Actions:
                 self[name].setIcon(theme.icon(icon, palette))
 
     def allow(self, why_not: str, *names: str) -> None:
-        """Enable several actions, or disable them for a reason: a sentence that says what to do first; "" for none."""
+        """Enable actions if `why_not` is ""; else disable them and store it: the reason and what to do first."""
         for name in names:
             self[name].setEnabled(not why_not)
             self[name].setProperty(WHY_NOT, why_not)

@@ -1,4 +1,4 @@
-"""How a command of the window is declared."""
+"""Declaration of the window's commands, and a list of all its actions."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QMainWindow, QMenu
 
 @dataclass(frozen=True)
 class Command:
-    """Declaration of an action.
+    """The declaration of an action.
 
     Attributes
     ----------
     name : str
     text : str
-        As in a menu, with & before the letter that chooses it there.
+        Menu text, with & before its mnemonic letter.
     icon, shortcut, hint : str
         "" for none.
     group : str
@@ -34,7 +34,7 @@ class Command:
     checkable: bool = False
 
 
-# Everything that the window can be told to do: what stands in its menus, and what has a key or a button alone.
+# All actions of the window: those in its menus, and those with only a key or a button.
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +44,11 @@ class Entry:
     Attributes
     ----------
     key : str
-        Tells it from others, also in another session: its name, or where it stands.
+        Unique identifier that stays the same in other sessions: its name, or its menu and text.
     text : str
-        What it is called, without the mark of its letter.
+        Its text without the mnemonic mark.
     where : str
-        Its menu ("View › Theme"); "" if it stands in none.
+        Its menu ("View › Theme"); "" if it is in no menu.
     action : QAction
     """
 
@@ -59,48 +59,48 @@ class Entry:
 
     @property
     def keys(self) -> str:
-        """Its keys, as this system writes them, with the one that it is switched on by while that is held."""
+        """Its shortcuts in the system's notation, with the key that switches it on while held."""
         held = f"hold {self.held}" if self.held else ""
         return ", ".join(filter(None, (keys_text(self.action.shortcuts()), held)))
 
     @property
     def held(self) -> str:
-        """The key that switches it on while it is held; "" for none."""
+        """The key that switches it on while held; "" for none."""
         return str(self.action.property(HELD) or "")
 
     @property
     def why_not(self) -> str:
-        """Why it cannot be given now, as far as that is known; "" if it can be."""
+        """Why it is disabled; "" if it is enabled."""
         if self.action.isEnabled():
             return ""
-        return str(self.action.property(WHY_NOT) or "Not now.")
+        return str(self.action.property(WHY_NOT) or "Not available now.")
 
 
 WHY_NOT = "why_not"
-"""The property in which an action says why it is disabled."""
+"""The property of an action that stores why it is disabled."""
 
 HELD = "held"
-"""The property of an action that a key switches on while it is held: which key."""
+"""The property of an action that stores the key that switches it on while held."""
 
 PASSING = "passing"
-"""The property of an action that comes and goes: it is no use to give it keys."""
+"""The property of a temporary action, which cannot be given a shortcut."""
 
 
 def keys_text(keys: list[QKeySequence]) -> str:
-    """Keys as this system writes them."""
+    """Return keys in the system's notation."""
     return ", ".join(sequence.toString(QKeySequence.SequenceFormat.NativeText) for sequence in keys)
 
 
 def plain(text: str) -> str:
-    """Text of an action or a menu without the mark of its letter and without dots."""
+    """Return the text of an action or a menu without its mnemonic mark and dots."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip("…")
 
 
 def entries_of(window: QMainWindow) -> list[Entry]:
-    """All actions of a window, each once: in the order of the menus, then those that stand in no menu."""
+    """Return all actions of a window, each once: in the order of the menus, then those in no menu."""
     found: dict[QAction, Entry] = {}
     for menu in _menus(window):
-        menu.aboutToShow.emit()  # some are filled when they are looked at
+        menu.aboutToShow.emit()  # some are filled when they open
         for action, where in _actions(menu, plain(menu.title())):
             found.setdefault(action, Entry(action.objectName() or f"{where}/{action.text()}", "", where, action))
     for action in window.actions():

@@ -1,4 +1,4 @@
-"""Whether a window can be shown here, asked before Qt is, because Qt aborts where it cannot."""
+"""Check that a window can be shown before Qt starts, because Qt aborts where it cannot."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import sys
 
 from ilf._runtime.installation import how_to_install, missing_libraries
 
-# what Qt's libraries and platform plugins are linked against, beyond the C and C++ run times and what Qt ships;
-# a test compares these with the installed Qt
+# libraries that Qt and its platform plugins link against, beyond the C and C++ run times and those that Qt ships;
+# a test compares them with the installed Qt
 QT_LIBRARIES = (
     "libEGL.so.1",
     "libGL.so.1",
@@ -23,7 +23,7 @@ QT_LIBRARIES = (
     "libz.so.1",
     "libzstd.so.1",
 )
-"""Needed to start at all, also without a display."""
+"""Needed to start Qt, also without a display."""
 
 PLATFORM_LIBRARIES = {
     "xcb": (
@@ -47,22 +47,22 @@ PLATFORM_LIBRARIES = {
     "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0", "libwayland-egl.so.1"),
     "offscreen": (),
 }
-"""Platform plugin -> what windows by it need as well."""
+"""Platform plugin -> libraries that its windows need in addition."""
 
 
 def qt_problem() -> str:
-    """Why Qt cannot start here at all, not even without a display, with what to do about it; "" where it can."""
+    """Return why Qt cannot start, even without a display, and what to do; "" if it can."""
     return _problem(QT_LIBRARIES) if sys.platform.startswith("linux") else ""
 
 
 def display_problem() -> str:
-    """Why no window can be shown, with what to do about it; "" where one can."""
+    """Return why no window can be shown, and what to do; "" if one can."""
     if not sys.platform.startswith("linux"):
         return ""
     platforms = _platforms()
     if not platforms:
-        return "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set), so no window can be shown."
-    # one that works is enough: Qt tries them in turn
+        return "No window can be shown: there is no display. Set DISPLAY or WAYLAND_DISPLAY."
+    # one working platform is enough: Qt tries them in turn
     problems = [
         _problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) or (platform == "xcb" and _x11_problem()) or ""
         for platform in platforms
@@ -71,7 +71,7 @@ def display_problem() -> str:
 
 
 def _platforms() -> list[str]:
-    """The platform plugins that Qt would try: those that it has been told to use, or those with a display."""
+    """Return the platform plugins that Qt would try: those in QT_QPA_PLATFORM, or else those with a display."""
     asked = os.environ.get("QT_QPA_PLATFORM")
     if asked:
         return [name.partition(":")[0] for name in asked.split(";")]
@@ -85,7 +85,7 @@ def _problem(libraries: tuple[str, ...]) -> str:
 
 
 def _x11_problem() -> str:
-    """Why the X server does not answer; asked by X's own library, since Qt aborts where it does not."""
+    """Return why the X server does not respond; checked with Xlib, because Qt aborts without a response."""
     x11 = ctypes.CDLL("libX11.so.6")
     x11.XOpenDisplay.restype = ctypes.c_void_p
     connection = x11.XOpenDisplay(None)
@@ -93,6 +93,6 @@ def _x11_problem() -> str:
         x11.XCloseDisplay(ctypes.c_void_p(connection))
         return ""
     return (
-        f"No window can be shown: the display {os.environ.get('DISPLAY', '')!r} does not answer, or not to this user. "
+        f"No window can be shown: the display {os.environ.get('DISPLAY', '')!r} does not respond or refuses this user. "
         "Check DISPLAY, or log in with ssh -X."
     )

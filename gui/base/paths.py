@@ -1,4 +1,4 @@
-"""Which of the paths that are named or dropped are what. Without Qt: the command line takes over where it fails."""
+"""Sort given or dropped paths by kind. Does not import Qt: the command line uses it too, also where Qt fails."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PROJECT_SUFFIX = ".ilf"
 
 
 def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
-    """Project files, folders and recordings, run records and image files among paths, each in the order given."""
+    """Return project files, folders and recordings, run records, and image files among paths, in the given order."""
     chosen = list(paths)
     folders = [path for path in chosen if path.is_dir() or is_recording(path)]
     files = [path for path in chosen if path not in folders]

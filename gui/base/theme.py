@@ -1,4 +1,4 @@
-"""Light and dark: the palettes, the colours that plots and overlays take from them, and the icons."""
+"""Light and dark palettes, colours of plots and overlays, and icons."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class Colours:
 
     @property
     def is_dark(self) -> bool:
-        """Whether they are those of a dark theme."""
+        """Whether the theme is dark."""
         return self.panel.lightness() < 128
 
 
 def apply_theme(app: QApplication, name: str = "system") -> None:
-    """Set the application's palette to "light", "dark" or whatever the system has."""
+    """Set the application's palette to "light", "dark" or, for "system", that of the system."""
     if name not in THEMES:
         raise ValueError(f"theme must be one of {', '.join(THEMES)}, not {name!r}")
     app.setProperty(_CHOICE, name)
@@ -63,19 +63,19 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
 
 
 def follow_system(app: QApplication) -> None:
-    """Change over when the system does, as long as "system" is the choice."""
+    """Change between light and dark with the system while the theme is "system"."""
     app.styleHints().colorSchemeChanged.connect(
         lambda _: apply_theme(app, "system") if app.property(_CHOICE) == "system" else None
     )
 
 
 def is_dark(palette: QPalette) -> bool:
-    """Whether a palette is a dark one."""
+    """Return whether a palette is dark."""
     return palette.window().color().lightness() < 128
 
 
 def colours(palette: QPalette) -> Colours:
-    """The colours that go with a palette."""
+    """Return the colours for a palette."""
     dark = is_dark(palette)
     text = palette.windowText().color()
     series = ("#4aa3f0", "#f0a04a", "#5ac88c", "#d86ad0") if dark else ("#0f6fc6", "#c8641b", "#1d8a52", "#a23a9a")
@@ -94,7 +94,7 @@ def colours(palette: QPalette) -> Colours:
 
 
 def icon(name: str, palette: QPalette) -> QIcon:
-    """Icon of the Phosphor set in the palette's colours ("ph.play")."""
+    """Return an icon of the Phosphor set ("ph.play") in the palette's colours."""
     import qtawesome
 
     muted = colours(palette).muted

@@ -1,4 +1,4 @@
-"""What this program runs on: versions of everything that a report of a fault should name."""
+"""Versions of the program, its libraries and the system, for bug reports."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _WINDOW = {
     "pyqtgraph": ("pyqtgraph",),
     "Open3D": ("open3d-cpu", "open3d"),
 }
-"""What only the window needs, by the name that users know -> the distributions that it may come from."""
+"""Libraries that only the window needs: display name -> distributions that may contain it."""
 
 
 def versions() -> dict[str, str]:
-    """Versions by name; "not installed" of what is not there."""
+    """Return versions by name; "not installed" for missing libraries."""
     libraries = library_versions()
     known = {
         "ILF Studio": ilf.__version__,
@@ -33,7 +33,7 @@ def versions() -> dict[str, str]:
 
 
 def versions_text() -> str:
-    """The same, a line each."""
+    """Return the versions as text, one line each."""
     return "\n".join(f"{name}: {number}" for name, number in versions().items())
 
 

@@ -1,1 +1,1 @@
-"""What a user does: a room or a file each, with its panel, dialog, presenter and commands together."""
+"""Features of the window: a package or a module each, with its panel, dialog, presenter and commands."""

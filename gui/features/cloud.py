@@ -1,4 +1,4 @@
-"""Brings the depth of the present frame to the 3D view, for those who look at it."""
+"""Shows the depth of the current frame in the 3D view while that view is visible."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from ..views.linked_views import LinkedViews
 from ..views.presenter import colour_table
 from ..work.latest_question import LatestQuestion
 
-# Links the points of the cloud with the pixels of the images, both ways.
+# Links the points of the cloud with the pixels of the images, in both directions.
 
 
 class CloudLinks(QObject):
-    """What the pointer is at is marked in cloud and images alike; a click on a point chooses its block, or is for the
-    tool if points are all that it needs.
+    """Link between cloud and images: marks the position of the pointer in both. A click on a point selects its block,
+    or goes to the tool if the tool needs points only.
 
     Parameters
     ----------
     shows_present : callable
-        Whether the cloud is of the present frame.
+        Returns whether the cloud shows the current frame.
     """
 
     def __init__(
@@ -85,25 +85,26 @@ _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
     "Open it again and choose a camera, or give fx, fy, cx, cy."
 )
-_NONE_CHOSEN = "No block is chosen.\nClick on one in the images or in the table, or show all of the cloud."
-_NOTHING_KNOWN = "There is no depth here that could be shown."
+_NONE_CHOSEN = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
+_NOTHING_KNOWN = "There is no depth to show."
 
 
 class _Question(NamedTuple):
     wish: Wish
     before: Scene | None
-    """A scene of the same points, if there is one."""
+    """Scene with the same points; None if there is none."""
 
 
 class CloudPresenter(QObject):
-    """The cloud of the present frame, made anew off the GUI's thread when something of it has changed.
+    """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
 
     Signals
     -------
     failed(object)
-        The exception that kept a cloud from being made.
+        The exception raised while a cloud was built.
     changed()
-        What `show` would show has changed: other colours, raw depth or completed, all or some, other runs or truth.
+        The output of `show` has changed: colours, raw or completed depth, all or selected blocks, compared runs, or
+        ground truth.
     """
 
     failed = Signal(object)
@@ -119,9 +120,9 @@ class CloudPresenter(QObject):
         self._wish: Wish | None = None
         self._made: tuple[Wish, Scene] | None = None
         self._seen = ""
-        """The key of the session whose cloud was shown last: it is looked at from where it was."""
+        """Key of the session whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
-        """Label map and colours as they were when they were last wanted."""
+        """Label map and colours of the last request."""
         self._questions = LatestQuestion[_Question, Scene](lambda question: compose(*question), self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
@@ -152,14 +153,14 @@ class CloudPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a cloud is to come."""
+        """Whether a cloud is being built."""
         return self._questions.busy
 
     def show(self) -> None:
-        """The cloud, or why there is none."""
+        """Show the cloud, or the reason why there is none."""
         session = self._workspace.session if self._workspace.has_session else None
         if self._wish is not None and (session is None or session.key != self._wish.key):
-            self._drop()  # what was shown of closed frames shall not keep them
+            self._drop()  # release the data of closed frames
         if not self._cloud.isVisible():
             return
         if session is None:
@@ -179,7 +180,7 @@ class CloudPresenter(QObject):
                 self._questions.ask(_Question(wish, self._scene_before(wish)))
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the threads have ended."""
+        """Stop permanently before the window closes. True if the threads have ended."""
         return all([self._questions.shutdown(), self._cloud.shutdown()])
 
     def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> Wish:
@@ -219,7 +220,7 @@ class CloudPresenter(QObject):
         return Wish(session.key, intrinsics, subject, by, chosen, title)
 
     def _range(self, kind: str) -> Range:
-        """How a range is found, with the levels that stay whatever is shown; depth has those of the images."""
+        """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
         if kind == "depth":
             return Range(FIXED, self._views.levels)
         one = self._views.ranges.of(kind)
@@ -234,7 +235,7 @@ class CloudPresenter(QObject):
         self._blocks = None
 
     def _scene_before(self, wish: Wish) -> Scene | None:
-        """The scene that there is, if it has the points that are wished for."""
+        """The existing scene if it has the requested points, else None."""
         return self._made[1] if self._made is not None and wish.has_same_points(self._made[0]) else None
 
     def _take(self, question: _Question, scene: Scene) -> None:
@@ -249,32 +250,32 @@ class CloudPresenter(QObject):
             self._cloud.set_message(_NOTHING_KNOWN)
 
     def _drop(self, message: str = "") -> None:
-        """Show no cloud, and forget what has been shown."""
+        """Show no cloud, and release the data of the last one."""
         self._questions.forget()
         self._wish = self._made = self._blocks = None
         self._cloud.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
-        """Mark the value at a pixel on the colour bar."""
+        """Mark the value of a pixel on the colour bar."""
         wish = self._made[0] if self._made is not None and pixel is not None and self._shows_present() else None
         self._cloud.bar.set_value(None if wish is None or pixel is None else value_of(wish.subject, wish.by, pixel))
 
     def _shows_present(self) -> bool:
-        """Whether the cloud that is shown is of the present frame."""
+        """Whether the visible cloud is of the current frame."""
         made = self._made
         return made is not None and self._workspace.has_session and self._workspace.session.key == made[0].key
 
     @staticmethod
     def _lacking(session: Session) -> dict[ColourBy, str]:
-        """Which colours cannot be shown, and why."""
+        """Colourings that are not available -> reason."""
         completion, lacking = session.completion(), {}
         if completion is None:
             for by in (ColourBy.EXPECTED, ColourBy.DIFFERENCE, ColourBy.FILLED):
-                lacking[by] = "Nothing is completed yet: run it first"
+                lacking[by] = "No completed depth yet: run the frame first"
         elif not session.compared:
-            lacking[ColourBy.DIFFERENCE] = "No run is ticked for comparison: do so in the panel Runs"
+            lacking[ColourBy.DIFFERENCE] = "No run is ticked for comparison: tick one in the panel Runs"
         if session.frame.truth is None:
-            lacking[ColourBy.ERROR] = "This frame has no truth: load one"
+            lacking[ColourBy.ERROR] = "This frame has no ground truth: load one"
         if not session.counts():
             lacking[ColourBy.BLOCK] = "There are no blocks yet: extract them first"
         return lacking

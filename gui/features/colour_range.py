@@ -1,4 +1,4 @@
-"""The range of the colours: its panel, and what is done there."""
+"""The colour range: its panel and its commands."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel
 from .context import Desk, Part
 
-# Commands on the range of the colours.
+# Commands on the colour range.
 
 COMMANDS = (
     Command(
         "show_range",
-        "&Range of the colours",
+        "Colour &range",
         "ph.chart-bar",
         "Ctrl+Shift+G",
-        "Open the histogram of what is shown, with the ends of the colours",
+        "Open the histogram of the shown values with the limits of the colour range",
     ),
     Command(
         "lock_range",
-        "Loc&k the range",
+        "Loc&k colour range",
         "ph.lock",
         "",
-        "Keep the ends of the colours as they are, in all views, for all runs and frames",
+        "Keep the colour range in all views, for all runs and frames",
         checkable=True,
     ),
 )
 
 
-# A histogram with the two levels between which colours lie, to be dragged.
+# A histogram with the two limits of the colour range, which can be dragged.
 
 _BINS = 120
 _SHOWN = 0.5, 99.5
-"""Percentiles of the values that the axis holds, and the levels in any case."""
+"""Percentiles of the values that the axis covers; it always covers the levels."""
 _MARGIN = 0.04
 _AXIS_HEIGHT = 20
 _LEAST_LOG = 1e-3
@@ -52,7 +52,7 @@ class Histogram(pg.PlotWidget):
     Signals
     -------
     levelsDragged(float, float)
-        The user has moved a level; once per turn of the event loop.
+        The user has moved a level; emitted once per turn of the event loop.
     """
 
     levelsDragged = Signal(float, float)
@@ -73,8 +73,8 @@ class Histogram(pg.PlotWidget):
         axis.setHeight(_AXIS_HEIGHT)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setMinimumHeight(90)
-        self.setAccessibleName("Histogram of what is shown")
-        self.setToolTip("How often each value is shown. Drag the lines: they are the ends of the colours")
+        self.setAccessibleName("Histogram of the shown values")
+        self.setToolTip("Frequency of each value. Drag the lines to set the limits of the colour range")
         self._told = QTimer(self, singleShot=True, interval=0)
         self._told.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
         self._region.sigRegionChanged.connect(self._drag)
@@ -82,18 +82,18 @@ class Histogram(pg.PlotWidget):
 
     @property
     def levels(self) -> Levels:
-        """Where the lines are."""
+        """Positions of the two lines."""
         low, high = self._region.getRegion()
         return (10.0**low, 10.0**high) if self._logarithmic else (float(low), float(high))
 
     def set_scale(self, logarithmic: bool, symmetric: bool) -> None:
-        """Whether equal ratios are equally far apart, and whether the levels are centred at 0."""
+        """Set whether the axis is logarithmic, and whether the levels are symmetric around 0."""
         self._logarithmic, self._symmetric = logarithmic, symmetric
         axis = self.getAxis("bottom")
         axis.setLogMode(logarithmic)
 
     def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
-        """Draw the histogram of values, NaN for none, and put the lines at two levels; not while they are dragged."""
+        """Draw the histogram of values (NaN is ignored) and place the two lines; do nothing while they are dragged."""
         if self._told.isActive() or any(line.moving for line in self._region.lines):
             return
         ends = self._on_axis(np.array(levels, float))
@@ -104,7 +104,7 @@ class Histogram(pg.PlotWidget):
             low, high = min(low, float(least)), max(high, float(most))
         margin = _MARGIN * (high - low)
         counts, edges = np.histogram(known, _BINS, (low - margin, high + margin))
-        # the many pixels of one value, as 0, would hide all others
+        # a value of many pixels, such as 0, would dwarf all others
         self._curve.setData(edges, np.sqrt(counts))
         self.setXRange(low - margin, high + margin, padding=0)
         self.setYRange(0, float(np.sqrt(counts.max(initial=1))), padding=0.05)
@@ -112,11 +112,11 @@ class Histogram(pg.PlotWidget):
             self._region.setRegion(tuple(ends))
 
     def set_movable(self, movable: bool) -> None:
-        """Whether the lines can be dragged."""
+        """Set whether the lines can be dragged."""
         self._region.setMovable(movable)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Take the colours of the theme."""
+        """Apply the colours of the theme."""
         self.setBackground(colours.background)
         self._curve.setPen(pg.mkPen(colours.muted))
         tint = QColor(colours.muted)
@@ -148,25 +148,25 @@ class Histogram(pg.PlotWidget):
             self._told.start()
 
 
-# The panel of the range: a histogram with levels to drag, ways to find them, numbers, the lock, the colour map.
+# The panel: histogram with draggable levels, range mode, numbers, lock, colour map.
 
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 
 
 class RangePanel(QWidget):
-    """Shows one range, and hands on what the user does with it.
+    """Panel that shows one colour range and reports changes by the user.
 
     Signals
     -------
     modeChosen(str)
         One of `ranges.MODES`.
     levelsSet(float, float)
-        Numbers were typed, or a level was dragged.
+        The user typed a number or dragged a level.
     mapChosen(str)
         One of `colour_maps.DEPTH_MAPS`.
     shown()
-        The panel has come to be seen.
+        The panel has become visible.
     """
 
     modeChosen = Signal(str)
@@ -180,12 +180,15 @@ class RangePanel(QWidget):
         self.histogram = Histogram()
         self.histogram.levelsDragged.connect(self.levelsSet)
         self.title = PlainLabel()
-        self.mode = self._box(MODES, "How the range is found: robust leaves out one value in a hundred at each end")
-        self.mode.setAccessibleName("Way to the range")
+        self.mode = self._box(MODES, "How the range is computed: robust leaves out 1 % of the values at each end")
+        self.mode.setAccessibleName("Range mode")
         self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
-        self.low, self.high = self._number("Lower end of the colours"), self._number("Upper end of the colours")
-        self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colours of depth")
-        self.map.setAccessibleName("Colours of depth")
+        self.low, self.high = (
+            self._number("Lower limit of the colour range"),
+            self._number("Upper limit of the colour range"),
+        )
+        self.map = self._box({name: name.capitalize() for name in DEPTH_MAPS}, "Colour map of depth")
+        self.map.setAccessibleName("Colour map of depth")
         self.map.activated.connect(lambda _: self.mapChosen.emit(self.map.currentData()))
         lock_button = QToolButton()
         lock_button.setAutoRaise(True)
@@ -217,7 +220,7 @@ class RangePanel(QWidget):
         levels: Levels,
         one: Range,
     ) -> None:
-        """Show the range of a kind (`ranges.KINDS`) as it is, over the values of a view."""
+        """Show the range of a kind (`ranges.KINDS`) over the values of a view."""
         self._kind = kind
         self._pages.setCurrentWidget(self.histogram)
         self.title.setText(f"{title} [{KINDS[kind]}]")
@@ -233,7 +236,7 @@ class RangePanel(QWidget):
         self._allow(True, one.locked)
 
     def show_nothing(self, title: str, reason: str) -> None:
-        """Say why there is no range to be seen."""
+        """Show why there is no range."""
         self._kind = ""
         self.title.setText(title)
         self._nothing.setText(reason)
@@ -241,7 +244,7 @@ class RangePanel(QWidget):
         self._allow(False, False)
 
     def show_map(self, name: str) -> None:
-        """Mark the colours of depth that are in use."""
+        """Show the colour map of depth in use."""
         self.map.setCurrentIndex(self.map.findData(name))
 
     def _allow(self, there: bool, locked: bool) -> None:
@@ -250,7 +253,7 @@ class RangePanel(QWidget):
         self.map.setVisible(self._kind in ("", "depth"))
 
     def _type(self) -> None:
-        """A number was typed: of a range around 0, the other one follows."""
+        """Apply a typed number; in a range symmetric around 0, adapt the other one."""
         low, high = self.low.value(), self.high.value()
         if self._kind == "signed":
             far = abs(low) if self.sender() is self.low else abs(high)
@@ -294,7 +297,7 @@ _TITLE = "Range"
 
 
 class RangePart(Part):
-    """The range of what the active view shows; one range for all depths, one for all differences and errors."""
+    """Colour range of the active view; one range for all depths, one for all differences and errors."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -314,7 +317,7 @@ class RangePart(Part):
         self.panel.mapChosen.connect(views.set_depth_map)
 
     def show(self) -> None:
-        """The range of the active view, if anybody looks; whether it is locked in any case."""
+        """Show the range of the active view if the panel is visible; always show whether it is locked."""
         views = self.desk.views
         cell, kind = views.ranged, views.ranged.painter.range_kind
         there = self.desk.workspace.has_session and bool(kind) and cell.bar.levels is not None
@@ -328,7 +331,7 @@ class RangePart(Part):
             values = cell.painter.values()
             self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
         else:
-            self.panel.show_nothing(cell.strip.title, "Click on a view of depth, a difference or an error")
+            self.panel.show_nothing(cell.strip.title, "Click a view of depth, a difference or an error")
 
     def _set_mode(self, mode: str) -> None:
         cell = self.desk.views.ranged
@@ -340,11 +343,11 @@ class RangePart(Part):
         if low < high:
             views.ranges.set(views.ranged.painter.range_kind, FIXED, (low, high))
         else:
-            self.desk.notes.tell("The lower end of the colours must be below the upper one.")
+            self.desk.notes.tell("The lower limit of the colour range must be below the upper one.")
             self.desk.refresh.mark("range")
 
     def _set_lock(self, on: bool) -> None:
-        """Keep what is to be seen now, or find the range again."""
+        """Fix the current range, or compute it again."""
         views = self.desk.views
         kind, levels = views.ranged.painter.range_kind, views.ranged.bar.levels
         if kind:

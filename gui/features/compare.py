@@ -1,4 +1,4 @@
-"""What the views show: contents of the cells, and two depths compared by swipe, blink and side by side."""
+"""Contents of the views, and the comparison of two depths by swipe, by blinking and side by side."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ from ..views.presenter import ViewsPresenter, colour_table
 from ..work.latest_question import LatestQuestion
 from .context import Desk, Part
 
-# Commands on what the views show, and on two depths that are compared there.
+# Commands on the contents of the views, and on the comparison of two depths.
 
 COMMANDS = (
     Command(
         "view_content",
-        "Choose what a &view shows…",
+        "&View content…",
         "ph.list",
         "Ctrl+Shift+V",
-        "Choose what the view under the pointer shows, or the one clicked last; the same as a click on its title",
+        "Choose the content of the view under the pointer, or of the view clicked last; same as a click on its title",
     ),
-    Command("reset_contents", "R&eset what views show", "", "", "Let every view show what it showed at first"),
+    Command("reset_contents", "R&eset view contents", "", "", "Restore the default content of every view"),
     Command(
         "compare_two",
         "Compare &two",
         "ph.columns",
         "Shift+F4",
-        "Show sides A and B, their difference, and the error or the expected error; or back",
+        "Show sides A and B, their difference, and the error or the expected error; again to go back",
         checkable=True,
     ),
     Command(
@@ -55,26 +55,26 @@ COMMANDS = (
         "S&wipe between two",
         "ph.arrows-left-right",
         "Ctrl+Shift+X",
-        "Part the depth out by a handle: side A is left of it, side B right of it",
+        "Compare with a draggable divider: side A on the left, side B on the right",
         checkable=True,
     ),
     Command(
         "blink",
-        "Look at side &A",
+        "Show side &A",
         "ph.eye",
         "",
-        "Show side A in place of the result in all views; the same while V is held",
+        "Show side A instead of the result in all views; also while V is held",
         checkable=True,
     ),
-    Command("swap_sides", "Swap A and &B", "ph.swap", "", "Let the two sides of the comparison change places"),
+    Command("swap_sides", "Swap A and &B", "ph.swap", "", "Swap the two sides of the comparison"),
 )
 
 
-# Brings what there is to compare the present result with to the views: runs, the one before, the truth.
+# Passes what the current result is compared with to the views: runs, the previous run, ground truth.
 
 
 class Comparison(QObject):
-    """Runs that are ticked for comparison, and what stands in for the result while one looks at side A."""
+    """Runs that are ticked for comparison, and the replacement of the result while side A is shown."""
 
     def __init__(self, workspace: Workspace, views: LinkedViews, presenter: ViewsPresenter) -> None:
         super().__init__(views)
@@ -88,10 +88,10 @@ class Comparison(QObject):
         self._has_other_blocks = False
 
     def show(self) -> None:
-        """Truth and runs of the present frame, if they are not there yet."""
+        """Pass ground truth and runs of the current frame to the views, unless they have them."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._session:
-            self._session, self._truth, self._runs = session, None, ()  # they have gone with the frame before
+            self._session, self._truth, self._runs = session, None, ()  # discarded with the previous frame
         if session is None:
             self._earlier = None
             return
@@ -99,7 +99,7 @@ class Comparison(QObject):
             self._truth = session.frame.truth
             self._views.set_truth(session.frame.truth)
         earlier = earlier_run(session)
-        self._earlier = None if earlier is None else earlier.completion  # else it would be made anew every time
+        self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
         runs = [_shown(kept, session) for kept in session.compared]
         before = None if earlier is None else _shown(earlier, session)
         if not _same_runs((*runs, before), self._runs):
@@ -107,7 +107,7 @@ class Comparison(QObject):
             self._views.set_runs(runs, before)
 
     def look_at_a(self, on: bool) -> None:
-        """Show side A in place of the result, with the blocks that it was run with; or go back."""
+        """Show side A with the blocks of its run instead of the result, or go back."""
         session, side = self._session, self._views.sides.names[0]
         kept = None if session is None else _kept(session, side)
         if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
@@ -120,7 +120,7 @@ class Comparison(QObject):
 
 
 def earlier_run(session: Session) -> KeptRun | None:
-    """The latest kept run that the present result is not of."""
+    """The latest stored run whose results are not the current ones."""
     present = session.valid_results()
     return next(
         (
@@ -133,7 +133,7 @@ def earlier_run(session: Session) -> KeptRun | None:
 
 
 def _kept(session: Session, side: str) -> KeptRun | None:
-    """The run that a side of the comparison is of; None if it is of none."""
+    """The run of one side of the comparison; None if the side is no run."""
     if side == EARLIER:
         return earlier_run(session)
     number = RUNS.index(side) if side in RUNS else len(session.compared)
@@ -148,7 +148,7 @@ def _shown(kept: KeptRun, session: Session) -> ShownRun:
 
 
 def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:
-    """Whether these are the very same depths under the same names."""
+    """Whether both have the identical depth arrays under the same names."""
     return len(some) == len(others) and all(
         one is other or (one is not None and other is not None and _is_same(one, other))
         for one, other in zip(some, others, strict=True)
@@ -156,21 +156,21 @@ def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None,
 
 
 def _is_same(one: ShownRun, other: ShownRun) -> bool:
-    same_blocks = (one.blocks is None) == (other.blocks is None)  # a run's own never change
+    same_blocks = (one.blocks is None) == (other.blocks is None)  # the blocks of a run never change
     return one.depth is other.depth and (one.name, one.colour) == (other.name, other.colour) and same_blocks
 
 
-# What is worked out of the present frame for those who look at it: edges, holes interpolated, guide, spectrum.
+# Data derived from the current frame for visible views: edges, interpolated holes, guide, spectrum.
 
 _BANDS_SHOWN = 3.0
-"""How far the spectrum is shown, in times the pass band."""
+"""Shown extent of the spectrum, as a multiple of the pass band."""
 _LEAST_REACH = 24
-"""Wave numbers that are shown at least, where the grid has them."""
+"""Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """What is to be worked out, by a function off the GUI's thread; questions of the same key have the same answer."""
+    """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
 
     key: tuple[Any, ...]
     find: Callable[[], Any]
@@ -182,19 +182,19 @@ class _Question:
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
-    """Frames and results are the same only if they are the very same."""
+    """Whether two keys are the same; frames and results are compared by identity."""
     return len(one) == len(other) and all(
         a is b or (isinstance(a, (int, BlockParameters)) and a == b) for a, b in zip(one, other, strict=True)
     )
 
 
 class _Derived(QObject):
-    """One thing that is worked out: asked for when it is looked at and is another one, and shown when it is there.
+    """One kind of derived data: requested while visible and after a change, and shown when available.
 
     Signals
     -------
     failed(object)
-        The exception that kept it from being found.
+        The exception raised during the computation.
     """
 
     failed = Signal(object)
@@ -211,11 +211,11 @@ class _Derived(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is to come."""
+        """Whether a result is pending."""
         return self._questions.busy
 
     def want(self, question: _Question | None, otherwise: Any = None) -> None:
-        """Look for an answer, unless it has been found or is being looked for; None shows something else at once."""
+        """Request the result unless it is there or pending; None shows `otherwise` at once."""
         if question is None:
             self._asked = None
             self._questions.forget()
@@ -225,7 +225,7 @@ class _Derived(QObject):
             self._questions.ask(question)
 
     def shutdown(self) -> bool:
-        """Stop for good. True if the thread has ended."""
+        """Stop permanently. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take(self, question: _Question, answer: Any) -> None:
@@ -238,12 +238,12 @@ class _Derived(QObject):
 
 
 class DerivedPresenter(QObject):
-    """Edges, interpolated holes and the spectrum of the chosen block, each while it is to be seen; the fitted guide.
+    """Edges, interpolated holes and the spectrum of the selected block, each while visible; and the fitted guide.
 
     Signals
     -------
     failed(object)
-        The exception that kept one of them from being found. It is not tried again.
+        The exception raised during a computation, which is not repeated.
     """
 
     failed = Signal(object)
@@ -263,11 +263,11 @@ class DerivedPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether something is to come."""
+        """Whether a result is pending."""
         return any(one.busy for one in self._all)
 
     def show(self) -> None:
-        """Ask for what is looked at and not known yet."""
+        """Request what is visible and not yet computed."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._session:
             self._session = session
@@ -280,7 +280,7 @@ class DerivedPresenter(QObject):
             self._edges.want(_Question((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):
             self._interpolated.want(_Question((frame,), lambda: linear(frame)))
-        # not only when it is looked at: a run needs it, too
+        # also while it is not visible: a run needs it, too
         self._guide.want(None if frame.guide is None else _Question((frame,), lambda: _fitted(frame)))
         if self._views.shows("spectrum"):
             self._ask_spectrum(session)
@@ -289,13 +289,13 @@ class DerivedPresenter(QObject):
         label = self._workspace.chosen
         result = session.valid_results().get(label)
         if not label:
-            self._spectrum.want(None, "Choose a block")
+            self._spectrum.want(None, "Select a block")
         elif result is None or not result.history:
             self._spectrum.want(None, f"{session.info(label).name} has not been run")
         elif not isinstance(last := result.history[-1], PassBandRecord):
             self._spectrum.want(
                 None,
-                f"{session.info(label).name} has no pass band: it was run without the presets of the paper",
+                f"{session.info(label).name} has no pass band: select a preset of the paper and run it again",
             )
         else:
             radii, name, padding = last.radii, session.info(label).name, result.parameters.padding
@@ -304,13 +304,13 @@ class DerivedPresenter(QObject):
             self._spectrum.want(_Question((result,), lambda: _spectrum(depth, padding, radii, name)))
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if all threads have ended."""
+        """Stop permanently before the window closes. True if all threads have ended."""
         ended = [one.shutdown() for one in self._all]
         return all(ended)
 
 
 def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
-    """The frame's guide, fitted to its known depth [m]."""
+    """Return the frame's guide, fitted to its known depth [m]."""
     fitted = fit_guide(frame)
     return None if fitted is None else fitted.depth
 
@@ -325,7 +325,7 @@ _NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
 
 
 class LookingPart(Part):
-    """Brings the views what their cells want to show, and carries out what is asked of two depths."""
+    """Contents of the views, and the commands of the comparison of two depths."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -335,8 +335,8 @@ class LookingPart(Part):
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
-        """What a view showed before it had to show the result: name of its cell -> content."""
-        self.derived.failed.connect(lambda error: desk.notes.report("What a view shows", error))
+        """Content of a view before the result replaced it: name of its cell -> content."""
+        self.derived.failed.connect(lambda error: desk.notes.report("View content", error))
         compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
         results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
         turned, *later = results
@@ -365,7 +365,7 @@ class LookingPart(Part):
         views.layoutChanged.connect(self._follow_layout)
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
         for changed in (workspace.session_changed, workspace.guide_changed, *edits):
-            changed.connect(lambda *_: actions["blink"].setChecked(False))  # who edits sees what comes of it
+            changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
         workspace.session_changed.connect(self._allow)
         self._allow()
 
@@ -374,15 +374,15 @@ class LookingPart(Part):
         self.desk.actions.allow(no_frame, *_NEED_A_FRAME)
 
     def _follow_layout(self, name: str) -> None:
-        """Side by side, neither side is parted."""
+        """Switch swiping off in the side-by-side layout."""
         self._was_compared = False
         self.desk.actions["compare_two"].setChecked(name == COMPARE)
         if name == COMPARE:
             self.desk.actions["swipe"].setChecked(False)
 
     def _swipe(self, on: bool) -> None:
-        """The handle, in place of both sides beside each other, and the result to see it over if that is shown
-        nowhere; what gave way for it comes back after it."""
+        """Show the divider instead of both sides side by side, and show the result if no view does; switching off
+        restores the former contents."""
         views = self.desk.views
         if not on:
             views.sides.set_swiping(False)
@@ -396,7 +396,7 @@ class LookingPart(Part):
         was_compared = views.layout_name == COMPARE
         if was_compared:
             views.toggle_layout(COMPARE)
-        self._was_compared = was_compared  # until there is another layout
+        self._was_compared = was_compared  # until another layout is chosen
         if not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
             name = next(name for name, cell in views.cells.items() if cell is views.active)
             self._replaced = {name: views.cells[name].content}
@@ -404,5 +404,5 @@ class LookingPart(Part):
         views.sides.set_swiping(True)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread is left."""
+        """Stop permanently before the window closes. True if no thread is left."""
         return self.derived.shutdown()

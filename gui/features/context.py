@@ -1,4 +1,4 @@
-"""What the parts of the window share, and what a part is."""
+"""Context that the features of the window share, and the base class of features."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from .filter.presenter import FilterPresenter
 
 
 class UnderWay(NamedTuple):
-    """Work in the background whose outcome is lost with what it is about.
+    """Pending background work, whose result is lost if its frame is closed.
 
     Attributes
     ----------
     what : str
-        As in "a sweep of Threshold".
+        Description, such as "a sweep of Threshold".
     session : Session or None
-        The frame that it is about; None if it is about none.
+        The frame of the work; None for none.
     """
 
     what: str
@@ -48,7 +48,7 @@ class UnderWay(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Desk:
-    """What is worked on, what works, and where it is shown: all that a part of the window may need of the others."""
+    """Shared objects of the window: data, workers and widgets that a feature may use."""
 
     window: QMainWindow
     workspace: Workspace
@@ -70,16 +70,16 @@ class Desk:
     store: WorkStore
     recorder: Recorder
     under_way: Callable[[], Sequence[UnderWay]]
-    """What all parts have under way, runs of frames aside."""
+    """Returns the pending work of all features, without the runs of frames."""
     chosen_frames: Callable[[], Sequence[Entry]]
-    """The frames whose rows are chosen in the list."""
+    """Returns the frames whose rows are selected in the list."""
 
 
 class Part(QObject):
-    """One thing that a user does, with all that belongs to it.
+    """One feature of the window with all that belongs to it.
 
-    It makes its widgets, adds its panels to the desk's, has them brought up to date by the desk's refresh, and carries
-    its own commands out.
+    A feature creates its widgets, adds its panels to the context's docks, registers their updates with the context's
+    refresh, and executes its own commands.
     """
 
     def __init__(self, desk: Desk) -> None:
@@ -87,12 +87,12 @@ class Part(QObject):
         self.desk = desk
 
     def begin(self) -> None:
-        """The window has all its parts and menus, and is about to be shown."""
+        """Called when the window has all features and menus, just before it is shown."""
 
     def under_way(self) -> Sequence[UnderWay]:
-        """What it does in the background, and would be lost."""
+        """Pending background work that would be lost."""
         return ()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread of it is left."""
+        """Stop permanently before the window closes. True if no thread of the feature is left."""
         return True

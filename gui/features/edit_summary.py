@@ -1,4 +1,4 @@
-"""Says what every edit has done, and shows the state before it while a key is held."""
+"""Summary of the last edit, and the view of the state before it while a key is held."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from ..work.frame_runs import RunState
 from ..work.latest_question import LatestQuestion
 from ..work.runs import RunController
 
-# One line under the views that says what the last edit has done, until the next.
+# One line under the views with the summary of the last edit.
 
 _EQUAL = 0.05
-"""Errors that differ by a smaller share are as good as equal."""
+"""Errors that differ by a smaller share count as equal."""
 
 _MARGIN = 8
 
@@ -43,14 +43,14 @@ class _Words(NamedTuple):
     held_out: str
 
 
-_LONG = _Words("{} px moved", "filled {}", "RMSE against the truth {}", "expected error, RMS {}", "on hidden depth {}")
-_SHORT = _Words("{} px", "filled {}", "truth {}", "expected RMS {}", "hidden {}")
+_LONG = _Words("{} px moved", "filled {}", "RMSE against ground truth {}", "expected error, RMS {}", "hold-out {}")
+_SHORT = _Words("{} px", "filled {}", "ground truth {}", "expected RMS {}", "hold-out {}")
 
 
 class EffectLine(QWidget):
-    """What the last edit was, and whether it was for the better.
+    """Line that shows the last edit and whether it reduced the error.
 
-    It has its place before there is an edit: the pictures would move under the pointer otherwise.
+    It takes its space before the first edit, so that the images do not move under the pointer.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -59,11 +59,10 @@ class EffectLine(QWidget):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
-            "What the last edit has done. Against the truth, where the frame has one: root mean square error of what "
-            "the touched blocks fill, before and after. On hidden depth: the known depth near the border is hidden, "
-            "and the blocks there are completed without it: mean absolute error, a hint, right in about two of three "
-            "cases. "
-            "Hold B to look at the state before the edit."
+            "Effect of the last edit. Ground truth, if the frame has one: root mean square error of the pixels filled "
+            "in the edited blocks, before and after. Hold-out: known depth near the edited border is hidden, and the "
+            "blocks there are completed without it; mean absolute error, correct in about two of three cases. "
+            "Hold B to see the state before the edit."
         )
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
@@ -73,17 +72,17 @@ class EffectLine(QWidget):
         self._write()
 
     def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
-        """Show what an edit is called, what it has done as far as that is known, and a note."""
+        """Show the title of an edit, its effect as far as known, and a note."""
         self._said = text, effect, note
         self._write()
 
     def mark_look(self, on: bool) -> None:
-        """Say that the state before the edit is what is to be seen, or no longer."""
+        """Show whether the views show the state before the edit."""
         self._looks = on
         self._write()
 
     def clear(self) -> None:
-        """There has been no edit."""
+        """Show that there has been no edit."""
         self._said = None
         self._write()
 
@@ -99,12 +98,12 @@ class EffectLine(QWidget):
     def _write(self) -> None:
         if self._said is None:
             tone = theme.colours(self.palette()).muted.name()
-            self.label.setText(f'<span style="color:{tone}">What an edit does to the depth is said here.</span>')
+            self.label.setText(f'<span style="color:{tone}">The effect of your last edit appears here.</span>')
             return
         text, effect, note = self._said
         if self._looks:
             tone = theme.colours(self.palette()).accent.name()
-            self.label.setText(f'<span style="color:{tone}"><b>The state before: {html.escape(text)}</b></span>')
+            self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
             return
         words = self._words(_LONG, text, effect, note)
         if effect is not None and _width(words, self.label) > self.contentsRect().width() - 2 * _MARGIN:
@@ -126,20 +125,20 @@ class EffectLine(QWidget):
         return " &nbsp;·&nbsp; ".join(parts)
 
     def _change(self, before: float, after: float) -> str:
-        """Two errors [m] as text, in the colour of better or worse."""
+        """Return two errors [m] as text, coloured as better or worse."""
         differ = abs(after - before) > _EQUAL * max(before, after)
         better = after < before if differ else None
         return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
 
     def _tinted(self, before: str, after: str, better: bool | None) -> str:
-        """Two values; None where neither is the better one."""
+        """Return two values as text; `better` is None where they count as equal."""
         colours = theme.colours(self.palette())
         tone = {True: colours.good, False: colours.error, None: colours.text}[better]
         return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
 
 
 def _width(text: str, label: QLabel) -> float:
-    """How wide rich text is in a label's font [px]."""
+    """Return the width of rich text in a label's font [px]."""
     document = QTextDocument()
     document.setDocumentMargin(0)
     document.setDefaultFont(label.font())
@@ -147,12 +146,12 @@ def _width(text: str, label: QLabel) -> float:
     return document.idealWidth()
 
 
-_UNKNOWN = "too little known depth near it to judge it by"
+_UNKNOWN = "too little known depth nearby to evaluate it"
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """An edit, the run that the frame is after it, and what was completed before and after."""
+    """An edit, the run of the frame after it, and the completions before and after it."""
 
     patch: LabelPatch
     forward: bool
@@ -163,14 +162,14 @@ class _Question:
 
 
 class EffectPresenter(QObject):
-    """The line that says what the last edit of the present frame has done.
+    """Presenter of the line that summarises the last edit of the current frame.
 
-    What it did to the depth is worked out when the touched blocks have been solved again, off the GUI's thread.
+    The effect on depth is computed in a worker thread once the edited blocks have been completed again.
 
     Parameters
     ----------
     live : QAction
-        Whether blocks are solved again after edits; without, what an edit did is known after the next run.
+        Whether blocks are completed again after edits; if not, the effect is known after the next run.
     """
 
     def __init__(
@@ -187,12 +186,12 @@ class EffectPresenter(QObject):
         self._edited = False
         """Whether there is a state before an edit."""
         self._before: Completion | None = None
-        """What was completed before the last edit."""
+        """Completion before the last edit."""
         self._present: Completion | None = None
-        """What is completed, as it was when nothing was under way."""
+        """Completion when no run was in progress."""
         self._questions = LatestQuestion[_Question, Effect](_find, self)
         self._questions.answered.connect(self._say)
-        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
+        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
         workspace.replaced.connect(self._forget)
@@ -204,11 +203,11 @@ class EffectPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether an effect is to come."""
+        """Whether a summary is pending."""
         return self._questions.busy
 
     def look(self, on: bool) -> None:
-        """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
+        """Show the blocks and the depth before the last edit (after it if it was undone), or go back."""
         self._line.mark_look(on)
         if not on or not self._edited:
             self._views.show_present()
@@ -219,7 +218,7 @@ class EffectPresenter(QObject):
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take(self, change: Change) -> None:
@@ -230,13 +229,13 @@ class EffectPresenter(QObject):
         self._go_on()
 
     def _take_distrusted(self) -> None:
-        """Other depth is distrusted: the state before it can be seen; its effect is that on all blocks."""
+        """Handle a change of the invalid mask: the state before it can be viewed; it affects all blocks."""
         before = self._present
         self._forget()
         self._edited, self._before = True, before
         frame = self._workspace.session.frame
         count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
-        self._line.say("Distrusted depth", note=f"{grouped(count)} px" if count else "none")
+        self._line.say("Invalid depth", note=f"{grouped(count)} px" if count else "none")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
@@ -253,14 +252,14 @@ class EffectPresenter(QObject):
         session = self._change.session
         solved = bool(session.results.kept) or not self._live.isChecked()
         if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
-            return  # they are still to be solved
+            return  # they are not completed yet
         self._asked = True
         run = session.run(self._workspace.parameters)
         change = self._change
         self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
     def _ask_again(self) -> None:
-        """There is something else to judge the edit by."""
+        """Evaluate the edit again, because the ground truth has changed."""
         self._asked = self._change is None
         self._go_on()
 
@@ -282,25 +281,25 @@ def _title(change: Change) -> str:
 
 
 def _find(question: _Question) -> Effect:
-    """Off the GUI's thread."""
+    """Compute the summary; called in a worker thread."""
     run, patch = question.run, question.patch
     labels = _labels_before(patch, question.forward, run.blocks)
     before = replace(run, blocks=labels, drawn=_drawn_before(question.drawn, question.forward, run))
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
     known = question.before is not None and there <= question.before.results.keys()
-    completed = question.before if known else None  # what was edited before and not run since has no result to compare
+    completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
     return edit_effect(before, run, patch, (completed, question.after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The label map of before a change, which has made it what it is."""
+    """Return the label map before a change, given the map after it."""
     former = labels.copy()
     (patch.revert if forward else patch.apply)(former)
     return former
 
 
 def _drawn_before(change: DrawnChange, forward: bool, run: Run) -> NDArray[np.bool_]:
-    """The drawn pixels of before a change."""
+    """Return the mask of drawn borders before a change."""
     box, before, after = change
     former = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
     former[box] = before if forward else after

@@ -1,4 +1,4 @@
-"""Brings the stages of the extraction to their view, and extracts blocks when asked to."""
+"""Shows the stages of the extraction in their view, and extracts blocks on request."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
+from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import stage_picture
@@ -30,18 +31,18 @@ from ..work.latest_question import LatestQuestion
 
 
 class ExtractionPanel(QWidget):
-    """Form of the extraction's parameters, and what is to be done with them.
+    """Form with the parameters of the extraction, and the commands that use them.
 
     Signals
     -------
     edited(object)
-        The user set other BlockParameters.
+        The user has changed the BlockParameters.
     preview_switched(bool)
-        The user switched the preview on or off.
+        The user has switched the preview on or off.
     keeping_switched(bool)
-        The user wants blocks made by hand to stay, or not.
+        The user has switched keeping of blocks made by hand on or off.
     view_wished()
-        The user followed `offer_view` and wants to see what the values give.
+        The user has clicked the link of `offer_view` to see the result of the parameters.
     """
 
     edited = Signal(object)
@@ -56,13 +57,15 @@ class ExtractionPanel(QWidget):
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._preview = QCheckBox("Preview")
         self._preview.setChecked(True)
-        self._preview.setToolTip("The view of the extraction follows the values below; the frame's blocks do not")
+        self._preview.setToolTip(
+            "Update the view of the extraction as the parameters below change; the frame's blocks stay as they are"
+        )
         self._preview.clicked.connect(self.preview_switched)
         self._keep = QCheckBox("Keep blocks made by hand")
         self._keep.setChecked(True)
         self._keep.setToolTip(
-            "When blocks are extracted again, those that you made, enlarged, merged or erased from stay as they are, "
-            "as locked ones do"
+            "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
+            "blocks are always kept"
         )
         self._keep.clicked.connect(self.keeping_switched)
         self._summary = QLabel()
@@ -88,44 +91,44 @@ class ExtractionPanel(QWidget):
 
     @property
     def previews(self) -> bool:
-        """Whether the view of the extraction is to follow the values."""
+        """Whether the view of the extraction follows the parameters."""
         return self._preview.isChecked()
 
     def show_summary(self, text: str, warning: str = "") -> None:
-        """Say what the values give, and what should be known of it."""
+        """Show a summary of the result of the parameters, and a warning."""
         self._text, self._warning, self._layout = text, warning, ""
         self._write()
 
     def offer_view(self, layout: str) -> None:
-        """Say in which layout there is to be seen what the values give, with a link to it."""
+        """Show a link to the layout that shows the result of the parameters."""
         self._text, self._warning, self._layout = "", "", layout
         self._write()
 
     def _write(self) -> None:
         colours = theme.colours(self.palette())
         pairs = ((self._text, colours.muted), (self._warning, colours.warning))
-        # not by palette, which a new application style sheet would take away
+        # not by palette, which a new application style sheet would reset
         lines = [f'<span style="color: {tone.name()}">{html.escape(text)}</span>' for text, tone in pairs if text]
         if self._layout:
             link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(self._layout)}</a>'
-            text = f"Choose the layout {link} to see what these values give."
+            text = f"Choose the layout {link} to see the result of these parameters."
             lines.append(f'<span style="color: {colours.muted.name()}">{text}</span>')
         self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))
 
     def changeEvent(self, event: QEvent) -> None:
-        """Take the colours of another theme."""
+        """Apply the colours of another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "form"):
             self._write()
 
 
-# The stages of the extraction while its parameters change, worked out and drawn off the GUI's thread.
+# The stages of the extraction while its parameters change, computed and drawn in a worker thread.
 
 
 @dataclass(frozen=True)
 class Question:
-    """Which picture is wanted."""
+    """Request for the picture of one stage."""
 
     frame: RGBDFrame
     parameters: BlockParameters
@@ -134,7 +137,7 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The picture, as `stage_picture` gives it, and what it shows."""
+    """Picture returned by `stage_picture`, with the extraction that it shows."""
 
     question: Question
     found: Found
@@ -142,17 +145,16 @@ class Answer:
 
 
 class ExtractionPreview(QObject):
-    """Answers the latest question about stages.
+    """Computes the latest requested picture of a stage.
 
-    The last extraction is held, so that its other stages cost only their pictures.
+    The last extraction is cached, so that its other stages only have to be drawn.
 
     Signals
     -------
     found(object)
-        An Answer; during a drag, also to questions that have been overtaken since, but never about another frame
-        than that turned to.
+        An Answer; during a drag also answers to outdated requests, but never of another frame than the current one.
     failed(object)
-        The exception that kept a question from being answered.
+        The exception raised by a request.
     """
 
     found = Signal(object)
@@ -167,38 +169,38 @@ class ExtractionPreview(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is to come."""
+        """Whether an answer is pending."""
         return self._questions.busy
 
     def ask(self, question: Question) -> None:
-        """Find a picture; `found` follows."""
+        """Request a picture; `found` follows."""
         self._questions.ask(question)
 
     def hold(self, found: Found) -> None:
-        """Take an extraction that was made elsewhere."""
+        """Cache an extraction that was made elsewhere."""
         self._held = found
 
     def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Found | None:
-        """The extraction of a frame with these parameters, if that is the one held."""
-        held = self._held  # it may be let go while another thread looks at it
+        """Return the cached extraction if it is of this frame with these parameters, else None."""
+        held = self._held  # another thread may replace it meanwhile
         return held if held is not None and held.answers(frame, parameters) else None
 
     def held_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
-        """What the extraction that is held was made with, if it is of this frame."""
+        """Return the parameters of the cached extraction if it is of this frame, else None."""
         return self._held.parameters if self._held is not None and self._held.frame is frame else None
 
     def turn_to(self, frame: RGBDFrame | None) -> None:
-        """Hold no extraction of another frame, and answer no question about one any more."""
+        """Drop a cached extraction of another frame, and all pending requests."""
         if self._held is not None and self._held.frame is not frame:
             self._held = None
         self._questions.forget()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _find(self, question: Question) -> Answer:
-        """Off the GUI's thread."""
+        """Compute an answer; called in a worker thread."""
         found = self.held(question.frame, question.parameters) or find(question.frame, question.parameters)
         return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
 
@@ -208,36 +210,36 @@ class ExtractionPreview(QObject):
 
 
 LAYOUT = "grid-extraction"
-"""Layout that is chosen when stages are asked for and their view is not to be seen."""
+"""Layout to switch to when a stage is requested and its view is not visible."""
 
 _SLOW_MS = 300
-"""Age at which an extraction is worth saying that it is under way: an edge network's first look at a frame."""
+"""Delay until a running extraction is shown [ms]: an edge network's first pass over a frame takes longer."""
 
-_OFF = "Switch on the preview of the extraction, or extract blocks"
+_OFF = "Switch the preview of the extraction on, or extract blocks"
 
 
 class StagePresenter(QObject):
-    """Decides what the view of the extraction shows, and what the panel says of it.
+    """Presenter of the view of the extraction and of the summary in the panel.
 
-    While that view is to be seen and the preview is on, it follows the panel's parameters; with the preview off it
-    keeps to the last extraction of the frame. The frame's blocks change by `extract` alone. While they are being
-    extracted it waits for what that gives, rather than have the same done a second time beside it.
+    While the view is visible and the preview is on, it follows the panel's parameters; with the preview off it shows
+    the last extraction of the frame. Only `extract` changes the frame's blocks. While they are being extracted, the
+    presenter waits for that result instead of computing it a second time.
 
     Parameters
     ----------
     is_extracting : callable
-        Whether a session's blocks are being extracted, or about to be; `hold` or `go_on` follows.
+        Returns whether a session's blocks are being extracted or about to be; `hold` or `go_on` follows.
 
     Signals
     -------
     changed()
-        `show` would show something else: another stage, or the preview was switched.
+        The output of `show` has changed: another stage, or the preview was switched.
     described()
-        `describe` would say something else.
+        The output of `describe` has changed.
     extraction_wished(object, object)
-        The blocks of a session are to be extracted; what has been Found already by these parameters, or None.
+        Request to extract the blocks of a session; the Found of these parameters if it exists already, or None.
     view_wished()
-        The linked views are to be brought to the front.
+        Request to bring the linked views to the front.
     """
 
     changed = Signal()
@@ -257,7 +259,7 @@ class StagePresenter(QObject):
         self._workspace = workspace
         self._is_extracting = is_extracting
         self._waits = False
-        """Whether there is something to ask once the blocks have been extracted."""
+        """Whether a request waits until the blocks have been extracted."""
         self._views = views
         self._panel = panel
         self._notes = notes
@@ -279,11 +281,11 @@ class StagePresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a picture is to come."""
+        """Whether a picture is pending."""
         return self._preview.busy or self._waits
 
     def show(self) -> None:
-        """What is to be seen now of frame, parameters and stage, with what the panel says of it."""
+        """Update the picture and the summary from frame, parameters and stage."""
         self._panel.form.set_parameters(self._workspace.extraction_parameters)
         frame = self._workspace.session.frame if self._workspace.has_session else None
         if frame is not self._frame:
@@ -310,7 +312,7 @@ class StagePresenter(QObject):
             self._preview.ask(Question(frame, parameters, self._board.stage))
 
     def describe(self) -> None:
-        """Say in the panel what its values give, around which blocks."""
+        """Show the summary of the parameters' result in the panel, with the blocks that are kept."""
         panel, shown = self._panel, self._views.shows_extraction
         if self._frame is None or not self._workspace.has_session:
             panel.show_summary("")
@@ -324,7 +326,7 @@ class StagePresenter(QObject):
             panel.show_summary("")
 
     def _has_new_values(self) -> bool:
-        """Whether the frame's blocks have been extracted with others than the panel's values."""
+        """Whether the frame's blocks were extracted with other parameters than the panel's."""
         return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
 
     def _summary(self, found: Found) -> str:
@@ -332,19 +334,19 @@ class StagePresenter(QObject):
             title = "Preview"
         else:
             fits = found.parameters == self._workspace.extraction_parameters
-            title = "With these values" if fits else "With other values"
+            title = "With these parameters" if fits else "With other parameters"
         blocks = found.extraction.blocks
         locked, by_hand = self._workspace.staying(self._workspace.session)
         around = _describe_around(len(locked), len(by_hand))
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
 
     def show_stage(self, name: str) -> None:
-        """Show a stage, and the view of the extraction if it is not to be seen."""
+        """Show a stage, and the view of the extraction if it is not visible."""
         self._board.set_stage(name)
         self.show_view()
 
     def show_view(self) -> None:
-        """Bring the view of the extraction up if it is not to be seen."""
+        """Show the view of the extraction if it is not visible."""
         self.view_wished.emit()
         if not self._views.shows_extraction:
             self._views.set_content("extraction", "extraction")
@@ -356,18 +358,18 @@ class StagePresenter(QObject):
         self.changed.emit()
 
     def extract(self) -> None:
-        """Extract the blocks again with the panel's parameters; at once where that is what the preview has found."""
+        """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
         session = self._workspace.session
         found = self._preview.held(session.frame, self._workspace.extraction_parameters)
         self.extraction_wished.emit(session, found)
 
     def hold(self, found: Found) -> None:
-        """An extraction has been made for the blocks of a frame; it need not be made again for the view."""
+        """Reuse the extraction of a frame's blocks for the view."""
         self._preview.hold(found)
         self.changed.emit()
 
     def go_on(self) -> None:
-        """Some extraction of blocks has begun or ended: what was waited for may not come any more."""
+        """Update if waiting, because an extraction of blocks has started or ended and may not deliver a result."""
         if self._waits:
             self.changed.emit()
 
@@ -377,7 +379,7 @@ class StagePresenter(QObject):
         self._preview.shutdown()
 
     def _watch(self) -> None:
-        """Say that an extraction is under way if nothing has come of it after a while."""
+        """Show that an extraction is running if it takes long."""
         if not self.busy:
             self._slow.stop()
         elif not self._slow.isActive():
@@ -403,9 +405,9 @@ class StagePresenter(QObject):
 
 
 def _describe_around(locked: int, by_hand: int) -> str:
-    """What the new blocks would lie around; "" for nothing."""
+    """Return which kept blocks the new blocks surround; "" for none."""
     kinds = (locked, "locked"), (by_hand, "made by hand")
-    parts = [f"{count} block{'s' * (count != 1)} {kind}" for count, kind in kinds if count]
+    parts = [f"{counted(count, 'block')} {kind}" for count, kind in kinds if count]
     return f", around {' and '.join(parts)}" if parts else ""
 
 

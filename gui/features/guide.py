@@ -1,4 +1,4 @@
-"""The guide of a frame: loaded by a dialog, removed, and said what it is."""
+"""The guide of a frame: dialog to load it, command to remove it, and its description."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ COMMANDS = (
         "Load &guide…",
         "ph.compass",
         "",
-        "Follow depth or inverse depth of the frame from elsewhere, as far as the known depth bears it out",
+        "Use depth or inverse depth from another source, as far as it agrees with the known depth",
     ),
     Command("remove_guide", "Remove guide", "ph.x-circle", "", "Complete the frame without a guide"),
 )
 
 
-# The dialog that loads a guide: which file, and what the known depth makes of it.
+# The dialog that loads a guide: file, and the fit to the known depth.
 
 _FOLDER_KEY = "guide/folder"
 _NOTHING_CHOSEN = (
-    "Choose depth or inverse depth of this frame, in any unit: from a network that guesses depth from colour, or "
-    "another sensor. Zero and NaN say nothing."
+    "Choose depth or inverse depth of this frame, in any unit: from a network that predicts depth from colour, or "
+    "from another sensor. Zero and NaN are ignored."
 )
 
 
@@ -53,14 +53,14 @@ class GuideSource(NamedTuple):
 
 
 class Guided(NamedTuple):
-    """The frame with its guide, and that in metres."""
+    """The frame with its guide, and the guide fitted in metres."""
 
     frame: RGBDFrame
     fitted: FittedGuide
 
 
 def guided(source: GuideSource) -> Guided:
-    """Read the file, and fit it to the known depth; called off the GUI's thread."""
+    """Read the file and fit it to the known depth; called in a worker thread."""
     frame = source.frame.with_guide(load_guide(source.path, source.frame.shape))
     fitted = fit_guide(frame)
     assert fitted is not None
@@ -68,13 +68,13 @@ def guided(source: GuideSource) -> Guided:
 
 
 class GuideDialog(ReadingDialog[GuideSource, Guided]):
-    """Choose a guide, and see what it is before it is taken.
+    """Dialog to choose a guide, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
     questions : LatestQuestion
-        Which reads a `GuideSource`.
+        Reads a `GuideSource` in a worker thread.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
         super().__init__(title, placeholder, _NOTHING_CHOSEN, "Guide, fitted", _FOLDER_KEY, questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the guide")
-        self.load_button.setToolTip("Follow this guide in the runs to come")
+        self.load_button.setToolTip("Use this guide in the next runs")
         self.file_button.setToolTip("Choose the file with the guide")
         label = PlainLabel("&Guide")
         label.setBuddy(self.path)
@@ -110,8 +110,8 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
 
 
 def described(fitted: FittedGuide) -> str:
-    """How much a guide says, and how far it is believed."""
-    said = f"It says something of {(fitted.confidence > 0).mean():.0%} of the pixels"
+    """Describe the coverage of a guide and its belief."""
+    said = f"It covers {(fitted.confidence > 0).mean():.0%} of the pixels"
     return f"{said}, and is {fitted.in_words()}."
 
 
@@ -128,11 +128,11 @@ class GuidePart(Part):
         for changed in (workspace.session_changed, workspace.guide_changed):
             changed.connect(self._allow)
         self._told: WeakSet[Session] = WeakSet()
-        """Frames that it has been said of that they came with a guide, or that have been given one."""
+        """Frames whose guide has been reported, or loaded here."""
         self._allow()
 
     def ask(self) -> None:
-        """Load a guide of the present frame, by the dialog."""
+        """Load a guide for the current frame by the dialog."""
         session = self.desk.workspace.session
         dialog = GuideDialog(session.frame, self._reader, self.desk.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -140,7 +140,7 @@ class GuidePart(Part):
         dialog.open()
 
     def load(self, path: str) -> bool:
-        """Take the guide of the present frame from a file; False, with a message, if it cannot be."""
+        """Load the guide of the current frame from a file; return False, with a message, if that fails."""
         session = self.desk.workspace.session
         try:
             found = guided(GuideSource(session.frame, path))
@@ -151,19 +151,19 @@ class GuidePart(Part):
         return True
 
     def remove(self) -> None:
-        """Complete the present frame without a guide."""
+        """Complete the current frame without a guide."""
         self.desk.workspace.set_guide(None, "Remove guide")
-        self.desk.notes.tell("The guide is removed.")
+        self.desk.notes.tell("Guide removed.")
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread of it is left."""
+        """Stop permanently before the window closes. True if no thread of the feature is left."""
         return self._reader.shutdown()
 
     def _take(self, session: Session, found: Guided) -> None:
         workspace, guide = self.desk.workspace, found.frame.guide
         if session not in workspace.sessions or guide is None:
             return
-        workspace.show_session(session)  # another may have been opened meanwhile
+        workspace.show_session(session)  # another frame may have been opened meanwhile
         self._told.add(session)
         workspace.set_guide(guide, "Load guide")
         name = "" if guide.path is None else f" {Path(guide.path).name}"
@@ -176,6 +176,6 @@ class GuidePart(Part):
         if has_guide and workspace.session not in self._told:
             self._told.add(workspace.session)
             name = workspace.session.name
-            self.desk.notes.tell(f"{name} has a guide, which runs follow. To go without: File > Remove guide.")
+            self.desk.notes.tell(f"{name} has a guide, which the runs use. To run without it: File > Remove guide.")
         self.desk.actions.allow(no_frame, "load_guide")
         self.desk.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")

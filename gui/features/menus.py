@@ -1,4 +1,4 @@
-"""Menus and tool bar: which command stands where."""
+"""Menus and tool bar: the place of every command."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _MENUS = {
 
 
 class ToolBar(QToolBar):
-    """The commands that are needed all the time, with the tool's options."""
+    """Tool bar with frequent commands and the options of the tool."""
 
     def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
         super().__init__("Tools", window)
@@ -55,20 +55,20 @@ class ToolBar(QToolBar):
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
         self._options = self.addWidget(self.options)
-        spring = QWidget()  # what is right of it stays where it is when another tool has other options
+        spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
         _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
 
     def show_options(self, on: bool) -> None:
-        """Whether the tool's options are to be seen: where the tool can be used."""
+        """Show or hide the tool's options; they are shown where the tool can be used."""
         self._options.setVisible(on)
 
 
 def fill_menu_bar(
     bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], experiments: QMenu
 ) -> None:
-    """Make all menus; `toggles` show and hide the docks."""
+    """Create all menus; `toggles` show and hide the docks."""
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
@@ -100,19 +100,19 @@ def fill_menu_bar(
 
 
 def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
-    """Actions by their names, None where "|" separates them."""
+    """Return actions by their names, None for "|" (a separator)."""
     return [None if name == "|" else actions[name] for name in names.split()]
 
 
 def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
-    """Put a menu into the one of the bar's in which an action stands, after that."""
+    """Insert a menu after an action, in the menu of the bar that contains the action."""
     for action in bar.actions():
         holder = action.menu()
         entries = holder.actions() if isinstance(holder, QMenu) else []
         if isinstance(holder, QMenu) and after in entries[:-1]:
             holder.insertMenu(entries[entries.index(after) + 1], menu)
             return
-    raise ValueError(f"no menu has {after.text()!r}, or it is the last there")
+    raise ValueError(f"no menu contains {after.text()!r}, or it is the last entry")
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
@@ -126,7 +126,7 @@ def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
 
 
 def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QAction]:
-    """Checkable entries by name, one at a time."""
+    """Return exclusive checkable entries by name."""
     group = QActionGroup(menu)
     actions = {}
     for name, text in texts.items():

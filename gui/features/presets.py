@@ -1,4 +1,4 @@
-"""Presets of the user's own: saved, renamed, deleted, taken from files and written to files."""
+"""The user's presets: saved, renamed, deleted, imported and exported."""
 
 from __future__ import annotations
 
@@ -34,43 +34,49 @@ from ..base.commands import Command
 from ..widgets.basics import PlainLabel, as_it_is, last_folder
 from .context import Desk, Part
 
-# Commands on the user's own presets.
+# Commands on the user's presets.
 
 COMMANDS = (
-    Command("save_preset", "&Save preset as…", "ph.floppy-disk", "", "Keep the filter's values as your own preset"),
-    Command("rename_preset", "&Rename preset…", "ph.pencil-simple", "", "Give your chosen preset another name"),
-    Command("delete_preset", "&Delete preset…", "ph.trash", "", "Delete your chosen preset"),
+    Command(
+        "save_preset",
+        "&Save preset as…",
+        "ph.floppy-disk",
+        "",
+        "Save the parameters of the filter as a preset of your own",
+    ),
+    Command("rename_preset", "&Rename preset…", "ph.pencil-simple", "", "Rename the selected preset of your own"),
+    Command("delete_preset", "&Delete preset…", "ph.trash", "", "Delete the selected preset of your own"),
     Command(
         "import_preset",
         "&Import preset…",
         "ph.download-simple",
         "",
-        "Take a preset from a file among your own",
+        "Add a preset from a file to your own presets",
     ),
     Command(
         "export_preset",
         "&Export preset…",
         "ph.upload-simple",
         "",
-        "Write the filter's values to a file, for another computer or for 'ilf complete --preset FILE'",
+        "Write the parameters of the filter to a file, for another computer or for 'ilf complete --preset FILE'",
     ),
 )
 
 
-# The dialog that keeps values as a preset of one's own.
+# The dialog that saves parameters as a preset of the user.
 
 
 class SavePresetDialog(QDialog):
-    """Name, and whether the extraction's values belong to it."""
+    """Dialog for the name of a preset, and whether it includes the parameters of the extraction."""
 
     def __init__(self, proposed: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save Preset")
         self.name = QLineEdit(proposed)
-        self.name.setToolTip("What the preset is called in the box of presets, and by --preset")
+        self.name.setToolTip("Name of the preset in the list of presets and for --preset")
         self.name.selectAll()
-        self.with_extraction = QCheckBox("With the values of the tab &Extraction")
-        self.with_extraction.setToolTip("Choosing the preset then sets what blocks are extracted with, too")
+        self.with_extraction = QCheckBox("Include the parameters of the tab &Extraction")
+        self.with_extraction.setToolTip("The preset then also sets the parameters of the extraction")
         label = PlainLabel("&Name")
         label.setBuddy(self.name)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
@@ -95,7 +101,7 @@ _FILES = "Preset (*.json)"
 
 
 class PresetsPart(Part):
-    """The user's presets stand in the filter's box of presets, beside the built-in ones."""
+    """The user's presets, listed in the filter panel beside the built-in ones."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -116,7 +122,7 @@ class PresetsPart(Part):
         self.read()
 
     def read(self) -> None:
-        """Read what presets there are."""
+        """Read all presets of the user."""
         found = list_presets()
         self._own = dict(found.presets)
         self._box.set_own({name: preset.parameters for name, preset in self._own.items()})
@@ -126,31 +132,33 @@ class PresetsPart(Part):
             self.desk.notes.tell(problem)
 
     def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
-        """Keep the values that the filter's panel shows; False, with a message, if that cannot be."""
+        """Save the parameters shown in the filter panel; return False, with a message, if that fails."""
         preset = self._shown(name, with_extraction)
-        return self._do("Save preset", lambda: save_preset(preset, replace=replace), f"Saved the preset {name}.", name)
+        return self._do("Save preset", lambda: save_preset(preset, replace=replace), f"Preset {name} saved.", name)
 
     def rename(self, old: str, new: str) -> bool:
-        """Give one of the user's presets another name; False, with a message, if that cannot be."""
-        return self._do("Rename preset", lambda: rename_preset(old, new), f"Renamed {old} to {new}.", new)
+        """Rename a preset of the user; return False, with a message, if that fails."""
+        return self._do("Rename preset", lambda: rename_preset(old, new), f"Preset {old} renamed to {new}.", new)
 
     def delete(self, name: str) -> bool:
-        """Delete one of the user's presets; values that come from it stay as they are."""
-        return self._do("Delete preset", lambda: delete_preset(name), f"Deleted the preset {name}.")
+        """Delete a preset of the user; parameters that were set from it stay."""
+        return self._do("Delete preset", lambda: delete_preset(name), f"Preset {name} deleted.")
 
     def take_file(self, path: Path, replace: bool = False) -> bool:
-        """Take a preset from a file among the user's; False, with a message, if that cannot be."""
+        """Import a preset from a file; return False, with a message, if that fails."""
         return self._do(
-            "Import preset", lambda: import_preset(path, replace=replace), f"Imported {path.name}: choose it as preset."
+            "Import preset",
+            lambda: import_preset(path, replace=replace),
+            f"{path.name} imported: select it in the list of presets.",
         )
 
     def write(self, path: Path) -> bool:
-        """Write the values that the filter's panel shows to a file; False, with a message, if that cannot be."""
+        """Write the parameters shown in the filter panel to a file; return False, with a message, if that fails."""
         preset = self._shown(path.stem)
-        return self._do("Export preset", lambda: write_preset(path, preset), f"Wrote the preset to {path}.")
+        return self._do("Export preset", lambda: write_preset(path, preset), f"Preset written to {path}.")
 
     def ask_save(self) -> None:
-        """Save, by the dialog."""
+        """Save a preset by the dialog."""
         present = self._box.present
         dialog = SavePresetDialog(present if present in self._own else "", self.desk.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -158,27 +166,27 @@ class PresetsPart(Part):
         def take() -> None:
             name = dialog.name.text().strip()
             there = name in self._own
-            if not there or self._may(f"There is a preset {name} already. Replace it?", "Save preset"):
+            if not there or self._may(f"A preset {name} exists already. Replace it?", "Save preset"):
                 self.save(name, dialog.with_extraction.isChecked(), replace=there)
 
         dialog.accepted.connect(take)
         dialog.open()
 
     def ask_rename(self) -> None:
-        """Rename the chosen one."""
+        """Rename the selected preset by a dialog."""
         old = self._box.present
-        name, decided = QInputDialog.getText(self.desk.window, "Rename preset", f"Another name for {old}", text=old)
+        name, decided = QInputDialog.getText(self.desk.window, "Rename preset", f"New name for {old}", text=old)
         if decided and name.strip() not in ("", old):
             self.rename(old, name.strip())
 
     def ask_delete(self) -> None:
-        """Delete the chosen one, after asking."""
+        """Delete the selected preset after a confirmation."""
         name = self._box.present
-        if self._may(f"Delete the preset {name}? Its file goes, too, and no undo brings it back.", "Delete preset"):
+        if self._may(f"Delete the preset {name}? Its file is deleted, too. This cannot be undone.", "Delete preset"):
             self.delete(name)
 
     def ask_import(self) -> None:
-        """Take a preset from a file that the user chooses."""
+        """Import a preset from a file that the user chooses."""
         path, _ = QFileDialog.getOpenFileName(self.desk.window, "Import preset", last_folder(_FOLDER_KEY), _FILES)
         if not path:
             return
@@ -189,11 +197,11 @@ class PresetsPart(Part):
             self.desk.notes.report("Import preset", error)
             return
         there = name in self._own
-        if not there or self._may(f"There is a preset {name} already. Replace it?", "Import preset"):
+        if not there or self._may(f"A preset {name} exists already. Replace it?", "Import preset"):
             self.take_file(Path(path), replace=there)
 
     def ask_export(self) -> None:
-        """Write the present values to a file that the user chooses."""
+        """Write the current parameters to a file that the user chooses."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
         path, _ = QFileDialog.getSaveFileName(self.desk.window, "Export preset", proposed, _FILES)
         if path:
@@ -207,14 +215,14 @@ class PresetsPart(Part):
         return OwnPreset(name, self.desk.filter_presenter.shown, base=base, extraction=extraction)
 
     def _choose(self, name: str) -> None:
-        """What the preset says of the extraction; what it says of the filter goes by the filter's panel."""
+        """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
         preset = self._own.get(name)
         if preset is not None and preset.extraction is not None:
             self.desk.workspace.set_extraction_parameters(preset.extraction)
-            self.desk.notes.tell(f"{name} sets the values of the extraction, too: extract blocks to use them.")
+            self.desk.notes.tell(f"{name} also sets the parameters of the extraction: extract blocks to use them.")
 
     def _allow(self) -> None:
-        why_not = "" if self._box.present in self._own else "Choose a preset of your own first."
+        why_not = "" if self._box.present in self._own else "Select a preset of your own first."
         self.desk.actions.allow(why_not, "rename_preset", "delete_preset")
 
     def _may(self, text: str, title: str) -> bool:

@@ -1,4 +1,4 @@
-"""The keys of the window's commands, as the user wants them, as a part of the window."""
+"""Keyboard shortcuts of the window's commands, with the user's changes."""
 
 from __future__ import annotations
 
@@ -27,39 +27,39 @@ from ..widgets.basics import Message, PlainLabel
 from .context import Desk, Part
 from .palette.matching import match
 
-# Which keys give which command: those that it comes with, and those that the user has chosen instead.
+# Keys of the commands: the defaults, and those set by the user.
 
 _KEY = "shortcuts"
 _FIXED = {
     "Space": "pans the views",
     "Shift+Space": "pans the views",
-    "Tab": "goes on to the next tool",
-    "Shift+Tab": "goes back to the tool before",
-    "Ctrl+Tab": "leads from the pictures to the panels",
-    "Ctrl+Shift+Tab": "leads from the pictures to the panels",
-    "Return": "finishes what is being drawn",
-    "Enter": "finishes what is being drawn",
-    "Backspace": "takes back the last point of what is being drawn",
+    "Tab": "selects the next tool",
+    "Shift+Tab": "selects the previous tool",
+    "Ctrl+Tab": "moves the focus from the views to the panels",
+    "Ctrl+Shift+Tab": "moves the focus from the views to the panels",
+    "Return": "finishes the drawing",
+    "Enter": "finishes the drawing",
+    "Backspace": "removes the last point of the drawing",
 }
-"""Keys that mean something of their own all over the window."""
+"""Keys with a fixed meaning in the whole window."""
 
 Keys = list[QKeySequence]
 
 
 class Keymap(QObject):
-    """The keys of all actions that can be found, now and later.
+    """Keyboard shortcuts of all actions of a window, including actions added later.
 
     Parameters
     ----------
     window : QMainWindow
-        Whose actions they are.
+        The window with the actions.
     remembers : bool
-        Whether what the user has chosen is known from session to session.
+        Whether the user's keys are stored between program starts.
 
     Signals
     -------
     changed()
-        Some action has other keys.
+        The keys of an action have changed.
     """
 
     changed = Signal()
@@ -74,11 +74,11 @@ class Keymap(QObject):
 
     @property
     def entries(self) -> list[Entry]:
-        """All actions that are known."""
+        """All known actions."""
         return list(self._entries.values())
 
     def update(self) -> None:
-        """Look for actions again: those that are new get the keys that the user has chosen for them before."""
+        """Find the actions again, and apply the user's stored keys to new ones."""
         found = {entry.key: entry for entry in entries_of(self._window) if not entry.action.property(PASSING)}
         for key, entry in found.items():
             known = self._entries.get(key)
@@ -91,27 +91,27 @@ class Keymap(QObject):
         self._entries = found
 
     def default(self, key: str) -> Keys:
-        """The keys that an action comes with."""
+        """Return the default keys of an action."""
         return self._defaults[key]
 
     def is_changed(self, key: str) -> bool:
-        """Whether an action has other keys than it comes with."""
+        """Whether an action has other keys than its default ones."""
         return self._entries[key].action.shortcuts() != self._defaults[key]
 
     def fixed(self, sequence: QKeySequence) -> str:
-        """What a key does all over the window, so that no command can have it; "" for nothing."""
+        """Return the fixed meaning of a key, which no command can have then; "" for none."""
         text = sequence.toString(QKeySequence.SequenceFormat.PortableText)
         first = text.split(", ")[0]
         menus = {
             QKeySequence.mnemonic(action.text()).toString(): f"opens the menu {plain(action.text())}"
             for action in self._window.menuBar().actions()
         }
-        held = {entry.held: f"is held for “{entry.text}”" for entry in self.entries}
+        held = {entry.held: f"is held down for “{entry.text}”" for entry in self.entries}
         does = _FIXED.get(first) or menus.get(first) or held.get(first)
-        return f"{first} {does}, and can be given to no command." if does else ""
+        return f"{first} {does} and cannot be assigned to a command." if does else ""
 
     def clashes(self, key: str, sequence: QKeySequence) -> list[Entry]:
-        """The other actions that have this sequence, or one that begins as it does or that it begins with."""
+        """Return the other actions whose keys equal this sequence, or of which one is the start of the other."""
         return [
             entry
             for entry in self.entries
@@ -119,22 +119,22 @@ class Keymap(QObject):
         ]
 
     def set_keys(self, key: str, keys: Iterable[QKeySequence]) -> None:
-        """Give an action other keys, at once."""
+        """Assign keys to an action."""
         self._set({key: list(keys)})
 
     def swap(self, key: str, sequence: QKeySequence, other: str) -> None:
-        """Give an action the keys of another, and the other what the action has had."""
+        """Swap the keys of two actions."""
         self._set({key: [sequence], other: self._entries[key].action.shortcuts()})
 
     def take(self, key: str, sequence: QKeySequence) -> None:
-        """Give an action a sequence, and take it from all others that have it."""
+        """Assign a sequence to an action, and remove it from all others."""
         changes: dict[str, Keys] = {}
         for entry in self.clashes(key, sequence):
             changes[entry.key] = [other for other in entry.action.shortcuts() if not _overlap(sequence, other)]
         self._set({**changes, key: [sequence]})
 
     def reset(self, key: str) -> None:
-        """Give an action the keys that it comes with; those who have them now lose them."""
+        """Restore the default keys of an action, and remove them from all others."""
         changes: dict[str, Keys] = {key: self._defaults[key]}
         for sequence in self._defaults[key]:
             for entry in self.clashes(key, sequence):
@@ -143,7 +143,7 @@ class Keymap(QObject):
         self._set(changes)
 
     def reset_all(self) -> None:
-        """Give every action the keys that it comes with."""
+        """Restore the default keys of all actions."""
         self._set(dict(self._defaults))
 
     def _set(self, changes: dict[str, Keys]) -> None:
@@ -163,13 +163,13 @@ class Keymap(QObject):
         kept = QSettings().value(f"{_KEY}/{_name(key)}") if self._remembers else None
         if kept is None:
             return None
-        # a list is how settings give text with commas in it
+        # QSettings returns text with commas as a list
         text = "; ".join(kept) if isinstance(kept, list) else str(kept)
         return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
 
 
 def _give(action: QAction, keys: Keys) -> None:
-    """Set an action's keys, and say them in its tooltip, if it has one of its own."""
+    """Set an action's keys, and show them in its tooltip if it has one of its own."""
     before, hint = keys_text(action.shortcuts()), action.toolTip()
     action.setShortcuts(keys)
     if hint.rstrip("…") == action.text().replace("&", "").rstrip("…"):
@@ -184,23 +184,23 @@ def _overlap(one: QKeySequence, other: QKeySequence) -> bool:
 
 
 def _name(key: str) -> str:
-    """A key as settings can hold it."""
+    """Return a key in a form that settings can store."""
     return key.replace("/", "|").replace("\\", "|")
 
 
-# The list of all commands with their keys, in which the keys can be changed.
+# The dialog with all commands and their keys, where the keys can be changed.
 
 _COMMAND, _MENU, _KEYS = range(3)
-_HINT = "Choose a command, click the field and press its new keys. They hold at once."
+_HINT = "Select a command, click the field and press the new keys. They apply at once."
 
 
 class ShortcutsDialog(QDialog):
-    """Filter, choose, press keys. Keys that another command has can be swapped with it or taken from it.
+    """Dialog to change keyboard shortcuts. Keys of another command can be swapped with it or taken from it.
 
     Parameters
     ----------
     keymap : Keymap
-        What is shown and changed.
+        The shortcuts to show and change.
     """
 
     def __init__(self, keymap: Keymap, parent: QWidget | None = None) -> None:
@@ -213,7 +213,7 @@ class ShortcutsDialog(QDialog):
         self._wanted = QKeySequence()
         self.filter = QLineEdit(placeholderText="Filter by name, menu or keys", clearButtonEnabled=True)
         self.filter.setAccessibleName("Filter")
-        self.filter.setToolTip("Show only commands with these letters, in these menus or with these keys")
+        self.filter.setToolTip("Show only commands that match by name, menu or keys")
         self.list = QTreeWidget()
         self.list.setAccessibleName("Commands and their keys")
         self.list.setRootIsDecorated(False)
@@ -229,21 +229,21 @@ class ShortcutsDialog(QDialog):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.edit = QKeySequenceEdit()
         self.edit.setMaximumSequenceLength(1)
-        self.edit.setToolTip("Press the keys that the chosen command shall have")
+        self.edit.setToolTip("Press the new keys of the selected command")
         label = PlainLabel("&Keys")
         label.setBuddy(self.edit)
         self.clear_button = QPushButton("&None", autoDefault=False)
-        self.clear_button.setToolTip("Let the chosen command have no keys")
+        self.clear_button.setToolTip("Remove the shortcut")
         self.reset_button = QPushButton("&Reset", autoDefault=False)
-        self.reset_button.setToolTip("Give the chosen command the keys that it came with")
+        self.reset_button.setToolTip("Restore the default keys of the selected command")
         self.message = Message(lines=2)
         self.swap_button = QPushButton("&Swap", autoDefault=False)
-        self.swap_button.setToolTip("Give that command the keys that this one has had")
-        self.take_button = QPushButton("&Take them", autoDefault=False)
-        self.take_button.setToolTip("Leave that command without keys")
+        self.swap_button.setToolTip("Give the other command the keys of this one")
+        self.take_button = QPushButton("&Reassign", autoDefault=False)
+        self.take_button.setToolTip("Assign the keys to this command, and remove them from the other one")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.reset_all_button = QPushButton("Reset &all", autoDefault=False)
-        self.reset_all_button.setToolTip("Give every command the keys that it came with")
+        self.reset_all_button.setToolTip("Restore the default keys of all commands")
         buttons.addButton(self.reset_all_button, QDialogButtonBox.ButtonRole.ResetRole)
         buttons.button(QDialogButtonBox.StandardButton.Close).setAutoDefault(False)
         buttons.rejected.connect(self.reject)
@@ -277,11 +277,11 @@ class ShortcutsDialog(QDialog):
         self._fill()
 
     def choose(self, key: str) -> None:
-        """Choose the command of this key."""
+        """Select the command with this key."""
         self.list.setCurrentItem(self._items[key])
 
     def shown(self) -> list[str]:
-        """Keys of the commands that pass the filter."""
+        """Return the keys of the commands that match the filter."""
         return [key for key, item in self._items.items() if not item.isHidden()]
 
     def _fill(self) -> None:
@@ -317,7 +317,7 @@ class ShortcutsDialog(QDialog):
             self._choose_first(scores)
 
     def _choose_first(self, scores: Mapping[str, float] | None = None) -> None:
-        """Choose the first command that is shown, or the one that fits best."""
+        """Select the first visible command, or the best match."""
         shown = self.shown()
         if shown:
             self.choose(max(shown, key=(scores or dict.fromkeys(shown, 0.0)).__getitem__))
@@ -333,7 +333,7 @@ class ShortcutsDialog(QDialog):
         return next((entry for entry in self._keymap.entries if entry.key == key), None)
 
     def _choose(self) -> None:
-        """Show the keys of the chosen command."""
+        """Show the keys of the selected command."""
         entry = self._entry()
         keys = entry.action.shortcuts() if entry is not None else []
         self._wanted = QKeySequence()
@@ -346,7 +346,7 @@ class ShortcutsDialog(QDialog):
         self.reset_button.setEnabled(changed)
         self.reset_all_button.setEnabled(any(self._keymap.is_changed(entry.key) for entry in self._keymap.entries))
         came = keys_text(self._keymap.default(entry.key)) or "none" if entry is not None and changed else ""
-        self._say(f"It came with {came}." if came else _HINT)
+        self._say(f"Default: {came}." if came else _HINT)
 
     def _set(self) -> None:
         entry, wanted = self._entry(), self.edit.keySequence()
@@ -375,7 +375,7 @@ class ShortcutsDialog(QDialog):
 
 
 class ShortcutsPart(Part):
-    """Gives the commands the keys that were chosen before, and lets others be chosen."""
+    """Applies the user's keyboard shortcuts, and opens the dialog to change them."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -383,7 +383,7 @@ class ShortcutsPart(Part):
         desk.actions["shortcuts"].triggered.connect(self._ask)
 
     def begin(self) -> None:
-        """Now all commands are there."""
+        """Create the keymap; all commands exist now."""
         self.keymap = Keymap(self.desk.window, self.desk.panels.remembers)
 
     def _ask(self) -> None:

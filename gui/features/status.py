@@ -1,4 +1,4 @@
-"""Says in the status bar what a click would do, and how far the work under way is."""
+"""Status bar: hint for the mouse, readout of the pixel, and progress of the work."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from ..work.loading import FrameLoader
 from ..work.runs import RunController
 from .documents.documents import Documents
 
-# The status bar: what a click would do now, what is under the cursor, how far the work is.
+# The status bar: effect of a click, pixel under the cursor, progress.
 
 _PROGRESS = 200
 
 
 class StatusBar(QStatusBar):
-    """Hint at the left, readout and progress at the right. What is said in passing has a place of its own."""
+    """Status bar with a hint on the left, readout and progress on the right. Messages are shown elsewhere."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.hint = PlainLabel()
         self.readout = QLabel()
         self.progress = QProgressBar()
-        # neither may keep the window from being made narrower than what they say
+        # their texts must not limit the width of the window
         for label in (self.hint, self.readout):
             label.setMinimumWidth(1)
         self.progress.setFixedWidth(_PROGRESS)
@@ -49,9 +49,9 @@ class StatusBar(QStatusBar):
         self.addPermanentWidget(self.progress)
 
     def show_progress(self, text: str, share: float | None, left: str) -> None:
-        """Say what is under way, how much of it is done, 0-1 or None if that is not known, and what time is left.
+        """Show the work in progress, its finished share (0-1, None if unknown), and the remaining time.
 
-        "" for nothing under way.
+        An empty text hides the progress.
         """
         progress = self.progress
         progress.setVisible(bool(text))
@@ -68,16 +68,16 @@ class StatusBar(QStatusBar):
         progress.setToolTip(as_it_is(text + said))
 
 
-_NO_FRAME = "Open a frame by the menu File, or drop its files here"
+_NO_FRAME = "Open a frame with the menu File, or drop its files here"
 
 
 class StatusPresenter(QObject):
-    """Hint and progress.
+    """Presenter of hint and progress.
 
     Parameters
     ----------
     elsewhere : callable
-        Gives what the mouse does where it is at no view of the tools; "" where it is at one.
+        Returns what the mouse does outside of the views that tools use; "" inside.
     """
 
     def __init__(
@@ -98,19 +98,19 @@ class StatusPresenter(QObject):
         self._editor = editor
         self._pace = Pace()
         self._paced: list[Session] = []
-        """Frames whose runs the pace is of."""
+        """Frames whose runs the pace was measured on."""
         self._bar = bar
         self._elsewhere = elsewhere
 
     def show_hint(self) -> None:
-        """What is being opened or extracted, or else what a click would do now."""
+        """Show what is being opened or extracted, or else the effect of a click."""
         hint = self._elsewhere() or self._editor.tool.hint
         idle = hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
-        self._bar.hint.setToolTip(as_it_is(idle))  # where the window is too narrow for it
+        self._bar.hint.setToolTip(as_it_is(idle))  # for windows that are too narrow for the text
 
     def show_progress(self) -> None:
-        """How far runs, openings and extractions are, and how long they will still take; or that files are written."""
+        """Show the progress of runs, opening and extraction with the remaining time, or that files are written."""
         bar, share = self._bar, None
         if self._runs.running:
             text, share = self._runs_text()
@@ -127,7 +127,7 @@ class StatusPresenter(QObject):
         bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
-        """What goes on for the present frame, or else for others, and the share of it that is done."""
+        """Return a text and the finished share of the current frame's run, or else of the other frames' runs."""
         runs, present = self._runs, not self._runs.free
         if runs.state is RunState.GUESSING:
             return runs.state.value, None
@@ -143,7 +143,7 @@ class StatusPresenter(QObject):
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
 
 
-# Says which commands can be given now.
+# Enables the commands that are possible now.
 
 _FRAME_ACTIONS = (
     "export",
@@ -166,7 +166,7 @@ _ANY_CHOSEN = "lock_blocks", "hide_blocks"
 
 
 class CommandsPresenter(QObject):
-    """Enables the actions that make sense as things are."""
+    """Enables the actions that are possible in the current state."""
 
     def __init__(self, workspace: Workspace, runs: RunController, loader: FrameLoader, actions: Actions) -> None:
         super().__init__(workspace)
@@ -176,7 +176,7 @@ class CommandsPresenter(QObject):
         self._actions = actions
 
     def show(self) -> None:
-        """Enable and disable."""
+        """Enable and disable the actions."""
         runs, actions = self._runs, self._actions
         session = self._workspace.session if self._workspace.has_session else None
         counts = session.counts() if session else {}
@@ -186,10 +186,10 @@ class CommandsPresenter(QObject):
         paused = runs.state is RunState.PAUSED
         free = runs.free and not self._loader.busy
         no_frame = "" if session else "Open a frame first."
-        busy = no_frame or ("" if free else "Wait until what is under way has ended, or cancel it.")
+        busy = no_frame or ("" if free else "Wait until the work in progress has ended, or cancel it.")
         no_blocks = no_frame or ("" if counts else "There are no blocks: extract or draw some first.")
-        none_chosen = no_blocks or ("" if chosen else "Choose a block first.")
-        locked = none_chosen or ("" if unlocked else "The chosen blocks are locked: unlock them first.")
+        none_chosen = no_blocks or ("" if chosen else "Select a block first.")
+        locked = none_chosen or ("" if unlocked else "The selected blocks are locked: unlock them first.")
         idle = "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING) else "Nothing is running."
         no_results = no_frame or ("" if session and session.results.kept else "There are no results yet.")
         allow = actions.allow
@@ -198,8 +198,8 @@ class CommandsPresenter(QObject):
         allow(no_blocks, "save_blocks", "clean_up")
         allow(none_chosen, "zoom_block")
         allow(locked, "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
-        allow("" if len(unlocked) > 1 else no_blocks or "Choose two or more unlocked blocks first.", "merge_blocks")
-        allow("" if session and session.selected else none_chosen or "Choose a block first.", *_ANY_CHOSEN)
+        allow("" if len(unlocked) > 1 else no_blocks or "Select two or more unlocked blocks first.", "merge_blocks")
+        allow("" if session and session.selected else none_chosen or "Select a block first.", *_ANY_CHOSEN)
         allow(no_blocks or busy, "run", "run_all")
         allow(none_chosen or busy, "run_selected")
         allow("" if paused else no_blocks or busy, "step")
@@ -207,11 +207,11 @@ class CommandsPresenter(QObject):
         allow(no_results or busy or self._why_no_guess(session), "guess")
         allow(no_results, "clear_results")
         unseen = session is not None and not session.to_check.isdisjoint(chosen)
-        allow("" if unseen else none_chosen or "The chosen blocks need no look.", "looked_at")
-        none_own = "The chosen blocks have no values of their own." if chosen.isdisjoint(own) else ""
+        allow("" if unseen else none_chosen or "The selected blocks need no check.", "looked_at")
+        none_own = "The selected blocks have no parameters of their own." if chosen.isdisjoint(own) else ""
         allow(none_chosen or none_own, "reset_own")
         can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own
-        allow("" if can_copy else "Choose a block with values of its own, and others after it.", "copy_own")
+        allow("" if can_copy else "Select a block with parameters of its own first, then other blocks.", "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")
 
@@ -219,14 +219,14 @@ class CommandsPresenter(QObject):
     def _why_no_guess(session: Session | None) -> str:
         if session is None or not session.valid_results():
             return "Run the blocks first."
-        return "The rest is guessed already." if session.guessed else ""
+        return "The rest is extrapolated already." if session.guessed else ""
 
 
-# Says what is under the cursor: position, block, depth in and out, expected error, compared runs, truth and error.
+# Readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error.
 
 
 class ReadoutPresenter(QObject):
-    """The readout of the pixel under the cursor."""
+    """Readout of the pixel under the cursor."""
 
     def __init__(self, workspace: Workspace, label: QLabel) -> None:
         super().__init__(label)
@@ -235,12 +235,12 @@ class ReadoutPresenter(QObject):
         self._pixel: tuple[int, int] | None = None
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """The cursor has moved to pixel (x, y), or off the frame."""
+        """Set the pixel (x, y) under the cursor; None if it is off the frame."""
         self._pixel = pixel
         self.show()
 
     def show(self) -> None:
-        """What there is at the pixel under the cursor."""
+        """Show the values of the pixel under the cursor."""
         self._label.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
 
     def _parts(self, x: int, y: int) -> list[str]:
@@ -248,13 +248,13 @@ class ReadoutPresenter(QObject):
             return []
         session = self._workspace.session
         height, width = session.frame.shape
-        if x >= width or y >= height:  # the cursor has not moved yet since another frame was shown
+        if x >= width or y >= height:  # the cursor has not moved since another frame was shown
             return []
         label = int(session.labels[y, x])
         block = session.info(label).name if label else "no block"
         depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
         distrusted = np.isfinite(measured) and not np.isfinite(depth_in)
-        given = f"distrusted {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
+        given = f"invalid {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
@@ -269,24 +269,24 @@ class ReadoutPresenter(QObject):
             if past is not None:
                 parts.append(f"after iteration {past.iteration} {_metres(depth_out)}")
             else:
-                parts.append(f"out {_metres(depth_out)}{' (guessed)' if guessed else ''}")
+                parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if guessed else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         if past is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
             unvouched = session.unvouched()
             if unvouched is not None and unvouched[y, x]:
-                parts.append("nothing vouches for it")
+                parts.append("unsupported")
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
         return [*parts, *_judged(session, depth, x, y), *runs]
 
 
 def _judged(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
-    """The truth, and how far off completed depth is."""
+    """Return ground truth and the error of completed depth as texts."""
     truth = session.frame.truth
     if truth is None or not np.isfinite(truth[y, x]):
         return []
-    parts = [f"truth {_metres(float(truth[y, x]))}"]
+    parts = [f"ground truth {_metres(float(truth[y, x]))}"]
     if depth is not None and np.isfinite(depth[y, x]):
         parts.append(f"error {1000 * float(depth[y, x] - truth[y, x]):+.1f} mm")
     return parts

@@ -1,1 +1,1 @@
-"""What the window keeps of its project: the journal, what is stored of frames, and which project it is."""
+"""The project of the window: its file, the stored states of frames, and the autosave journal."""

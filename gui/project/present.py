@@ -1,4 +1,4 @@
-"""The project of the window: which file holds it, and what of it that file does not hold."""
+"""The current project of the window: its file and its unsaved changes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ..state.session import Session
 from ..state.sharing import Shared
 from ..state.workspace import Workspace
 
-# What a project holds beside its frames' states, as the window has it now.
+# Content of a project apart from its frames' states.
 
 
 def project_of(workspace: Workspace) -> Project:
-    """The list of frames, and what is set for all of them."""
+    """Return the list of frames and the shared settings."""
     frames = tuple(
         ProjectFrame(entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or is_begun(entry.session))
         for entry in workspace.entries
@@ -38,12 +38,12 @@ def project_of(workspace: Workspace) -> Project:
 
 
 def is_begun(session: Session | None) -> bool:
-    """Whether there is anything to keep of a frame: one that has no blocks yet is just read from its files again."""
+    """Return whether a frame has anything to store: one without blocks is read from its files again."""
     return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
 
 
 def source_of(entry: Entry) -> FrameSource | None:
-    """Where the frame of an entry is, with absolute paths; None if it comes from no file."""
+    """Return the source of an entry's frame, with absolute paths; None if it comes from no file."""
     source, session = entry.source, entry.session
     if source is None and session is not None and session.frame.inputs is not None:
         source = FrameSource.of(session.frame.inputs)
@@ -51,30 +51,30 @@ def source_of(entry: Entry) -> FrameSource | None:
 
 
 def take_settings(workspace: Workspace, project: Project) -> None:
-    """Have what a project sets for all frames; before they are opened, since they begin with it."""
+    """Apply the shared settings of a project, before its frames are opened with them."""
     workspace.set_shared(Shared(project.for_all, project.common))
     workspace.set_extraction_parameters(project.extraction)
     workspace.set_keeps_handmade(project.keeps_handmade)
 
 
 class Set(NamedTuple):
-    """What is work of a project beside its frames' states."""
+    """The settings of a project apart from its frames' states, to detect unsaved changes."""
 
     frames: tuple[tuple[str, FrameSource | None], ...]
     shared: Parameters | None
-    """Parameters for all frames; None where each has its own."""
+    """Parameters of all frames; None if each frame has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
 
     @classmethod
     def of(cls, project: Project) -> Set:
-        """Of a project as its file has it."""
+        """Make it from a project."""
         frames = tuple((frame.id, frame.source) for frame in project.frames)
         return cls(frames, project.common if project.for_all else None, project.extraction, project.keeps_handmade)
 
 
 class FileMark(NamedTuple):
-    """Tells a file from what another program has made of it since."""
+    """Size, time and inode of a file, to detect changes by other programs."""
 
     size: int
     changed_ns: int
@@ -82,7 +82,7 @@ class FileMark(NamedTuple):
 
     @classmethod
     def of(cls, path: Path) -> FileMark | None:
-        """Of a file as it is now; None if it is not there."""
+        """Make it from a file; None if the file does not exist."""
         try:
             status = path.stat()
         except OSError:
@@ -91,14 +91,14 @@ class FileMark(NamedTuple):
 
 
 class PresentProject(QObject):
-    """Knows the file, and what it lacks.
+    """The current project: its file and its unsaved changes.
 
     Attributes
     ----------
     path : Path or None
-        None for a project that has no file yet.
+        None for a project without a file.
     read_only : str
-        Why the file cannot be written over, as a sentence; "" if it can.
+        Why the file cannot be overwritten, as a sentence; "" if it can.
     """
 
     def __init__(self, workspace: Workspace, parent: QObject) -> None:
@@ -109,7 +109,7 @@ class PresentProject(QObject):
         self._mark: FileMark | None = None
         self._is_new = False
         self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
-        """Which frames there are; None if that has changed."""
+        """The frames; None if the list has changed."""
         for signal in (workspace.entries.added, workspace.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.set_now()
@@ -119,26 +119,26 @@ class PresentProject(QObject):
 
     @property
     def name(self) -> str:
-        """What it is called; "" as long as it has no file."""
+        """Its name; "" without a file."""
         return "" if self.path is None else self.path.stem
 
     @property
     def unsaved(self) -> bool:
-        """Whether there is anything that the file does not hold."""
+        """Whether there are changes that are not in the file."""
         return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
 
     def words(self) -> str:
-        """What is unsaved beside the frames' states; "" for nothing. Which frames there are is no work as long as there
-        is no file."""
+        """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
+        frames does not count."""
         now, saved = self.set_now(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
         texts += ["parameters for all frames"] * (now.shared != saved.shared)
-        texts += ["parameters of the extraction"] * (now[2:] != saved[2:])
-        texts += ["places of files"] * self._found_elsewhere
+        texts += ["extraction parameters"] * (now[2:] != saved[2:])
+        texts += ["paths of files"] * self._found_elsewhere
         return ", ".join(texts)
 
     def set_now(self) -> Set:
-        """What there is now beside the frames' states."""
+        """Return the current settings apart from frames' states."""
         workspace = self._workspace
         if self._frames is None:
             self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
@@ -149,7 +149,7 @@ class PresentProject(QObject):
         self._frames = None
 
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
-        """All of it as it is now, to be saved; with `only`, all other frames as they were saved before."""
+        """Return the current project for saving; with `only`, all other frames as they were saved before."""
         project = project_of(self._workspace)
         frames = (
             self._as_now(frame) if only is None or frame.id in only else self._as_before(frame)
@@ -174,8 +174,8 @@ class PresentProject(QObject):
         saved: Set | None = None,
         new: bool = False,
     ) -> None:
-        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all. If it is
-        `new`, there must be none when it is saved."""
+        """Store the project's file, which contains `project` and the settings `saved`, or else the current ones. If it
+        is `new`, no such file may exist when it is saved."""
         self._is_new = new
         self.path, self.read_only = path, read_only
         self._mark = None if path is None else FileMark.of(path)
@@ -184,34 +184,34 @@ class PresentProject(QObject):
         self._found_elsewhere = False
 
     def take_frames(self) -> None:
-        """Which frames there are is no work: they have been found again."""
+        """Mark the list of frames as saved: they were found again."""
         self._saved = self._saved._replace(frames=self.set_now().frames)
 
     def take_extraction(self) -> None:
-        """What blocks are extracted with has come with a frame: that is no work."""
+        """Mark the extraction parameters as saved: they came with a frame."""
         self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
-        """What the file says of a frame; None if it holds no work on it."""
+        """Return the summary of a frame in the file; None if the file has no state of it."""
         saved = self._saved_frames.get(entry.id)
         return None if saved is None or not saved.has_state else saved.summary
 
     def changed_on_disk(self) -> bool:
-        """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        """Return whether another program has changed or removed the file since it was opened or saved."""
         if self.path is not None and self._is_new:
             return self.path.exists()
         return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
 
     def note_unfound(self, entry: Entry) -> None:
-        """The files of a frame are missing: what is said of it in the file stays as it is now."""
+        """Note that the files of a frame are missing: its summary in the project file stays as it is."""
         self._unfound.setdefault(entry.id, entry.summary)
 
     def forget_unfound(self) -> None:
-        """Other frames take the place of these."""
+        """Clear the list of frames with missing files."""
         self._unfound.clear()
 
     def note_found(self, entry: Entry) -> FrameSummary | None:
-        """They have been found elsewhere; what was said of the frame before."""
+        """Note that missing files were found elsewhere; return the frame's former summary."""
         self._found_elsewhere = True
         self._forget_frames()
         return self._unfound.pop(entry.id, None)

@@ -1,4 +1,4 @@
-"""Keeps the window's work in its journal, soon after every change and off the GUI's thread."""
+"""Autosave: writes the window's changes to its journal, in a background thread."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..work.jobs import Worker
 from .present import project_of
 from .store import WorkStore
 
-# Copies of an array that changes in place: cheap to bring up to date, whatever its size.
+# Copies of an array that changes in place, cheap to update.
 
 T = TypeVar("T", bound=np.generic)
 
@@ -37,19 +37,19 @@ _SIDE = 256
 
 
 class Tiles(Generic[T]):
-    """An array (H, W) as it was, in tiles that nobody changes: only those that a change touches are copied anew."""
+    """A copy of an array (H, W) in immutable tiles: only tiles with changes are copied again."""
 
     def __init__(self) -> None:
         self._shape: tuple[int, ...] = ()
         self._tiles: list[list[NDArray[T]]] = []
 
     def update(self, array: NDArray[T], box: Box | None) -> Callable[[], NDArray[T]]:
-        """Note how the array is now, which since the last time has changed in a box only; None if nowhere.
+        """Update the copy; since the last call the array has changed only inside `box`, None for nowhere.
 
         Returns
         -------
         callable
-            Puts the copy together, of this very moment: in any thread, at any time.
+            Assembles the copy as of now; can be called in any thread, at any time.
         """
         height, width = array.shape
         if array.shape != self._shape:
@@ -67,13 +67,13 @@ class Tiles(Generic[T]):
         return lambda: np.block(now)
 
 
-# How a frame that is open stands at a moment, taken in no time, to be stored by another thread.
+# A fast snapshot of an open frame, to be stored by another thread.
 
 
 class SessionCapture:
-    """Takes the state of one session, again and again: only what has changed since the last time costs anything.
+    """Takes snapshots of one session; only changes since the last one cost time.
 
-    Nobody else may ask the session where its arrays have changed.
+    No other code may call the session's `take_dirty`.
     """
 
     def __init__(self, session: Session) -> None:
@@ -82,7 +82,7 @@ class SessionCapture:
         self._drawn = Tiles[np.bool_]()
 
     def take(self) -> Callable[[], FrameState]:
-        """The state as it is now, to be put together in any thread."""
+        """Return a function that assembles the current state; it can be called in any thread."""
         session = self._session
         dirty = session.take_dirty()
         labels = self._labels.update(session.labels, dirty)
@@ -126,14 +126,14 @@ class SessionCapture:
 
 
 def _left_alone(kept: KeptRun) -> KeptRun:
-    """A copy that does not follow what becomes of the run, nor holds its depth."""
+    """Return a copy that does not follow later changes of the run and does not hold its depth."""
     one = copy.copy(kept)
     one._composed = one._held = None
     return one
 
 
 PACE_MS = 300
-"""From one look at the work to the next."""
+"""Minimum interval [ms] between snapshots."""
 _STROKE_MS = 40
 _RETRY_MS = 4000
 
@@ -142,13 +142,13 @@ Then = Callable[[Exception | None], None]
 
 @dataclass
 class _Batch:
-    """The work as it was at one moment, as far as it has changed."""
+    """The changes as of one moment."""
 
     frames: dict[str, Callable[[], FrameState]] = field(default_factory=dict)
     project: Project | None = None
     then: list[Then] = field(default_factory=list)
     again: bool = False
-    """Whether the journal lacks something of before."""
+    """Whether earlier changes could not be written to the journal."""
 
     def __bool__(self) -> bool:
         return bool(self.frames or self.project or self.then or self.again)
@@ -156,21 +156,21 @@ class _Batch:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What has become of a batch: the errors that have kept it from being encoded, and from being written."""
+    """The outcome of a batch: errors of encoding and of writing, None for none."""
 
     encoding: Exception | None
     writing: Exception | None
 
 
 class Recorder(QObject):
-    """Takes what has changed, and stores it: one batch at a time, each as a whole, always the newest.
+    """Stores changes in the journal, one complete batch at a time, always the newest state.
 
     Signals
     -------
     kept()
-        The journal holds all that was taken.
+        The journal contains all changes.
     failed(object)
-        The exception that kept it from that. It is tried again by itself.
+        The exception that prevented it. It is retried automatically.
     """
 
     kept = Signal()
@@ -181,7 +181,7 @@ class Recorder(QObject):
         self.project = ""
         """Path of the project file; "" if there is none yet."""
         self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.sessions)
-        """Whether there is work that the project file does not hold."""
+        """Whether there are changes that are not in the project file."""
         self._workspace = workspace
         self._store = store
         self._encoder = Encoder()
@@ -204,18 +204,18 @@ class Recorder(QObject):
         self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
 
     def start(self) -> None:
-        """Store what changes from now on by itself, and not only when somebody asks for it."""
+        """Store changes automatically from now on, not only on `settle` and `keep`."""
         self._follows = True
 
     def settle(self, then: Then) -> None:
-        """Take all that has changed, at once. When it is stored, in the journal or, while that cannot be written, in
-        memory, `then` is called: with None, or with what has kept a frame from being stored."""
+        """Store all changes now. When they are in the journal, or in memory if it cannot be written, call `then` with
+        None, or with the exception that prevented storing a frame."""
         self._waiting.then.append(then)
         self._end_stroke()
         self._take()
 
     def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
-        """What is stored of these frames is not wanted, but what the file has; `then` follows."""
+        """Discard the stored states of these frames in favour of those in the project file; then call `then`."""
 
         def drop(_: Exception | None) -> None:
             for frame in frames:
@@ -223,23 +223,23 @@ class Recorder(QObject):
             self._store.arrived(frames)
             self._store.revert(frames)
             then()
-            self.note_project()  # the journal is to be without them, too
+            self.note_project()  # remove them from the journal, too
 
         self.settle(drop)
 
     def keep(self, session: Session) -> None:
-        """Take a frame that is about to be put away: it can be read from now on."""
+        """Store a frame that is about to be closed: its state can be read from now on."""
         self._touched.add(session)
         self._end_stroke()
         self._take()
 
     def note_project(self) -> None:
-        """The list of frames, what is set for all of them, or what is saved has changed."""
+        """Note a change of the list of frames, of the shared settings, or of the saved state."""
         self._project_touched = True
         self._soon()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently, before the window closes. True if the thread has ended."""
         self._timer.stop()
         return self._worker.shutdown()
 
@@ -259,8 +259,8 @@ class Recorder(QObject):
             self._workspace.prepare_change(self._workspace.session)
 
     def _take(self) -> None:
-        """Note how all that has changed is now; it is stored as soon as what was taken before is."""
-        if self._workspace.stroke_under_way:  # what comes of it is there as a whole or not at all
+        """Take a snapshot of all changes; it is stored after the previous one."""
+        if self._workspace.stroke_under_way:  # a stroke is stored completely or not at all
             self._timer.start(_STROKE_MS)
             return
         self._timer.stop()
@@ -327,7 +327,7 @@ class Recorder(QObject):
         for frame_id, whole in batch.frames.items():
             try:
                 refers[frame_id] = self._encode(whole(), put)
-            except Exception as error:  # whatever it is, it costs this frame alone
+            except Exception as error:  # any error must affect only this frame
                 encoding = error
         if batch.project is not None:
             put[PROJECT] = encode_project(batch.project, store.places)
@@ -340,14 +340,14 @@ class Recorder(QObject):
         return _Outcome(encoding, None)
 
     def _encode(self, state: FrameState, put: dict[str, bytes]) -> frozenset[str]:
-        """Add the parts of a state to others; the arrays that it refers to."""
+        """Add the parts of a state to `put`; return the names of the arrays that it refers to."""
         store, encoder = self._store, self._encoder
         encoded = encoder.encode(state)
         arrays = dict(encoded.arrays)
         lacking = {name for name in encoded.names if name not in arrays and name not in put and store.lacks(name)}
         try:
             arrays |= {name: store.part(name) for name in lacking}
-        except IlfError:  # the project file is not what it was
+        except IlfError:  # the project file has changed
             encoder.forget(lacking)
             encoded = encoder.encode(state)
             arrays |= encoded.arrays

@@ -1,4 +1,4 @@
-"""What is stored of the frames that the window works on: the journal over the project file."""
+"""Stored states of the window's frames: the journal, with the project file below it."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ ARRAYS = "arrays/"
 class WorkStore:
     """The stored states of one window's frames. Safe from several threads.
 
-    What the journal cannot take is kept in memory until it can: who reads need not care.
+    Parts that cannot be written to the journal yet are kept in memory; readers see no difference.
 
     Parameters
     ----------
     folder : Path or None
-        Where the journal is made as soon as there is something to keep; None: where nobody looks for it again.
+        Folder of the journal, which is created when there is something to store; None: a temporary folder.
 
     Attributes
     ----------
     parts : Parts
-        All that is stored.
+        All stored parts.
     project : Parts or None
-        Of the project file, below the journal.
+        Parts of the project file, below the journal.
     places : Places
-        Where frames' files may be.
+        Possible locations of frames' files.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -51,33 +51,33 @@ class WorkStore:
         self._lock = threading.RLock()
         self._arrival = threading.Condition(self._lock)
         self._coming: Counter[str] = Counter()
-        """Frames whose newest state is on its way, and how many states of them are."""
+        """Frames with pending states, and the number of these."""
         self._journal: Journal | None = None
         self._there: set[str] = set()
-        """Names of what the journal holds."""
+        """Names of the parts in the journal."""
         self._waiting: dict[str, bytes] = {}
-        """What it is to hold, too."""
+        """Parts to write to the journal."""
         self._gone: set[str] = set()
-        """What it holds and is not to hold any more."""
+        """Names of parts to remove from the journal."""
         self._refers: dict[str, frozenset[str]] = {}
-        """Frame -> the arrays that its stored state refers to."""
+        """Frame -> names of the arrays that its stored state refers to."""
         self._lost = False
-        """Whether parts went with a journal that could not be read any more."""
+        """Whether parts were lost with a journal that became unreadable."""
         self._held = 0
         self._read: list[Decoded] = []
         self.parts: Parts = _Layers(self)
         self.project: Parts | None = None
         self.places = Places()
 
-    # for those who read
+    # for readers
 
     def has(self, frame_id: str) -> bool:
-        """Whether a state of this frame is stored, or about to be."""
+        """Whether a state of this frame is stored or pending."""
         with self._lock:
             return frame_id in self._coming or self.has_part(frame_part(frame_id))
 
     def read(self, frame_id: str, source: FrameSource | None = None) -> Decoded:
-        """The newest state of a frame; waits for it if it is on its way.
+        """Read the newest state of a frame; waits for it if it is pending.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class WorkStore:
 
     @contextmanager
     def held(self) -> Iterator[Parts]:
-        """All parts; none of them goes meanwhile, though newer states of frames may come."""
+        """Context with all parts: none is removed meanwhile, but newer states of frames may be added."""
         with self._lock:
             self._held += 1
         try:
@@ -104,12 +104,12 @@ class WorkStore:
                 self._held -= 1
 
     def has_part(self, name: str) -> bool:
-        """Whether there is such a part."""
+        """Whether there is a part of this name."""
         with self._lock:
             return not self.lacks(name) or (self.project is not None and name in self.project.names())
 
     def part(self, name: str) -> bytes:
-        """The bytes of a part; raises InputError if there is none, or it is damaged."""
+        """Return the bytes of a part; raises InputError if there is none or it is damaged."""
         with self._lock:
             content, journal, project = self._waiting.get(name), self._journal, self.project
             in_journal = content is None and journal is not None and not self.lacks(name)
@@ -128,10 +128,10 @@ class WorkStore:
         except InputError:
             if self.project is project:
                 raise
-        return self.part(name)  # another file has taken its place meanwhile, and it has been closed
+        return self.part(name)  # the project file was replaced and closed meanwhile
 
     def all_names(self) -> set[str]:
-        """Of all parts."""
+        """Return the names of all parts."""
         with self._lock:
             below = set() if self.project is None else set(self.project.names())
             return below | (self._there - self._gone) | self._waiting.keys()
@@ -139,25 +139,25 @@ class WorkStore:
     # for the autosave
 
     def expect(self, frame_id: str) -> None:
-        """A newer state of this frame is on its way: who reads it waits until it has `arrived`."""
+        """Announce a newer state of this frame: readers wait until it has `arrived`."""
         with self._lock:
             self._coming[frame_id] += 1
 
     def arrived(self, frames: Iterable[str]) -> None:
-        """A state of each of these frames is here, or will not come."""
+        """End the wait for one state of each of these frames, stored or not."""
         with self._arrival:
             self._coming.subtract(frames)
-            self._coming += Counter()  # those of which none is to come any more are left out
+            self._coming += Counter()  # removes frames without pending states
             self._arrival.notify_all()
 
     def take_read(self) -> list[Decoded]:
-        """What was read since the last call, for an encoder to learn from."""
+        """Return the states that were read since the last call, for the encoder to reuse."""
         with self._lock:
             read, self._read = self._read, []
         return read
 
     def revert(self, frames: Collection[str]) -> None:
-        """The newer states of these frames are not wanted: those of the project file are the latest again."""
+        """Discard the newer states of these frames: those of the project file are the latest again."""
         with self._lock:
             for frame_id in frames:
                 self._refers.pop(frame_id, None)
@@ -166,31 +166,31 @@ class WorkStore:
                     self._gone |= {name} & self._there
 
     def own_states(self) -> dict[str, bytes]:
-        """Parts of frames that are stored here, and not in the project file alone."""
+        """Return the parts of frames that are stored here, not only in the project file."""
         with self._lock:
             own = ("frames/", "thumbnails/")
             names = [name for name in self.all_names() if name.startswith(own) and not self.lacks(name)]
         return {name: self.part(name) for name in names}
 
     def take_lost(self) -> bool:
-        """Whether parts have been lost since the last call: frames that are open should be stored anew."""
+        """Return whether parts were lost since the last call: open frames should be stored again."""
         with self._lock:
             lost, self._lost = self._lost, False
         return lost
 
     def lacks(self, name: str) -> bool:
-        """Whether a part is not stored here, but at most in the project file, which may be replaced or taken away."""
+        """Whether a part is not stored here, but at most in the project file, which may be replaced or removed."""
         with self._lock:
             return name not in self._waiting and (name not in self._there or name in self._gone)
 
     def keep(self, put: Mapping[str, bytes], refers: Mapping[str, frozenset[str]]) -> None:
-        """Store parts, at once for whoever reads; in the journal by the next `commit`.
+        """Store parts: readable at once, in the journal after the next `commit`.
 
         Parameters
         ----------
         put : mapping of str to bytes
         refers : mapping of str to frozenset of str
-            Id of a frame -> the arrays that its state refers to, which all are stored here by now.
+            Id of a frame -> names of the arrays that its state refers to, all of which are stored here.
         """
         with self._lock:
             self._waiting |= put
@@ -198,12 +198,12 @@ class WorkStore:
             self._refers |= refers
 
     def tidy(self, frames: Collection[str]) -> set[str]:
-        """Let go of all frames but these, and of arrays that none refers to, unless parts are held just now.
+        """Remove all other frames, and arrays that none refers to, unless parts are held at the moment.
 
         Returns
         -------
         set of str
-            Names of arrays that are not stored here any more.
+            Names of the removed arrays.
         """
         with self._lock:
             if self._held:
@@ -221,17 +221,17 @@ class WorkStore:
 
     @property
     def is_written(self) -> bool:
-        """Whether the journal holds all that is stored."""
+        """Whether the journal contains all stored parts."""
         with self._lock:
             return self._journal is not None and not (self._waiting or self._gone)
 
     def commit(self, note: JournalNote) -> None:
-        """Bring the journal to what is stored, in one step.
+        """Write all pending changes to the journal, in one step.
 
         Raises
         ------
         ExportError, InputError
-            If it cannot be written. It is as it was, and what it should hold stays in memory.
+            If it cannot be written. It is unchanged then, and the changes stay in memory.
         """
         with self._lock:
             journal = self._open()
@@ -243,7 +243,7 @@ class WorkStore:
             self._waiting = {name: one for name, one in self._waiting.items() if put.get(name) is not one}
 
     def discard(self) -> None:
-        """The work is saved, or not to be kept: take the journal away."""
+        """Delete the journal, after the work was saved or discarded."""
         with self._arrival:
             self._coming.clear()
             self._arrival.notify_all()
@@ -255,7 +255,7 @@ class WorkStore:
                 self._passing = None
 
     def _open(self) -> Journal:
-        """The journal; where its file has gone, another one for all that it held, which can often still be read."""
+        """Return the journal; if its file was removed, a new one with its content, as far as it is still readable."""
         former = self._journal
         if former is not None and not former.is_there:
             for name in self._there - self._gone - self._waiting.keys():
@@ -279,7 +279,7 @@ class WorkStore:
 
 
 class _Layers:
-    """The parts of a store."""
+    """All parts of a store, as Parts."""
 
     def __init__(self, store: WorkStore) -> None:
         self._store = store

@@ -1,1 +1,1 @@
-"""What is worked on, without widgets; `workspace.py` is where it changes."""
+"""State of the window, without widgets; it changes only through `workspace.py`."""

@@ -1,4 +1,4 @@
-"""What changes a frame's blocks, and what is known of them."""
+"""Changes of a frame's blocks and their attributes, invalid mask, guide and ground truth."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .session import Session
 
 
 class Kept(NamedTuple):
-    """How many blocks stayed as they were when blocks were extracted again, and whether there are no others."""
+    """How many blocks a new extraction kept, and whether there are no others."""
 
     locked: int
     by_hand: int
@@ -34,12 +34,11 @@ class Kept(NamedTuple):
 
 
 class ChangingBlocks(ChangingParameters):
-    """Blocks change here: by edits and strokes, by extraction, by their names and locks; and so does what
-    is distrusted, and what else is known of a frame.
-    """
+    """The part of the workspace that changes blocks (edits, strokes, extraction, names, locks), invalid mask, guide and
+    ground truth."""
 
     def set_first_blocks(self, session: Session, extraction: Extraction, used: BlockParameters) -> None:
-        """Take the blocks of a frame that was opened without any; as an undoable step only if it has been worked on
+        """Set the first blocks of a frame that was opened without any; an undo step only if it has been edited
         since."""
         if session.undo_stack.count() or session.counts():
             self.set_extracted(session, extraction, used)
@@ -55,26 +54,26 @@ class ChangingBlocks(ChangingParameters):
             self.sessions_changed.emit()
 
     def set_extracted(self, session: Session, extraction: Extraction, used: BlockParameters) -> Kept:
-        """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
+        """Replace the blocks by those of another extraction as one undo step; locked and hand-made blocks stay."""
         self.prepare_change(session)
         locked, by_hand = self.staying(session)
         kept, handmade = locked | by_hand, session.handmade()
         labels = extraction.blocks
         around = flow_around(session.labels, kept, labels, used.smallest_block(labels.size))
-        # a block that only was locked is not made by hand: it goes when it is unlocked
+        # a block that was only locked is not hand-made: a later extraction replaces it once it is unlocked
         notes = BlockNotes({}, {}, None, used, extraction.network, around.copy(), kept, handmade & kept)
         self._replace(session, around, "Extract blocks", notes)
         return Kept(len(locked), len(by_hand), kept == set(session.counts()))
 
     def staying(self, session: Session) -> tuple[frozenset[int], frozenset[int]]:
-        """Blocks that stay when blocks are extracted again: locked ones, and others made by hand."""
+        """Return the blocks that a new extraction keeps: locked ones, and other hand-made ones."""
         locked = session.locked & set(session.counts())
         return locked, session.handmade() - locked if self.keeps_handmade else frozenset()
 
     def replace_labels(self, labels: NDArray[np.int32], text: str, names: Mapping[int, str] | None = None) -> None:
-        """Take another label map for the present frame, with names of its blocks, as one undoable step.
+        """Replace the current frame's label map, with names of blocks, as one undo step.
 
-        Locked blocks stay, with their names; blocks that had their numbers get others.
+        Locked blocks stay, with their names; new blocks with the same labels get other labels.
         """
         session = self.session
         self.prepare_change(session)
@@ -92,7 +91,7 @@ class ChangingBlocks(ChangingParameters):
         self._replace(session, around, text, BlockNotes(infos, kept=locked))
 
     def _replace(self, session: Session, labels: NDArray[np.int32], text: str, notes: BlockNotes) -> None:
-        """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
+        """Replace label map and attributes; blocks that are kept keep their attributes."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
             session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
@@ -104,52 +103,52 @@ class ChangingBlocks(ChangingParameters):
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:
-        """Change the label map as one undoable step; False if there is nothing to change."""
+        """Change the label map as one undo step; False if there is nothing to change."""
         if patch is None:
             return False
         self.session.undo_stack.push(EditLabels(self, self.session, patch, text))
         return True
 
     def end_stroke(self, text: str) -> LabelPatch | None:
-        """Make the stroke one undoable step, and give what it has changed; None if that is nothing."""
+        """Make the stroke one undo step and return what it changed; None for nothing."""
         patch = self._take_stroke()
         if patch is not None:
             self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
         return patch
 
     def start_block(self) -> int:
-        """Choose a number that no block has, to be painted; returned."""
+        """Select and return an unused label, to be painted."""
         label = self.session.next_label()
         self.session.info(label)
         self.select([label])
         return label
 
     def edit_info(self, label: int, text: str, **changes: Any) -> None:
-        """Rename, recolour or lock a block as one undoable step."""
+        """Rename, recolour or lock a block as one undo step."""
         self.edit_infos({label: changes}, text)
 
     def edit_infos(self, changes: Mapping[int, Mapping[str, Any]], text: str) -> None:
-        """Rename, recolour or lock blocks as one undoable step."""
+        """Rename, recolour or lock blocks as one undo step."""
         self.session.undo_stack.push(EditInfo(self, self.session, changes, text))
 
     def set_lock(self, label: int, locked: bool) -> None:
-        """Lock or unlock a block as one undoable step."""
+        """Lock or unlock a block as one undo step."""
         name = self.session.info(label).name
         self.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
 
     def set_visible(self, label: int, visible: bool) -> None:
-        """Show or hide a block in the overlay. A matter of view, so not undoable."""
+        """Show or hide a block in the overlay; not undoable."""
         self.session.change_info(label, visible=visible)
         self.touch(self.session)
         self.infos_changed.emit()
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Distrust just the depth at these pixels, bool (H, W), as one undoable step; False if it is so already.
+        """Set the invalid mask, bool (H, W), as one undo step; False if it is the same already.
 
         Raises
         ------
         InputError
-            If no depth were left.
+            If no valid depth would be left.
         """
         session = self.session
         frame = session.frame.distrusting(mask)
@@ -159,12 +158,12 @@ class ChangingBlocks(ChangingParameters):
         return True
 
     def set_guide(self, guide: Guide | None, text: str) -> bool:
-        """Follow another guide, or none, as one undoable step; False if it says the same.
+        """Set or remove the guide as one undo step; False if it is equal to the present one.
 
         Raises
         ------
         InputError
-            If it has another aspect than the frame.
+            If its aspect ratio differs from the frame's.
         """
         session = self.session
         frame = session.frame.with_guide(guide)
@@ -174,16 +173,16 @@ class ChangingBlocks(ChangingParameters):
         return True
 
     def set_region(self, box: Box | None) -> None:
-        """Choose a rectangle (rows, columns) of the present frame, or none."""
+        """Set or remove the current frame's rectangle (rows, columns)."""
         if box != self.session.region:
             self.session.region = box
             self.touch(self.session, looked=True)
             self.region_changed.emit()
 
     def set_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
-        """Judge the present frame's results by a truth [m], float32 (H, W), NaN unknown, or by none.
+        """Set or remove the current frame's ground truth [m], float32 (H, W), NaN unknown.
 
-        With `file`, it comes from there.
+        `file` is the file that it was read from.
 
         Raises
         ------
@@ -195,21 +194,21 @@ class ChangingBlocks(ChangingParameters):
         self.truth_changed.emit()
 
     def set_block_errors(self, session: Session, errors: BlockErrors) -> None:
-        """Take over how far off blocks are known to be."""
+        """Set the known errors of blocks."""
         if errors != session.block_errors:
             session.block_errors = errors
             if session is self._session:
                 self.block_errors_changed.emit()
 
     def take_carried(self, session: Session, carried: FrameState, text: str) -> None:
-        """Take the blocks that were carried to a frame, with all that came with them, as one undoable step."""
+        """Take over the blocks propagated to a frame, with all their attributes, as one undo step."""
         self.prepare_change(session)
         session.undo_stack.push(CarryBlocks(self, session, carried, text))
         if not session.selected:
             self._select(session, list(carried.selected))
 
     def look_at(self, blocks: Collection[int]) -> None:
-        """Blocks of the present frame that needed a look have had it, as one undoable step."""
+        """Mark blocks of the current frame as checked, as one undo step."""
         unseen = self.session.to_check.intersection(blocks)
         if unseen:
             self.session.undo_stack.push(LookAtBlocks(self, self.session, unseen))

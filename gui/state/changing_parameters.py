@@ -1,4 +1,4 @@
-"""What changes the parameters of filter and extraction."""
+"""Changes of the filter and extraction parameters."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .sharing import Shared, ShareParameters
 
 
 class ChangingParameters(FramesAtWork):
-    """Parameters change here: of all frames, of one, or of blocks."""
+    """The part of the workspace that changes parameters: of all frames, of one frame, or of blocks."""
 
     def set_parameters(self, parameters: Parameters, blocks: int | Collection[int] | None = None) -> None:
-        """Parameters of all blocks that have no values of their own, or of some blocks, as one undoable step.
+        """Set the common parameters, or those of some blocks, as one undo step.
 
-        Of blocks, the values that differ from the common ones become their own. What is set while a slider is being
-        moved is one step with what was set before.
+        For blocks, the values that differ from the common ones become own parameters. Values set while a slider moves
+        belong to the same step.
         """
         if blocks is None:
             self._edit_parameters((self.parameters, parameters), {}, own_values(parameters, self.parameters).keys())
@@ -29,7 +29,7 @@ class ChangingParameters(FramesAtWork):
         self._edit_own(dict.fromkeys(labels, own_values(parameters, self.parameters)))
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
-        """Give blocks some values of their own, one parameter beside the other; those equal to the common ones go."""
+        """Add own parameters to blocks; values equal to the common ones are removed."""
         common, own = self.parameters.to_dict(), self.session.notes.own
         merged = {label: {**own.get(label, {}), **values} for label in blocks}
         self._edit_own(
@@ -40,11 +40,11 @@ class ChangingParameters(FramesAtWork):
         )
 
     def reset_own(self, blocks: Collection[int]) -> None:
-        """Take all values of their own from blocks."""
+        """Remove all own parameters from blocks."""
         self._edit_own({label: {} for label in blocks})
 
     def copy_own(self, source: int, blocks: Collection[int]) -> None:
-        """Give blocks the very own values that another one has."""
+        """Copy the own parameters of a block to others."""
         values = self.session.notes.own.get(source, {})
         self._edit_own(dict.fromkeys(blocks, values))
 
@@ -53,7 +53,7 @@ class ChangingParameters(FramesAtWork):
         self._edit_parameters(None, changes, names_in(changes))
 
     def _own_changes(self, wanted: Mapping[int, OwnValues]) -> OwnChange:
-        """What changes if blocks are to have these own values."""
+        """Return the changes that give blocks these own parameters."""
         own = self.session.notes.own
         return {
             label: (own.get(label), values or None)
@@ -79,20 +79,22 @@ class ChangingParameters(FramesAtWork):
             self._session.note_edit()
             self.touched.emit(self._session)
             return
-        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
+        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} filter parameters"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         where = blocks if own else self._for_all(self._session)
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{where}"))
 
     def _for_all(self, session: Session) -> str:
-        """What the text of a step on a frame's common parameters ends with."""
+        """Return the end of the text of an undo step on a frame's common parameters."""
         return " for all frames" if self.shared.reach(session) else ""
 
     def take_parameters(
         self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
     ) -> None:
-        """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
-        none; with `passing`, no undo leads back to the present ones."""
+        """Set some of the common parameters and own parameters of blocks (None for none). Called by commands.
+
+        With `passing`, undo does not lead back to the present ones.
+        """
         before = session.valid_results()
         if not passing:
             session.settle_parameters()
@@ -108,12 +110,14 @@ class ChangingParameters(FramesAtWork):
             self.project_touched.emit()
         if session is self._session:
             self.parameters_changed.emit()
-        if session.valid_results() != before:  # those of the values that have come back
+        if session.valid_results() != before:  # results of earlier parameters are valid again
             self.note_results_changed(session)
 
     def take_common(self, session: Session, common: Parameters, own: bool) -> None:
-        """Called by commands: other common parameters of a frame, unless it has those of all; `own`: its own where
-        parameters are for all frames."""
+        """Set a frame's common parameters, unless it has the shared ones. Called by commands.
+
+        With `own`, they are its own while parameters are shared by all frames.
+        """
         session.own_parameters = own
         session.take_common(common)
         self.shared.begin(session)
@@ -121,10 +125,10 @@ class ChangingParameters(FramesAtWork):
             self.parameters_changed.emit()
 
     def set_shared(self, shared: Shared) -> None:
-        """Whether parameters are for all frames, and which: as a project has it, before its frames are opened."""
+        """Set whether parameters are shared by all frames, and which; also on loading a project, before its frames."""
         former, self.shared = self.shared, shared
         shared.spread(self.sessions)
-        if former.on and not shared.on:  # from now on they are what is stored of each frame
+        if former.on and not shared.on:  # from now on they are stored with each frame
             for session in self.sessions:
                 if session.counts() or session.unsaved:
                     self.touched.emit(session)
@@ -132,30 +136,32 @@ class ChangingParameters(FramesAtWork):
         self.project_touched.emit()
 
     def share_parameters(self) -> list[Session]:
-        """Have the present frame's parameters in all frames without their own, now and from now on, as one undoable
-        step; the open ones that had others."""
+        """Share the current frame's parameters with all frames without own ones, as one undo step.
+
+        Returns the open frames that had other parameters.
+        """
         shared = Shared(True, self.parameters)
         others = [one for one in self.sessions if not one.own_parameters and one.common != self.parameters]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
         return [one for one in others if one is not self._session]
 
     def keep_own_parameters(self) -> None:
-        """Let the present frame's parameters be its own where they are for all frames, as one undoable step."""
-        self._push_sharing(self.shared, own=True, text="Parameters for this frame alone")
+        """Give the current frame its own parameters while others are shared, as one undo step."""
+        self._push_sharing(self.shared, own=True, text="Use parameters for this frame only")
 
     def reset_to_shared(self) -> None:
-        """Let the present frame have the parameters of all frames again, as one undoable step."""
-        self._push_sharing(self.shared, own=False, text="Reset to the parameters of all frames")
+        """Reset the current frame to the shared parameters, as one undo step."""
+        self._push_sharing(self.shared, own=False, text="Reset to shared parameters")
 
     def part_parameters(self) -> None:
-        """Let every frame have its own parameters again, which are what they are, as one undoable step."""
-        self._push_sharing(Shared(False, self.parameters), own=False, text="Parameters of each frame by itself")
+        """Stop sharing parameters: every frame keeps its current ones as its own, as one undo step."""
+        self._push_sharing(Shared(False, self.parameters), own=False, text="Separate parameters for each frame")
 
     def _push_sharing(self, shared: Shared, own: bool, text: str) -> None:
         self.session.undo_stack.push(ShareParameters(self, self.session, shared, own, text))
 
     def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
-        """Called by commands: whether parameters are for all frames, which those are, and those of one frame."""
+        """Set whether parameters are shared, the shared ones, and those of one frame. Called by commands."""
         before = session.valid_results()
         session.settle_parameters()
         session.own_parameters = own
@@ -166,12 +172,12 @@ class ChangingParameters(FramesAtWork):
             self.note_results_changed(session)
 
     def set_keeps_handmade(self, on: bool) -> None:
-        """Whether blocks made by hand stay at the next extraction."""
+        """Set whether the next extraction keeps hand-made blocks."""
         self.keeps_handmade = on
         self.extraction_changed.emit()
         self.project_touched.emit()
 
 
 def names_in(changes: OwnChange) -> set[str]:
-    """The parameters whose own values change."""
+    """Return the names of the parameters that change."""
     return {name for before, after in changes.values() for name in differing(before or {}, after or {})}

@@ -1,4 +1,4 @@
-"""Undoable commands. Each is one step for the user, with a text that says what it did."""
+"""Undoable commands. Each is one undo step with a text that describes it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
+from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
@@ -25,10 +26,10 @@ from .session import Session, touched_by
 Mask = NDArray[np.bool_]
 
 OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
-"""Block label -> its own values before and after, None for none."""
+"""Block label -> its own parameters before and after, None for none."""
 
 DRAG_S = 0.7
-"""Values of the same parameters that come within so many seconds are one step."""
+"""Changes of the same parameters within this time [s] are one undo step."""
 
 
 DrawnChange = tuple[Box, Mask, Mask]
@@ -36,17 +37,17 @@ DrawnChange = tuple[Box, Mask, Mask]
 
 
 class Change(NamedTuple):
-    """An edit of a label map that has been made, undone or made again.
+    """An edit of a label map that was made, undone or redone.
 
     Attributes
     ----------
     session : Session
     patch : LabelPatch
-        As the edit was first made.
+        The edit in forward direction.
     forward : bool
-        False where it has been undone.
+        False if it was undone.
     text : str
-        What the edit is called.
+        The name of the edit.
     drawn : (Box, ndarray of bool, ndarray of bool)
         Where drawn borders change, and the drawn pixels there before the edit and after it.
     """
@@ -59,12 +60,12 @@ class Change(NamedTuple):
 
     @property
     def blocks(self) -> frozenset[int]:
-        """Blocks that have gained or lost pixels."""
+        """Blocks that gained or lost pixels."""
         return touched_by(self.patch)
 
 
 class Notices(Protocol):
-    """Who is told before and after a command changes a session."""
+    """The object that a command notifies before and after it changes a session."""
 
     def prepare_change(self, session: Session) -> None:
         """The label map is about to change."""
@@ -79,30 +80,30 @@ class Notices(Protocol):
         ...
 
     def note_results_changed(self, session: Session) -> None:
-        """Results have gone or come back."""
+        """Results were removed or restored."""
         ...
 
     def note_distrusted_changed(self, session: Session) -> None:
-        """Other depth is distrusted."""
+        """The invalid mask has changed."""
         ...
 
     def note_guide_changed(self, session: Session) -> None:
-        """Another guide is followed, or none."""
+        """The guide has changed or was removed."""
         ...
 
     def take_parameters(
         self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
     ) -> None:
-        """Other values of some of the common parameters, and other own values of blocks, None for none; with `passing`,
-        no undo leads back to the present ones."""
+        """Set some of the common parameters and own parameters of blocks (None for none); with `passing`, undo does
+        not lead back to the present ones."""
         ...
 
 
 class EditLabels(QUndoCommand):
     """A change of the label map.
 
-    Borders that come by it are drawn ones. Not so with `notes`: what is known of the blocks changes with them then, as
-    when all blocks are replaced. With `done`, the map has the change already (a brush paints while it moves).
+    New borders become drawn borders. With `notes`, they do not: the attributes of the blocks change too, as when all
+    blocks are replaced. With `done`, the map is already changed (a brush paints while it moves).
     """
 
     def __init__(
@@ -131,7 +132,7 @@ class EditLabels(QUndoCommand):
             self._drawn = box, np.zeros_like(drawn) if former is None else former[box].copy(), drawn
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         if not self._done:
             self._notices.prepare_change(self._session)
             self._session.apply(self._patch)
@@ -139,7 +140,7 @@ class EditLabels(QUndoCommand):
         self._tell(forward=True)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._notices.prepare_change(self._session)
         self._session.apply(self._patch, forward=False)
         self._tell(forward=False)
@@ -169,11 +170,11 @@ class EditInfo(QUndoCommand):
         self._after = changes
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._change(self._after)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._change(self._before)
 
     def _change(self, changes: Mapping[int, Mapping[str, Any]]) -> None:
@@ -183,14 +184,14 @@ class EditInfo(QUndoCommand):
 
 
 class EditParameters(QUndoCommand):
-    """A change of the common parameters, or of blocks' own values.
+    """A change of the common parameters, or of own parameters of blocks.
 
     Parameters
     ----------
     common : (Parameters, Parameters) or None
-        Before and after; None where they stay.
+        Before and after; None if unchanged.
     own : mapping of int to (mapping or None, mapping or None)
-        Block label -> its own values before and after, None for none.
+        Block label -> its own parameters before and after, None for none.
     names : collection of str
         The parameters that change.
     """
@@ -213,7 +214,10 @@ class EditParameters(QUndoCommand):
         self._time = time.monotonic()
 
     def extend(self, common: tuple[Parameters, Parameters] | None, own: OwnChange, names: Collection[str]) -> bool:
-        """Go on to other values of the same parameters, if they come at once, as when a slider moves."""
+        """Extend the step by new values of the same parameters if they follow quickly, as from a moving slider.
+
+        False if they do not.
+        """
         now = time.monotonic()
         same = (self._common is None) == (common is None) and self._own.keys() == own.keys()
         if not same or self._names != frozenset(names) or now - self._time > DRAG_S:
@@ -226,11 +230,11 @@ class EditParameters(QUndoCommand):
         return True
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._take(1)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._take(0)
 
     def _take(self, which: int, passing: bool = False) -> None:
@@ -244,7 +248,7 @@ class EditParameters(QUndoCommand):
 
 
 class ClearResults(QUndoCommand):
-    """All results of a frame go. Undo brings them back beside those of runs since."""
+    """Removal of all results of a frame. Undo restores them; results of later runs stay."""
 
     def __init__(self, notices: Notices, session: Session) -> None:
         super().__init__("Clear results")
@@ -253,19 +257,19 @@ class ClearResults(QUndoCommand):
         self._cleared = Held({})
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._cleared = self._session.swap_results(Held({}))
         self._notices.note_results_changed(self._session)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         newer = self._session.swap_results(Held({}))
         self._session.swap_results(self._cleared.with_newer(newer))
         self._notices.note_results_changed(self._session)
 
 
 class Distrust(QUndoCommand):
-    """Other depth of the frame is distrusted."""
+    """A change of the frame's invalid mask."""
 
     def __init__(self, notices: Notices, session: Session, frame: RGBDFrame, text: str) -> None:
         super().__init__(text)
@@ -274,7 +278,7 @@ class Distrust(QUndoCommand):
         self._other = frame
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         former = self._session.frame
         self._session.take_frame(self._other)
         self._other = former
@@ -287,29 +291,29 @@ class Distrust(QUndoCommand):
 
 
 class TakeGuide(Distrust):
-    """Another guide of the frame is followed, or none."""
+    """A change or removal of the frame's guide."""
 
     def _tell(self) -> None:
         self._notices.note_guide_changed(self._session)
 
 
-# Undoable commands on blocks that come from another frame: to take them, and to have looked at them.
+# Undoable commands on propagated blocks: take them over, mark them as checked.
 
 
 class CarryNotices(Notices, Protocol):
-    """Who is told, also of common parameters and of what should be looked at."""
+    """`Notices` that also handle common parameters and blocks to check."""
 
     def take_common(self, session: Session, common: Parameters, own: bool) -> None:
-        """Other common parameters of a frame; `own`: they are its own where parameters are for all frames."""
+        """Set a frame's common parameters; `own`: they are its own while parameters are shared by all frames."""
         ...
 
     def note_checked(self, session: Session) -> None:
-        """Other blocks should be looked at."""
+        """The set of blocks to check has changed."""
         ...
 
 
 class CarryBlocks(QUndoCommand):
-    """A frame takes the blocks that were carried to it, with all that is known of them and the values of their runs."""
+    """Transfer of propagated blocks to a frame, with all their attributes and parameters."""
 
     def __init__(self, notices: CarryNotices, session: Session, carried: FrameState, text: str) -> None:
         super().__init__(text)
@@ -322,11 +326,11 @@ class CarryBlocks(QUndoCommand):
         self._to_check = set(carried.to_check)
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._swap(forward=True)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._swap(forward=False)
 
     def _swap(self, forward: bool) -> None:
@@ -345,39 +349,39 @@ class CarryBlocks(QUndoCommand):
 
 
 class LookAtBlocks(QUndoCommand):
-    """Blocks that needed a look have been looked at."""
+    """Marking of propagated blocks as checked."""
 
     def __init__(self, notices: CarryNotices, session: Session, blocks: Collection[int]) -> None:
-        name = session.info(next(iter(blocks))).name if len(blocks) == 1 else f"{len(blocks)} blocks"
-        super().__init__(f"Looked at {name}")
+        name = session.info(next(iter(blocks))).name if len(blocks) == 1 else counted(len(blocks), "block")
+        super().__init__(f"Mark {name} as checked")
         self._notices = notices
         self._session = session
         self._blocks = frozenset(blocks)
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._session.to_check = self._session.to_check - self._blocks
         self._notices.note_checked(self._session)
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._session.to_check = self._session.to_check | self._blocks
         self._notices.note_checked(self._session)
 
 
-# Undoable commands on kept runs: to delete some, and to have the results of one for the present ones.
+# Undoable commands on the run history: delete runs, accept the results of a run.
 
 
 class KeptNotices(Notices, Protocol):
-    """Who is told, also of kept runs."""
+    """`Notices` that also handle the run history."""
 
     def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
-        """Other runs are kept, and others of them compared."""
+        """Replace the run history and the compared runs."""
         ...
 
 
 class DeleteRuns(QUndoCommand):
-    """Some runs are kept no longer. Undo brings them back beside those that have been kept since."""
+    """Deletion of runs from the history. Undo restores them; later runs stay."""
 
     def __init__(self, notices: KeptNotices, session: Session, runs: Collection[KeptRun]) -> None:
         super().__init__(f"Delete {next(iter(runs)).name}" if len(runs) == 1 else f"Delete {len(runs)} runs")
@@ -387,7 +391,7 @@ class DeleteRuns(QUndoCommand):
         self._compared = [kept for kept in session.compared if kept in runs]
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         session, runs = self._session, self._runs
         self._notices.take_kept_runs(
             session,
@@ -396,14 +400,14 @@ class DeleteRuns(QUndoCommand):
         )
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         session = self._session
         runs = sorted([*session.kept_runs, *self._runs], key=lambda kept: kept.number)
         self._notices.take_kept_runs(session, runs, [*session.compared, *self._compared])
 
 
 class AcceptRun(QUndoCommand):
-    """Results of a kept run become the present ones, with the parameters that they are of."""
+    """Replacement of the current results by those of a stored run, with its parameters."""
 
     def __init__(
         self, notices: Notices, session: Session, kept: KeptRun, results: Collection[BlockResult], text: str
@@ -424,14 +428,14 @@ class AcceptRun(QUndoCommand):
         self._own = {label: (own.get(label), values) for label, values in after.items()}
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._take(1)
         self._before = self._session.bring_back(self._results, self._kept.guess)
         self._accepted = self._session.results.held()
         self._notices.note_results_changed(self._session)
 
     def undo(self) -> None:
-        """Take it back; what has come since stays."""
+        """Undo the change; later results stay."""
         self._take(0)
         newer = self._session.swap_results(Held({})).without(self._accepted)
         self._session.swap_results(self._before.with_newer(newer))

@@ -1,4 +1,4 @@
-"""The list of all frames that are worked on, open or not."""
+"""The list of all frames of the workspace, open or not."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ class Entry:
     Attributes
     ----------
     id : str
-        Stays with the frame.
+        Never changes for a frame.
     key : str
-        The path of what holds its depth, or of the record that it was opened from.
+        The path of its depth file, or of the record that it was opened from.
     name : str
     source : FrameSource or None
-        How to read it; None if it can be had from its stored state alone.
+        How to read it; None if it can only be read from its stored state.
     session : Session or None
         None while it is not open.
     has_state : bool
-        Whether a state of it is stored, to be opened in place of the source.
+        Whether its state is stored and is opened instead of the source.
     of_folder : bool
-        Whether it was found in a folder, which is what the user has opened.
+        Whether it was found in a folder that the user opened.
     changes : int
-        How often it has been changed while it was not open.
+        How often it was changed while it was not open.
     """
 
     id: str
@@ -55,12 +55,12 @@ class Entry:
 
     @classmethod
     def of(cls, source: FrameSource, of_folder: bool = False) -> Self:
-        """A new entry of a frame that has not been read, with the name that it will have as far as files tell."""
+        """Make an entry for a frame that has not been read; its name comes from its files."""
         return cls(uuid.uuid4().hex, source.key, source.name, source, of_folder=of_folder)
 
     @property
     def summary(self) -> FrameSummary:
-        """What there is to say of it; of an open frame, as it is now."""
+        """Summary of the frame; up to date if the frame is open."""
         session = self.session
         if session is not None:
             stamp = (*session.stamp, id(session.valid_results()), id(session.notes))
@@ -69,45 +69,45 @@ class Entry:
         return self._summary
 
     def set_summary(self, summary: FrameSummary) -> None:
-        """What there is to say of it while it is not open."""
+        """Set the summary of a frame that is not open."""
         self._summary, self._stamp = summary, ()
 
     @property
     def unsaved(self) -> bool:
-        """Whether there is work on it that the project's file does not hold."""
+        """Whether it has changes that are not in the project file."""
         return self._unsaved if self.session is None else self.session.unsaved
 
     def unsaved_words(self) -> str:
-        """What that work is, as "3 edits, 1 run"; "" for none."""
+        """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
         if self.session is not None:
             return self.session.unsaved_words()
         return (self._unsaved_words or "changes") if self._unsaved else ""
 
     def set_unsaved(self, unsaved: bool) -> None:
-        """Whether there is such work, while it is not open."""
+        """Set whether a frame that is not open has unsaved changes."""
         self._unsaved = unsaved
         self.changes += unsaved
 
     @property
     def origin(self) -> object:
-        """What it was opened from, or would be."""
+        """What it was or will be opened from."""
         return self.source if self.session is None else self.session.origin
 
     @property
     def note(self) -> str:
-        """What the user says of it."""
+        """The user's note on it."""
         return self.summary.note
 
 
 class Entries(QObject):
-    """The frames in the order of the list. The workspace alone changes it.
+    """The frames in list order. Only the workspace changes the list.
 
     Signals
     -------
     added(int, int), removed(int, int)
-        First and last row, afterwards and before.
+        First and last row, after adding and before removing.
     changed(object)
-        An entry: it has been opened or left, or there is something else to say of it.
+        An Entry: its frame was opened or closed, or its summary changed.
     """
 
     added = Signal(int, int)
@@ -130,15 +130,15 @@ class Entries(QObject):
         return iter(self._entries)
 
     def of(self, id: str) -> Entry | None:
-        """The entry of an id."""
+        """Return the entry with an id."""
         return self._by_id.get(id)
 
     def of_key(self, key: str) -> Entry | None:
-        """The entry of a path."""
+        """Return the entry with a path."""
         return self._by_key.get(key)
 
     def row_of(self, entry: Entry) -> int:
-        """Where it stands."""
+        """Return the row of an entry."""
         return self._entries.index(entry)
 
     def add(self, entries: Sequence[Entry]) -> None:
@@ -152,7 +152,7 @@ class Entries(QObject):
         self.added.emit(first, len(self._entries) - 1)
 
     def remove(self, entries: Collection[Entry]) -> None:
-        """Take entries out."""
+        """Remove entries."""
         gone = {entry.id for entry in entries}
         rows = [row for row, entry in enumerate(self._entries) if entry.id in gone]
         while rows:
@@ -167,7 +167,7 @@ class Entries(QObject):
             self.removed.emit(first, last)
 
     def attach(self, session: Session) -> Entry:
-        """A frame has been opened: its entry, a new one if it has none yet."""
+        """Attach an opened frame to its entry and return it; a new entry if there is none."""
         entry = self.of(session.id) or self.of_key(session.key)
         if entry is None:
             source = session.origin if isinstance(session.origin, FrameSource) else None
@@ -182,7 +182,7 @@ class Entries(QObject):
         return entry
 
     def detach(self, entry: Entry, stored: bool) -> None:
-        """Its frame is no longer open; its state is stored, or there was none to store."""
+        """Detach a closed frame from its entry; `stored`: whether its state is stored."""
         entry._unsaved_words = entry.unsaved_words()
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
@@ -190,24 +190,24 @@ class Entries(QObject):
         self.changed.emit(entry)
 
     def set_note(self, entry: Entry, note: str) -> None:
-        """What the user says of a frame that is not open."""
+        """Set the user's note on a frame that is not open."""
         entry.set_summary(replace(entry.summary, note=note))
         entry.set_unsaved(True)
         self.changed.emit(entry)
 
     def set_summary(self, entry: Entry, summary: FrameSummary) -> None:
-        """What there is to say of a frame that is not open."""
+        """Set the summary of a frame that is not open."""
         entry.set_summary(summary)
         self.changed.emit(entry)
 
     def note_problem(self, entry: Entry, problem: str) -> None:
-        """A frame could not be opened, for this reason."""
+        """Store why a frame could not be opened."""
         entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.changed.emit(entry)
 
 
 def summary_of(session: Session) -> FrameSummary:
-    """What there is to say of an open frame."""
+    """Return the summary of an open frame."""
     results, blocks = session.valid_results(), session.counts()
     hopeless = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
     failed = bool(results) and len(hopeless) == len(results)

@@ -1,4 +1,4 @@
-"""Which frames are worked on, which is the present one, and who is told of changes. Signals, no widgets."""
+"""Frames of the workspace, the current frame, and the signals of all changes. No widgets."""
 
 from __future__ import annotations
 
@@ -22,61 +22,61 @@ from .stroke import StrokeUnderWay
 
 
 class FramesAtWork(QObject):
-    """The frames, open or not, and the signals of all that may change.
+    """The frames, open or not, and the signals of all changes.
 
-    Signals carry no data that could go stale: who listens reads the workspace. Those of a session are sent for the
-    present one only; of the others, `sessions_changed` tells.
+    Signals carry no data that could go stale: listeners read the workspace. Signals about a session are emitted for
+    the current frame only; for other frames, `sessions_changed` is.
     """
 
     about_to_change = Signal()
-    """The present frame is about to be left, or its label map to be changed: strokes under way must end."""
+    """The current frame or its label map is about to change: strokes in progress must end."""
     sessions_changed = Signal()
-    """Frames were opened or closed, or what the list says of them has changed."""
+    """Frames were opened or closed, or their summaries in the list changed."""
     session_changed = Signal()
     labels_changed = Signal(object)
     """The box (rows, columns) of the label map that changed."""
     stroke_changed = Signal(object)
-    """The same, by a stroke that is under way and may yet be given up."""
+    """The same, by a stroke in progress, which may still be cancelled."""
     infos_changed = Signal()
     results_changed = Signal()
-    """Other results, or none, or a run has ended."""
+    """Results changed or were removed, or a run has ended."""
     results_added = Signal()
-    """Some of a run under way have come: several times a second, it may be."""
+    """The run in progress has new results; up to several times a second."""
     records_added = Signal()
-    """Blocks that run have new records."""
+    """Running blocks have new records."""
     previews_changed = Signal()
-    """Blocks that run have other depth."""
+    """The depth of running blocks has changed."""
     error_changed = Signal()
-    """The expected error of the results has been worked out."""
+    """The expected error of the results was computed."""
     touched = Signal(object)
-    """A Session, the present one or another, has changed in something that a project holds."""
+    """Content of a Session, current or not, that a project stores has changed."""
     project_touched = Signal()
-    """What a project holds beside its frames has changed: which there are, in which order, what is set for all."""
+    """Content of the project apart from its frames has changed: the list and its order, shared settings."""
     edited = Signal(object)
-    """An edit of the label map has been made, undone or made again: a `Change`."""
+    """An edit of the label map was made, undone or redone: a `Change`."""
     replaced = Signal()
-    """All blocks of the present frame have given way to others, or have come back: no edit."""
+    """All blocks of the current frame were replaced, or restored by undo; not an edit."""
     distrusted_changed = Signal()
-    """Other depth of the present frame is distrusted."""
+    """The invalid mask of the current frame has changed."""
     guide_changed = Signal()
-    """The present frame has another guide, or none."""
+    """The guide of the current frame has changed or was removed."""
     truth_changed = Signal()
-    """The present frame has another truth, or none."""
+    """The ground truth of the current frame has changed or was removed."""
     block_errors_changed = Signal()
-    """Other errors of blocks are known."""
+    """The known errors of blocks have changed."""
     region_changed = Signal()
-    """Another rectangle of the present frame is chosen, or none."""
+    """The rectangle of the current frame has changed or was removed."""
     kept_runs_changed = Signal()
-    """Runs of the present frame have been kept, changed or deleted."""
+    """The run history of the current frame has changed."""
     past_changed = Signal()
-    """The views look back to another iteration, or no longer."""
+    """The iteration that the views show has changed."""
     compared_changed = Signal()
-    """Others of the kept runs are compared."""
+    """The set of compared runs has changed."""
     selection_changed = Signal()
     parameters_changed = Signal()
     """Of the filter."""
     extraction_changed = Signal()
-    """Parameters of the extraction, or which blocks it keeps."""
+    """Extraction parameters, or which blocks an extraction keeps."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -86,21 +86,21 @@ class FramesAtWork(QObject):
         """All frames, open or not."""
         self.undo_group = QUndoGroup(self)
         self.shared = Shared(False, preset(DEFAULT_PRESET))
-        """Whether parameters are for all frames; while they are not, and a frame is open, the next begins with its."""
+        """Whether parameters are shared, and which; if not, a new frame starts with those of the current frame."""
         self.extraction_parameters = BlockParameters()
         self.keeps_handmade = True
-        """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
+        """Whether a new extraction keeps hand-made blocks, as it keeps locked ones."""
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
         self._stroke: StrokeUnderWay | None = None
         self.past: Past | None = None
-        """What the views show in place of the present depth."""
+        """The earlier iteration that the views show instead of the current depth."""
         self._watched: list[Session] = []
-        """Frames with key frames, the one that was run last at the end."""
+        """Frames with key frames, the last run at the end."""
 
     @property
     def session(self) -> Session:
-        """The present frame's session; only to be asked for while `has_session`."""
+        """The current frame's session; only valid while `has_session`."""
         if self._session is None:
             raise RuntimeError("no frame is open")
         return self._session
@@ -112,35 +112,35 @@ class FramesAtWork(QObject):
 
     @property
     def parameters(self) -> Parameters:
-        """Parameters of all blocks of the present frame that have no values of their own."""
+        """Common parameters of the current frame: those of all blocks without own parameters."""
         return self.shared.values if self._session is None else self._session.common
 
     @property
     def next_parameters(self) -> Parameters:
-        """What the next frame begins with."""
+        """Parameters that the next frame starts with."""
         return self.shared.values if self.shared.on else self.parameters
 
     def is_present(self, session: Session) -> bool:
-        """Whether this is the present frame's session."""
+        """Whether this is the current frame's session."""
         return session is self._session
 
     @property
     def chosen(self) -> int:
-        """The block that edits and curves are about; 0 for none."""
+        """The first selected block, which edits and curves use; 0 for none."""
         return self._session.selected[0] if self._session is not None and self._session.selected else 0
 
     def session_of(self, key: str) -> Session | None:
-        """The open session of a file or folder, if there is one."""
+        """Return the open session of a file or folder; None if there is none."""
         return next((session for session in self.sessions if session.key == key), None)
 
     def add_session(
         self, session: Session, recorded: Run | None = None, restored: bool = False, show: bool = True
     ) -> None:
-        """Open a frame and, with `show`, make it the present one.
+        """Open a frame and, with `show`, make it the current one.
 
-        It begins with the parameters of the present one, or of all, unless it is `restored`. With `recorded`, it comes
-        from that run, and has the parameters of that; what it was extracted with goes for the next extraction, and the
-        blocks that were run are chosen if they are not all.
+        It starts with the parameters of the current frame, or the shared ones, unless it is `restored`. With
+        `recorded`, it takes the parameters and the extraction parameters of that run, and the blocks that were run are
+        selected if they are not all.
         """
         if restored:
             self.shared.begin(session)
@@ -152,7 +152,7 @@ class FramesAtWork(QObject):
         listed = len(self.entries)
         self.entries.attach(session)
         self.undo_group.addStack(session.undo_stack)
-        opened = ref(session)  # the history would hold the session, and never be freed
+        opened = ref(session)  # a strong reference would keep the session alive through its history
         session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.sessions_changed.emit()
         if show:
@@ -172,7 +172,7 @@ class FramesAtWork(QObject):
             session.selected = sorted(labels)
 
     def show_session(self, session: Session | None) -> None:
-        """Make a frame the present one."""
+        """Make a frame the current one."""
         if session is self._session:
             return
         self._end_strokes()
@@ -182,15 +182,15 @@ class FramesAtWork(QObject):
         self.session_changed.emit()
 
     def close_session(self, session: Session) -> None:
-        """Close a frame for good; the one before it in the list becomes the present one."""
+        """Close a frame permanently; the previous one in the list becomes the current one."""
         entry = self.entries.of(session.id)
         self._leave(session)
         if entry is not None:
             self.remove_entries([entry])
 
     def put_away(self, session: Session, stored: bool = True) -> None:
-        """Close a frame whose state is stored, or that has none: its entry stays, and it comes back as it was, without
-        its history."""
+        """Close a frame whose state is stored, or that has none; its entry stays, and it can be opened again in the
+        same state, without its undo history."""
         entry = self.entries.of(session.id)
         if entry is not None:
             self.entries.detach(entry, stored)
@@ -202,9 +202,9 @@ class FramesAtWork(QObject):
         self.project_touched.emit()
 
     def remove_entries(self, entries: Collection[Entry]) -> None:
-        """Take frames out of the list, and close those that are open, for good."""
+        """Remove frames from the list permanently, and close those that are open."""
         gone = {entry.session for entry in entries if entry.session is not None}
-        if self._session in gone:  # what is shown next is the nearest one that stays
+        if self._session in gone:  # show the nearest remaining frame
             position = self.sessions.index(self._session)
             nearest = [*reversed(self.sessions[:position]), *self.sessions[position:]]
             self.show_session(next((session for session in nearest if session not in gone), None))
@@ -214,7 +214,7 @@ class FramesAtWork(QObject):
         self.project_touched.emit()
 
     def note_problem(self, entry: Entry, problem: str) -> None:
-        """A frame of the list could not be opened, for this reason."""
+        """Store why a frame of the list could not be opened."""
         self.entries.note_problem(entry, problem)
         self.project_touched.emit()
 
@@ -225,30 +225,29 @@ class FramesAtWork(QObject):
         if session is self._session:
             self.show_session(self.sessions[max(position - 1, 0)] if self.sessions else None)
         self.undo_group.removeStack(session.undo_stack)
-        session.undo_stack.setParent(None)  # PySide takes it for the group's as long as that lives
-        session.undo_stack.clear()  # commands and session hold each other, and would never be freed
+        session.undo_stack.setParent(None)  # PySide treats it as owned by the group while the group exists
+        session.undo_stack.clear()  # commands and session reference each other and would never be freed
         self.sessions_changed.emit()
 
     def note_saved(self, session: Session, stamp: tuple[int, int, int]) -> None:
-        """What there was at a `Session.stamp` has been saved."""
+        """Mark the state of a session at a `Session.stamp` as saved."""
         session.note_saved(stamp)
         self.sessions_changed.emit()
 
     def touch(self, session: Session, looked: bool = False) -> None:
-        """Called after something has changed that a project holds; `looked`: only in how it is looked at, which is
-        stored but no reason to save."""
+        """Note a change of project content; `looked`: only of the view, which is stored but needs no saving."""
         if not looked:
             session.note_other_change()
         if session in self.sessions:
             self.touched.emit(session)
 
     def _note_step(self, session: Session | None) -> None:
-        """A step of a frame's history has been made, taken back or made again."""
+        """Note that a step of a frame was made, undone or redone."""
         if session is not None and session in self.sessions:
             self.touched.emit(session)
 
     def set_note(self, entry: Entry, note: str) -> None:
-        """What the user says of a frame, open or not."""
+        """Set the user's note on a frame, open or not."""
         if note == entry.note:
             return
         if entry.session is None:
@@ -260,15 +259,15 @@ class FramesAtWork(QObject):
         self.project_touched.emit()
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
-        """What blocks are extracted with the next time."""
+        """Set the parameters of the next extraction."""
         self.extraction_parameters = parameters
         self.extraction_changed.emit()
         self.project_touched.emit()
 
-    # blocks that are chosen or painted
+    # selection and strokes
 
     def stroke(self, patch: LabelPatch | None) -> None:
-        """Change the label map as part of a stroke, which `end_stroke` makes a step and `drop_stroke` gives up."""
+        """Change the label map as part of a stroke; `end_stroke` makes it an undo step, `drop_stroke` cancels it."""
         if patch is None:
             return
         if self._stroke is None:
@@ -279,11 +278,11 @@ class FramesAtWork(QObject):
 
     @property
     def stroke_under_way(self) -> bool:
-        """Whether the label map holds part of a stroke that may yet be given up."""
+        """Whether a stroke is in progress."""
         return self._stroke is not None
 
     def drop_stroke(self) -> bool:
-        """Put the pixels of the stroke back; False if none was under way."""
+        """Restore the pixels of the stroke in progress; False if there is none."""
         patch = self._take_stroke()
         if patch is None:
             return False
@@ -300,7 +299,7 @@ class FramesAtWork(QObject):
         self.drop_stroke()
 
     def select(self, labels: list[int]) -> None:
-        """Choose blocks; the first is the one that edits and curves are about."""
+        """Select blocks; edits and curves use the first one."""
         if self.has_session:
             self._select(self.session, labels)
 
@@ -310,21 +309,21 @@ class FramesAtWork(QObject):
             if session is self._session:
                 self.selection_changed.emit()
 
-    # what commands say
+    # notifications from commands
 
     def prepare_change(self, session: Session) -> None:
-        """Called before the label map of a session changes."""
+        """End strokes before the label map of a session changes."""
         if session is self._session:
             self._end_strokes()
 
     def note_labels_changed(self, session: Session, patch: LabelPatch | None, change: Change | None = None) -> None:
-        """Called by commands after the label map, or what is known of it, has changed; with `change`, by an edit."""
+        """Called by commands after the label map or block attributes have changed; with `change`, by an edit."""
         if session is not self._session:
             self.sessions_changed.emit()
             return
         if patch is not None:
             left = session.counts()
-            # a block that is yet to be painted has never been there
+            # a new block that is not painted yet stays selected
             gone = [
                 label
                 for label in session.selected
@@ -340,23 +339,23 @@ class FramesAtWork(QObject):
         self.results_changed.emit()
 
     def note_results_changed(self, session: Session) -> None:
-        """Called after results have come, gone or come back."""
+        """Called after results were added, removed or restored."""
         (self.results_changed if session is self._session else self.sessions_changed).emit()
 
     def note_distrusted_changed(self, session: Session) -> None:
-        """Called by commands after other depth is distrusted."""
+        """Called by commands after the invalid mask has changed."""
         if session is self._session:
             self.distrusted_changed.emit()
         self.note_results_changed(session)
 
     def note_guide_changed(self, session: Session) -> None:
-        """Called by commands after another guide is followed."""
+        """Called by commands after the guide has changed."""
         if session is self._session:
             self.guide_changed.emit()
         self.note_results_changed(session)
 
     def note_checked(self, session: Session) -> None:
-        """Called by commands after other blocks should be looked at."""
+        """Called by commands after the set of blocks to check has changed."""
         self.note_infos_changed(session)
         self.sessions_changed.emit()
 

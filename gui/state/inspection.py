@@ -1,4 +1,4 @@
-"""What of the present frame is looked at closely: a line, a rectangle, measurements."""
+"""Profile line, rectangle and measurements of the current frame."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ilf.evaluation.measuring import place_of
 from .session import Chains, Point
 from .workspace import Workspace
 
-# The points that are measured between, of every open frame.
+# Measured points of all open frames.
 
 
 class Measurements(QObject):
-    """Chains of points on the present frame, in image coordinates; each is one measurement. They stay with their frame.
+    """Chains of points on the current frame, in image coordinates; each is one measurement. Stored with the frame.
 
     Signals
     -------
     changed()
-        Points, or what heights are measured along.
+        Points, or the reference of heights.
     refused(str)
-        Why a point has not been taken.
+        Why a point was rejected.
     """
 
     changed = Signal()
@@ -35,22 +35,22 @@ class Measurements(QObject):
 
     @property
     def chains(self) -> list[tuple[Point, ...]]:
-        """All measurements, the oldest first."""
+        """All measurements, oldest first."""
         return [tuple(chain) for chain in self._held.chains]
 
     @property
     def is_open(self) -> bool:
-        """Whether the next point belongs to the last measurement."""
+        """Whether the next point continues the last measurement."""
         return self._held.is_open
 
     @property
     def reference(self) -> int:
-        """The block whose plane heights are measured over; 0 for the image's upright."""
+        """The block whose plane is the reference of heights; 0 for the image's vertical."""
         return self._held.reference
 
     def add_point(self, x: float, y: float) -> bool:
-        """Go on to the pixel at image coordinates x, y, or begin there; False, with `refused`, if it has no place in
-        space."""
+        """Add the pixel at image coordinates x, y to the open measurement, or start one there; False, with `refused`,
+        if the pixel has no 3D position."""
         if not self._workspace.has_session:
             return False
         session = self._workspace.session
@@ -70,12 +70,12 @@ class Measurements(QObject):
         return True
 
     def move_point(self, chain: int, point: int, to: Point) -> None:
-        """Put a point of a measurement elsewhere."""
+        """Move a point of a measurement."""
         self._held.chains[chain][point] = to
         self._changed()
 
     def take_back(self) -> bool:
-        """Drop the last point of the measurement under way; False if there is none."""
+        """Remove the last point of the open measurement; False if there is none."""
         held = self._held
         if not held.is_open:
             return False
@@ -87,7 +87,7 @@ class Measurements(QObject):
         return True
 
     def end(self) -> bool:
-        """Let the next point begin another measurement; a single point is dropped. False if none is under way."""
+        """Close the open measurement; a single point is dropped. False if there is none."""
         held = self._held
         if not held.is_open:
             return False
@@ -98,13 +98,13 @@ class Measurements(QObject):
         return True
 
     def replace(self, chains: list[tuple[Point, ...]]) -> None:
-        """Have these measurements in place of those there are."""
+        """Replace all measurements."""
         held = self._held
         held.chains, held.is_open = [list(chain) for chain in chains], False
         self._changed()
 
     def set_reference(self, label: int) -> None:
-        """Measure heights over the plane of a block; 0 for the image's upright."""
+        """Measure heights over the plane of a block; 0 for the image's vertical."""
         if label != self._held.reference:
             self._held.reference = label
             self._changed()
@@ -123,7 +123,7 @@ Line = tuple[Point, Point]
 
 
 class Inspection(QObject):
-    """Where the user looks. It stays with its frame, and is no part of what is saved or undone.
+    """The inspection marks of the current frame. They are stored with the frame; changing them is not undoable.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class Inspection(QObject):
     Signals
     -------
     line_changed()
-        There is another profile line, or none.
+        The profile line was changed or removed.
     """
 
     line_changed = Signal()
@@ -145,11 +145,11 @@ class Inspection(QObject):
 
     @property
     def line(self) -> Line | None:
-        """The present frame's profile line."""
+        """The current frame's profile line."""
         return self._workspace.session.line if self._workspace.has_session else None
 
     def set_line(self, line: Line | None) -> None:
-        """Take another profile line; None for none."""
+        """Set the profile line; None removes it."""
         if line == self.line:
             return
         session = self._workspace.session
@@ -159,9 +159,9 @@ class Inspection(QObject):
 
     @property
     def region(self) -> Box | None:
-        """The present frame's rectangle."""
+        """The current frame's rectangle."""
         return self._workspace.session.region if self._workspace.has_session else None
 
     def set_region(self, box: Box | None) -> None:
-        """Take another rectangle; None for none."""
+        """Set the rectangle; None removes it."""
         self._workspace.set_region(box)

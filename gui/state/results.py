@@ -1,4 +1,4 @@
-"""What runs have given for one frame, and how the run under way stands: the one place that holds it."""
+"""Results of the runs of one frame, and the state of the run in progress."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ilf.data.parameters import BlockParameters, Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
 
 Preview = tuple[Block, NDArray[np.float32]]
-"""A block that runs, and the depth [m] at its pixels as it stands."""
+"""A running block and its depth [m] so far, one value per pixel of the block."""
 
 
 class Kept(NamedTuple):
-    """A result, and the distrusted depth and the guide of the frame that it is of."""
+    """A result with the invalid mask and the guide of its frame."""
 
     result: BlockResult
     distrusted: NDArray[np.bool_] | None
@@ -29,11 +29,11 @@ class Kept(NamedTuple):
 
     @classmethod
     def of(cls, result: BlockResult, frame: RGBDFrame) -> Self:
-        """A result of a frame."""
+        """Make it from a result and its frame."""
         return cls(result, frame.distrusted, frame.guide)
 
     def is_of_state(self, other: Kept) -> bool:
-        """Whether both are of the same pixels of a block, with the same borders and edges, of the same known depth."""
+        """Whether both have the same block pixels, drawn borders, edges, invalid mask and guide."""
         one, another = self.result, other.result
         return (
             one.edges == another.edges
@@ -52,8 +52,8 @@ class Kept(NamedTuple):
         drawn: NDArray[np.bool_] | None,
         extraction: BlockParameters | None,
     ) -> bool:
-        """Whether it is of a block as it is in a label map, where it has so many pixels, with such drawn borders and
-        extraction, in a frame with such distrusted depth and such a guide."""
+        """Whether its block has the same pixels in a label map, `pixels` in number, and the same drawn borders,
+        extraction parameters, invalid mask and guide."""
         result = self.result
         block = result.block
         return (
@@ -67,45 +67,45 @@ class Kept(NamedTuple):
 
 
 class Doubt(NamedTuple):
-    """How far a completion may be off: its expected error [m], float32 (H, W), and which of it nothing vouches for."""
+    """The expected error [m] of a completion, float32 (H, W), and its unsupported pixels."""
 
     error: NDArray[np.float32]
     unvouched: NDArray[np.bool_]
 
 
 class Held(NamedTuple):
-    """All results of a frame: of blocks, the expected error of a completion, the guess of one."""
+    """All results of a frame: of its blocks, the error estimate and the extrapolation of a completion."""
 
     kept: dict[int, list[Kept]]
     doubt: tuple[Completion, Doubt] | None = None
     guess: tuple[Completion, Completion] | None = None
 
     def with_newer(self, newer: Held) -> Held:
-        """These results and newer ones, as those of a run after these had been cleared."""
+        """Return these results merged with newer ones, for example of a run after these were cleared."""
         labels = self.kept.keys() | newer.kept.keys()
         kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
         return Held(kept, newer.doubt or self.doubt, newer.guess or self.guess)
 
     def without(self, others: Held) -> Held:
-        """Those of these results that are none of the others."""
+        """Return these results without those that are also in `others`."""
         theirs = {id(one) for kept in others.kept.values() for one in kept}
         left = {label: [one for one in kept if id(one) not in theirs] for label, kept in self.kept.items()}
         return Held({label: kept for label, kept in left.items() if kept})
 
 
 class Results:
-    """Results, live records and previews of a frame's blocks. The workspace alone changes them.
+    """Results, live records and previews of a frame's blocks. Only the workspace changes them.
 
     Attributes
     ----------
     kept : dict
-        Block label -> results of all states that it has had, the latest last: undo may bring back what they are of.
+        Block label -> results of all its former states, the latest last: undo may bring these states back.
     live : dict
-        Label -> records so far of the blocks that run, the one that began last at the end.
+        Label -> records so far of the running blocks, the one that started last at the end.
     previews : dict
-        Label -> Preview of blocks that run.
+        Label -> Preview of running blocks.
     settled : set of Parameters
-        Parameters of blocks that a step of the history has begun or ended with.
+        Parameters of blocks at the start or the end of an undo step.
     """
 
     def __init__(self) -> None:
@@ -118,44 +118,44 @@ class Results:
 
     @property
     def running(self) -> list[int]:
-        """Blocks that have records but no result of the run under way, the one that began last at the end."""
+        """Blocks with records but no result in the current run, the one that started last at the end."""
         return list(self.live)
 
     def doubt_of(self, completion: Completion | None) -> Doubt | None:
-        """How far that very completion may be off, if it has been worked out."""
+        """Return the error estimate of this completion object; None if it is not computed yet."""
         return self._doubt[1] if self._doubt is not None and self._doubt[0] is completion else None
 
     def note_doubt(self, completion: Completion, doubt: Doubt) -> None:
-        """Keep how far a completion may be off in place of any other's."""
+        """Store the error estimate of a completion; it replaces that of any other."""
         self._doubt = completion, doubt
 
     def guess_of(self, completion: Completion | None) -> Completion | None:
-        """That very completion with the rest guessed, if it has been."""
+        """Return the extrapolated version of this completion object; None if there is none."""
         return self._guess[1] if self._guess is not None and self._guess[0] is completion else None
 
     @property
     def guess_base(self) -> Completion | None:
-        """The completion whose rest has been guessed last."""
+        """The completion that was extrapolated last."""
         return None if self._guess is None else self._guess[0]
 
     def forget_guess(self) -> None:
-        """There is no guess that holds."""
+        """Drop the stored extrapolation."""
         self._guess = None
 
     def note_guess(self, completion: Completion, guess: Completion) -> None:
-        """Keep the guess of what a completion leaves missing."""
+        """Store the extrapolation of what a completion leaves missing."""
         self._guess = completion, guess
 
     def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
-        """A block that runs has gone on."""
+        """Add records of a running block."""
         self.live.setdefault(label, []).extend(records)
 
     def add_previews(self, previews: Iterable[Preview]) -> None:
-        """Where blocks stand now; those that have ended meanwhile are left out."""
+        """Store the present depth of running blocks; blocks that have finished are skipped."""
         self.previews |= {block.label: (block, depth) for block, depth in previews if block.label in self.live}
 
     def add(self, results: Iterable[BlockResult], frame: RGBDFrame) -> None:
-        """Blocks of a frame as it was when they were begun have ended."""
+        """Store results of finished blocks; `frame` is the frame as it was when they started."""
         for result in results:
             label = result.block.label
             self._keep(label, Kept.of(result, frame))
@@ -163,55 +163,55 @@ class Results:
             self.previews.pop(label, None)
 
     def _keep(self, label: int, kept: Kept) -> None:
-        """Keep a result beside those that undo and redo may bring back; not beside what a drag has passed over."""
+        """Store a result beside those that undo and redo may bring back; intermediate ones of a drag are dropped."""
         stays = self.settled - {kept.result.parameters}
         others = self.kept.get(label, [])
         self.kept[label] = [one for one in others if one.result.parameters in stays or not one.is_of_state(kept)]
         self.kept[label].append(kept)
 
     def end_run(self, previews_stay: bool = False) -> None:
-        """Nothing runs any more; with `previews_stay`, another run of the same is about to begin."""
+        """End the run; with `previews_stay`, another run of the same blocks starts next."""
         self.live.clear()
         if not previews_stay:
             self.previews.clear()
 
     def held(self) -> Held:
-        """What there is, whatever comes after it."""
+        """Return a copy of the results, which later changes do not affect."""
         return Held({label: list(kept) for label, kept in self.kept.items()}, self._doubt, self._guess)
 
     def swap(self, other: Held) -> Held:
-        """Take other results, none or those of before; the former ones are returned."""
+        """Replace the results and return the former ones."""
         former = Held(self.kept, self._doubt, self._guess)
         self.kept, self._doubt, self._guess = other
         return former
 
 
 def same_guide(one: Guide | None, other: Guide | None) -> bool:
-    """Whether two guides say the same; None is no guide."""
+    """Return whether two guides are equal; None is no guide."""
     return one is other or (one is not None and one.says_the_same(other))
 
 
 def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
-    """Whether two masks are the same; None is one without any pixel."""
+    """Return whether two masks are equal; None equals an empty mask."""
     if one is None or other is None:
         return one is other or not np.any(other if one is None else one)
     return one is other or np.array_equal(one, other)
 
 
-# The depth that the views show, kept up to date where something has changed.
+# The depth that the views show, updated only where it changed.
 
 Depth = NDArray[np.float32]
 
 
 class ShownDepth:
-    """What is completed, the last depth of blocks that have changed since, and previews of the blocks that run.
+    """The completed depth, the last depth of blocks that have changed since, and previews of running blocks.
 
     Attributes
     ----------
     depth : ndarray of float32, shape (H, W)
-        [m], NaN where there is none. Changed in place.
+        [m], NaN where missing. Changed in place.
     stale : ndarray of bool, shape (H, W)
-        Pixels whose depth is what a block had before it was changed. Changed in place.
+        Pixels whose depth is from before their block changed. Changed in place.
     """
 
     def __init__(self, frame: RGBDFrame) -> None:
@@ -222,27 +222,27 @@ class ShownDepth:
         self._changed: Box | None = None
 
     def take_frame(self, frame: RGBDFrame) -> None:
-        """Go by another frame of the same shape, as when other depth is distrusted."""
+        """Replace the frame by one of the same shape, for example after a change of the invalid mask."""
         self._raw = frame.depth
         self.note_all()
 
     def keep(self, results: Iterable[BlockResult]) -> None:
-        """What blocks have come to: shown until there is something newer, whatever becomes of the blocks."""
+        """Store the depth of results; it is shown until there is newer depth, also when the blocks change."""
         for result in results:
             self._last[result.block.box][result.block.mask] = result.depth
             self.note(result.block.box)
 
     def forget(self) -> None:
-        """There are no results any more."""
+        """Drop the depth of all results."""
         self._last.fill(np.nan)
         self.note_all()
 
     def note(self, box: Box) -> None:
-        """Something has changed inside a box (rows, columns)."""
+        """Mark a box (rows, columns) as changed."""
         self._changed = box if self._changed is None else union(self._changed, box)
 
     def note_all(self) -> None:
-        """Something has changed all over the frame."""
+        """Mark the whole frame as changed."""
         self._changed = _whole(self._raw.shape)
 
     def update(
@@ -257,17 +257,17 @@ class ShownDepth:
         Parameters
         ----------
         labels : ndarray of int32, shape (H, W)
-            The label map as it is.
+            The current label map.
         valid : collection of int
-            Blocks whose results are of it.
+            Blocks whose results are up to date with it.
         completion : Completion or None
-            What they make, guesses included.
+            The completion from these results, extrapolated depth included.
         previews : iterable of (Block, ndarray)
 
         Returns
         -------
         (slice, slice) or None
-            Where they have changed; None if they have not.
+            The changed box; None if nothing changed.
         """
         box, self._changed = self._changed, None
         if box is None:
@@ -283,7 +283,7 @@ class ShownDepth:
             part = np.where(stale, last, part)
         self.depth[box], self.stale[box] = part, stale
         for block, preview in previews:
-            still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it began
+            still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it started
             mask = block.mask.copy()
             mask[block.mask] = still
             self.depth[block.box][mask] = preview[still]
@@ -295,19 +295,19 @@ def _whole(shape: tuple[int, ...]) -> Box:
     return slice(0, shape[0]), slice(0, shape[1])
 
 
-# What the views show while somebody looks back.
+# The earlier iteration that the views show.
 
 
 @dataclass(frozen=True, eq=False)
 class Past:
-    """The depth of the present frame as it was in the course of its last run.
+    """The depth of the current frame after an earlier iteration of its last run.
 
     Attributes
     ----------
     depth : ndarray of float32, shape (H, W)
-        [m], NaN where there was none.
+        [m], NaN where it was missing.
     iteration : int
-        After which iteration of every block.
+        The iteration of every block after which it was so.
     """
 
     depth: NDArray[np.float32]
@@ -315,16 +315,16 @@ class Past:
 
     @property
     def text(self) -> str:
-        """What to call it."""
-        return f"as after iteration {self.iteration}"
+        """Its label in the window."""
+        return f"as of iteration {self.iteration}"
 
 
-# How many pixels blocks have, and of how many of them depth is missing; kept up to date box by box.
+# Pixel counts and missing depth of blocks, updated box by box.
 
 
 @dataclass(frozen=True)
 class BlockCounts:
-    """Pixels of a block, and those of them that lack no depth: it is known, or they are out of the camera's view."""
+    """Pixels of a block; `known` counts those with known depth or outside the depth camera's view."""
 
     pixels: int
     known: int
@@ -336,7 +336,7 @@ class BlockCounts:
 
 
 class BlockTally:
-    """Counts of all blocks of a label map, int32 (H, W), over a mask of pixels that lack no depth, bool (H, W)."""
+    """Counts of all blocks of a label map, int32 (H, W), given a mask of pixels that lack no depth, bool (H, W)."""
 
     def __init__(self, labels: NDArray[np.int32], known: NDArray[np.bool_]) -> None:
         self._labels = labels
@@ -345,11 +345,11 @@ class BlockTally:
         self.add((slice(0, labels.shape[0]), slice(0, labels.shape[1])))
 
     def add(self, box: Box) -> None:
-        """Count the pixels of a box as they are now."""
+        """Add the pixels of a box to the counts."""
         self._count(box, 1)
 
     def take_out(self, box: Box) -> None:
-        """Count the pixels of a box no more."""
+        """Subtract the pixels of a box from the counts."""
         self._count(box, -1)
 
     def counts(self) -> dict[int, BlockCounts]:
@@ -368,21 +368,21 @@ class BlockTally:
         self._counts[1] += sign * np.bincount(here[self._known[box]], minlength=size)
 
 
-# How far off the blocks of a frame are known to be.
+# Errors of the blocks of a frame.
 
-TRUTH, HIDDEN_DEPTH = "the truth", "hidden depth"
+TRUTH, HIDDEN_DEPTH = "ground truth", "hold-out depth"
 
 
 @dataclass(frozen=True)
 class BlockErrors:
-    """Errors of the present results against the truth, or of the present values on hidden depth.
+    """Errors of the current results against ground truth, or of the current parameters on hold-out depth.
 
     Attributes
     ----------
     source : str
-        `TRUTH` or `HIDDEN_DEPTH`; "" where nothing is known.
+        `TRUTH` or `HIDDEN_DEPTH`; "" where no error is known.
     rmse : mapping of int to float
-        Block label -> root mean square error [m]; blocks of which none is known are left out.
+        Block label -> root mean square error [m]; blocks without a known error are left out.
     """
 
     source: str = ""

@@ -1,4 +1,4 @@
-"""Runs of a frame that are kept beside each other, to be compared and come back to. No widgets."""
+"""Limits, memory and colours of a frame's run history. No widgets."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ilf.project.run_history import Colour, KeptRun
 from ilf.run.run import Run
 
 MOST_COMPARED = 4
-"""Kept runs that can be compared at a time."""
+"""Maximum number of runs that are compared at a time."""
 
 MOST_KEPT = 200
-"""Runs of a frame that are kept at most; beyond, the oldest without a note goes."""
+"""Maximum number of runs in a frame's history; beyond it, the oldest run without a note is removed."""
 
 MOST_MEMORY = 400 * 1024**2
-"""Memory [bytes] that they may take: label maps of a frame that is edited again and again add up."""
+"""Maximum memory [bytes] of a history: label maps of a frame that is edited often add up."""
 
 _RECORD = 82
-"""Memory [bytes] of an iteration's record, about."""
+"""Approximate memory [bytes] of an iteration's record."""
 
 COLOURS: tuple[Colour, ...] = (
     (230, 119, 34),
@@ -33,11 +33,11 @@ COLOURS: tuple[Colour, ...] = (
     (20, 158, 170),
     (150, 104, 74),
 )
-"""Of kept runs, to be told from each other on light and on dark; the present result's blue is none of them."""
+"""Colours of runs, distinct on light and dark backgrounds and from the blue of the current result."""
 
 
 def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
-    """The same run, with the label map and the drawn borders of a kept one where they are equal."""
+    """Return the run, sharing label map and drawn borders with a stored run where they are equal."""
     checksum = crc32(run.blocks.data)
     for other in kept:
         if other.checksum == checksum and np.array_equal(other.run.blocks, run.blocks):
@@ -48,7 +48,7 @@ def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
 
 
 def memory_of(kept: Iterable[KeptRun]) -> int:
-    """Memory [bytes] that runs take together, beside their frames."""
+    """Return the memory [bytes] of all runs together, without their frames."""
     sizes: dict[int, int] = {}
     for one in kept:
         arrays = [one.run.blocks, one.run.drawn, *(one.guess[:2] if one.guess is not None else ())]
@@ -61,6 +61,6 @@ def memory_of(kept: Iterable[KeptRun]) -> int:
 
 
 def next_colour(kept: Collection[KeptRun]) -> Colour:
-    """The colour that the latest runs have had least."""
+    """Return a colour that none of the latest runs has."""
     latest = [one.colour for one in kept][-len(COLOURS) + 1 :]
     return next(colour for colour in COLOURS if colour not in latest)

@@ -1,4 +1,4 @@
-"""One frame's state in the window: blocks, what is known of them, results, undo history. No widgets."""
+"""State of one frame in the window: blocks, their attributes, results, undo history. No widgets."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
+from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box, union
 from ilf.data.frame import RGBDFrame, TruthFile
 from ilf.data.parameters import Parameters
@@ -26,7 +27,7 @@ from ilf.segmentation.reextraction import made_by_hand
 
 from .results import BlockCounts, BlockErrors, BlockTally, Held, Kept, Preview, Results, ShownDepth
 
-# The points of a frame that are measured between.
+# Measured points of a frame.
 
 Point = tuple[float, float]
 
@@ -38,11 +39,11 @@ class Chains:
     Attributes
     ----------
     chains : list of list of Point
-        The oldest first.
+        Oldest first.
     is_open : bool
-        Whether the next point belongs to the last one.
+        Whether the next point continues the last chain.
     reference : int
-        The block whose plane heights are measured over; 0 for the image's upright.
+        The block whose plane is the reference of heights; 0 for the image's vertical.
     """
 
     chains: list[list[Point]] = field(default_factory=list)
@@ -55,21 +56,21 @@ LARGEST_LABEL = 65535
 
 
 class Session:
-    """A frame that is open. The workspace alone changes it once it is among its sessions.
+    """An open frame. Once it is in the workspace, only the workspace changes it.
 
     Attributes
     ----------
     frame : RGBDFrame
     origin : object
-        What it was opened from; sessions of the same origin are the same.
+        What it was opened from; sessions with the same origin are the same.
     id : str
-        Tells it from all other frames of its project, open or not.
+        Unique among all frames of its project, open or not.
     labels : ndarray of int32, shape (H, W)
-        The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
+        The label map, which defines the blocks. Changed in place by `apply` and `set_labels` only.
     notes : BlockNotes
     results : Results
     selected : list of int
-        The chosen blocks; the first is the one that edits and curves are about.
+        The selected blocks; edits and curves use the first one.
     undo_stack : QUndoStack
     """
 
@@ -79,7 +80,7 @@ class Session:
         self.key = key
         self.id = uuid.uuid4().hex
         self.note = ""
-        """What the user says of the frame."""
+        """The user's note on the frame."""
         self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
         self.notes = BlockNotes()
         self.selected: list[int] = []
@@ -89,27 +90,27 @@ class Session:
         self.block_errors = BlockErrors()
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []
-        """Those of the kept runs that are shown beside the present result."""
+        """The runs of the history that are compared with the current result."""
         self.next_run = 1
-        """Number of the next run that is kept."""
+        """Number of the next run in the history."""
         self.region: Box | None = None
-        """The chosen rectangle (rows, columns)."""
+        """The rectangle (rows, columns)."""
         self.line: tuple[Point, Point] | None = None
         """The profile line, in image coordinates."""
         self.chains = Chains()
-        """What is measured."""
+        """The measurements."""
         self.to_check: set[int] = set()
-        """Blocks that came from another frame and should be looked at."""
+        """Propagated blocks that the user should check."""
         self.view: dict[str, Any] = {}
-        """How it was looked at last, in values that JSON has."""
+        """The last state of the views, in JSON values."""
         self.dense = False
-        """Whether what is still missing after a run is to be guessed."""
+        """Whether depth that is still missing after a run is extrapolated."""
         self.again: Replay | None = None
         """The record that the session was opened from."""
         self.common = Parameters()
-        """Parameters of all blocks that have no values of their own."""
+        """Common parameters: those of all blocks without own parameters."""
         self.own_parameters = False
-        """Whether they are this frame's own where parameters are for all frames."""
+        """Whether the frame has its own parameters while parameters are shared by all frames."""
         self._shown = ShownDepth(frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
@@ -118,7 +119,7 @@ class Session:
         self._completion: Completion | None = None
         self._edits = 0
         self._others = 0
-        """How much has changed that is no step of the history."""
+        """Number of changes that are not undo steps."""
         self._others_saved = 0
         self._runs_saved = 1
         self._dirty: Box | None = None
@@ -126,9 +127,9 @@ class Session:
 
     @classmethod
     def of(cls, run: Run, origin: object, key: str, again: Replay | None = None) -> Self:
-        """A session whose frame and blocks are those of a run; its parameters are taken up by the workspace.
+        """Make a session with the frame and blocks of a run; the workspace sets the parameters.
 
-        With `again`, it is the record that the run comes from.
+        `again` is the record that the run was read from.
         """
         session = cls(run.frame, origin, key)
         session.set_labels(run.blocks)
@@ -139,16 +140,16 @@ class Session:
         return session
 
     def run(self, common: Parameters, only: Collection[int] | None = None, dense: bool = False) -> Run:
-        """What a run of the frame as it is now is made of.
+        """Return the run of the frame in its current state.
 
         Parameters
         ----------
         common : Parameters
-            Of all blocks that have none of their own.
+            Of all blocks without own parameters.
         only : collection of int, optional
-            Run just these blocks, in this order if it has one.
+            Run only these blocks, in this order if the collection is ordered.
         dense : bool
-            Whether the rest is guessed.
+            Whether missing depth is extrapolated.
         """
         notes = self.notes
         return Run(
@@ -166,41 +167,41 @@ class Session:
 
     @property
     def name(self) -> str:
-        """What the frame is called."""
+        """The frame's name."""
         return self.frame.name
 
     @property
     def edited(self) -> bool:
-        """Whether the blocks differ from what the extraction gave."""
+        """Whether the blocks differ from those of the extraction."""
         return is_edited(self.notes, self.labels)
 
     def handmade(self) -> frozenset[int]:
-        """Blocks made by hand, before the last extraction or since."""
+        """Return the hand-made blocks, from before and after the last extraction."""
         older = self.notes.handmade & set(self.counts())
         return older | made_by_hand(self.labels, self.notes.extracted)
 
     @property
     def unsaved(self) -> bool:
-        """Whether there is work that the project's file does not hold."""
+        """Whether there are changes that are not in the project file."""
         return not self.undo_stack.isClean() or self._others != self._others_saved
 
     def unsaved_words(self) -> str:
-        """What the work is that the project's file does not hold, as "3 edits, 1 run"; "" for none."""
+        """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
         if not self.unsaved:
             return ""
         clean = self.undo_stack.cleanIndex()
         edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
         runs = sum(kept.number >= self._runs_saved for kept in self.kept_runs)
-        counts = [f"{count} {what}{'s' * (count != 1)}" for count, what in ((edits, "edit"), (runs, "run")) if count]
+        counts = [counted(count, what) for count, what in ((edits, "edit"), (runs, "run")) if count]
         return ", ".join(counts) or "changes"
 
     @property
     def stamp(self) -> tuple[int, int, int]:
-        """Where the work stands: other than before as soon as something has changed; to be given to `note_saved`."""
+        """Version of the frame's state: differs after any change; the argument of `note_saved`."""
         return self._edits, self._others, self.next_run
 
     def note_saved(self, stamp: tuple[int, int, int]) -> None:
-        """What there was at a stamp has been saved; what came later has not."""
+        """Mark the state at a stamp as saved; later changes are not."""
         edits, self._others_saved, self._runs_saved = stamp
         if edits == self._edits:
             self.undo_stack.setClean()
@@ -214,11 +215,11 @@ class Session:
 
     @property
     def locked(self) -> frozenset[int]:
-        """Labels that edits must not touch."""
+        """Labels that edits must not change."""
         return frozenset(label for label, info in self.infos.items() if info.locked)
 
     def next_label(self) -> int:
-        """A number that no block has, nor had: names, locks and results of the past stay with their blocks."""
+        """Return a label that no block has or had: former names, locks and results stay with their blocks."""
         taken = {*self.counts(), *self.infos}
         following = max(taken, default=0) + 1
         if following <= LARGEST_LABEL:
@@ -226,31 +227,31 @@ class Session:
         return next(label for label in range(1, LARGEST_LABEL + 1) if label not in taken)
 
     def info(self, label: int) -> BlockInfo:
-        """The block's info; a new block gets its name and colour by number."""
+        """Return the block's info; a new block gets a default name and colour."""
         return self.infos.setdefault(label, BlockInfo(f"Block {label}", block_colour(label)))
 
     def change_info(self, label: int, **changes: Any) -> None:
-        """Set name, colour, visible or locked of a block."""
+        """Set `name`, `colour`, `visible` or `locked` of a block."""
         self.infos[label] = replace(self.info(label), **changes)
 
     def label_at(self, x: float, y: float) -> int:
-        """Block under image coordinates; 0 for none or off the frame."""
+        """Return the block at image coordinates; 0 for none or outside the frame."""
         row, column = int(y // 1), int(x // 1)
         height, width = self.labels.shape
         return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
 
     def take_notes(self, notes: BlockNotes) -> BlockNotes:
-        """Take over what is known of the label map beside its pixels; the former notes are returned."""
+        """Replace the attributes of the blocks and return the former ones."""
         self.settle_parameters()
         former, self.notes = self.notes, notes
         self._note_dirty()
         if former.extraction != notes.extraction:
-            self.results.forget_guess()  # it saw the edges of the former one
+            self.results.forget_guess()  # it used the edges of the former extraction
         self._forget_results()
         return former
 
     def take_frame(self, frame: RGBDFrame) -> None:
-        """Take over the same frame with other distrusted depth or another guide; its truth stays what it is now."""
+        """Replace the frame by itself with another invalid mask or guide; its ground truth stays."""
         if frame.truth is not self.frame.truth:
             frame = frame.with_truth(self.frame.truth, None if self.frame.inputs is None else self.frame.inputs.truth)
         self.frame = frame
@@ -259,39 +260,39 @@ class Session:
         self._forget_results()
 
     def take_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
-        """Take over another truth [m], float32 (H, W), or none; results are none the worse for it."""
+        """Set the ground truth [m], float32 (H, W), or None; results stay valid."""
         self.frame = self.frame.with_truth(truth, file)
         for kept in self.kept_runs:
             kept.truth_error = None
 
     def settle_parameters(self) -> None:
-        """The parameters that blocks have now are about to be left, and may be come back to."""
+        """Remember the current parameters of the blocks, because undo may bring them back."""
         self.results.settled.update(self.parameters_of(label, self.common) for label in self.counts())
 
     def take_common(self, parameters: Parameters) -> None:
-        """Take over other parameters of all blocks."""
+        """Set the common parameters."""
         self.common = parameters
         self._valid = None
 
     def take_dirty(self) -> Box | None:
-        """Where label map or drawn borders have changed since the last call (rows, columns); None if nowhere."""
+        """Return the box (rows, columns) where label map or drawn borders changed since the last call; None if none."""
         dirty, self._dirty = self._dirty, None
         return dirty
 
     def _note_dirty(self, box: Box | None = None) -> None:
-        """They have changed in a box, or anywhere."""
+        """Note a change of label map or drawn borders in a box, or anywhere."""
         changed = box or (slice(0, self.labels.shape[0]), slice(0, self.labels.shape[1]))
         self._dirty = changed if self._dirty is None else union(self._dirty, changed)
 
     def set_labels(self, labels: NDArray[np.int32]) -> None:
-        """Take over another label map."""
+        """Replace the label map."""
         self.labels[:] = labels
         self._note_dirty()
         self._tally = None
         self._forget_results()
 
     def apply(self, patch: LabelPatch, forward: bool = True) -> None:
-        """Make or take back a change of the label map."""
+        """Apply or revert a change of the label map."""
         if self._tally is not None:
             self._tally.take_out(patch.box)
         (patch.apply if forward else patch.revert)(self.labels)
@@ -303,41 +304,40 @@ class Session:
             self._forget_result(label)
 
     def draw(self, box: Box, drawn: NDArray[np.bool_], blocks: Iterable[int]) -> None:
-        """Take over which pixels have drawn borders inside a box; it belongs to a change of these blocks there."""
+        """Set the drawn border pixels inside a box, as part of a change of these blocks."""
         if self.notes.drawn is None:
             self.notes.drawn = np.zeros(self.labels.shape, bool)
         self.notes.drawn[box] = drawn
         self._note_dirty(box)
-        for label in blocks:  # during a stroke, results were looked for before its borders were known
+        for label in blocks:  # during a stroke, results were looked up before its borders were known
             self._forget_result(label)
 
     def add_guess(self, base: Completion, guess: Completion) -> None:
-        """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
+        """Store the extrapolation of a completion; valid while that completion is the current one."""
         self.results.note_guess(base, guess)
         self._shown.note_all()
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
-        """Blocks that run have other depth."""
+        """Store the depth so far of running blocks."""
         self.results.add_previews(previews)
         for block, _ in previews:
             self._shown.note(block.box)
 
     def end_run(self, previews_stay: bool = False) -> None:
-        """Nothing runs any more; with `previews_stay`, another run of the same is about to begin."""
+        """End the run; with `previews_stay`, another run of the same blocks starts next."""
         for block, _ in self.results.previews.values():
             self._shown.note(block.box)
         self.results.end_run(previews_stay)
 
     def add_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
-        """Keep blocks' results, of the frame as it was when they were begun if it has changed since; they are not
-        exported yet."""
+        """Store results of blocks; `frame` is the frame as it was when they started, if it has changed since."""
         self.results.add(results, frame or self.frame)
         self._shown.keep(results)
         for result in results:
             self._forget_result(result.block.label)
 
     def swap_results(self, other: Held) -> Held:
-        """Take other results, none or those of before; the former ones are returned."""
+        """Replace the results and return the former ones."""
         former = self.results.swap(other)
         self._shown.forget()
         for results in other.kept.values():
@@ -346,7 +346,7 @@ class Session:
         return former
 
     def bring_back(self, results: Sequence[BlockResult], guess: Guess | None) -> Held:
-        """Let results of the past, and the guess that they had, be the latest again; what there was is returned."""
+        """Make earlier results, with their extrapolation, the latest again; return the former results."""
         former = self.results.held()
         self.add_results(results)
         completion = self._blocks_completion()
@@ -355,21 +355,21 @@ class Session:
         return former
 
     def counts(self) -> dict[int, BlockCounts]:
-        """Block label -> counts, in rising order of labels."""
+        """Return block label -> counts, in ascending order of labels."""
         if self._tally is None:
             self._tally = BlockTally(self.labels, ~self.frame.missing)
         return self._tally.counts()
 
     def parameters_of(self, label: int, common: Parameters) -> Parameters:
-        """Parameters that a run of this block would take: its own values over the common ones."""
+        """Return the parameters of this block: its own parameters over the common ones."""
         own = self.notes.own.get(label)
         return common.replace(**own) if own else common
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted and
-        guided as it is now, and whose filter saw the edges of the present extraction, in rising order of labels.
+        """Return block label -> result that fits the current state, in ascending order of labels.
 
-        Of several, that of the present parameters; if there is none, the latest.
+        A result fits if the block's pixels, drawn borders, invalid mask, guide and the edges of the extraction are
+        unchanged. Of several, the one with the current parameters; if there is none, the latest.
         """
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}
@@ -378,7 +378,7 @@ class Session:
         return self._valid
 
     def _note_others(self, valid: Mapping[int, BlockResult]) -> None:
-        """Have the present depth brought up to date where these results are not those of the last time."""
+        """Mark the current depth as changed where the valid results differ from the last ones."""
         former, self._last_valid = self._last_valid, valid
         for label in former.keys() | valid.keys():
             one, other = former.get(label), valid.get(label)
@@ -387,8 +387,8 @@ class Session:
                     self._shown.note(result.block.box)
 
     def results_of(self, run: Run) -> dict[int, BlockResult]:
-        """Results of the blocks that a run was made of, as they were then; of several, that of its parameters, else the
-        latest. In rising order of labels."""
+        """Return the results that fit the blocks of a run; of several, the one with its parameters, else the latest.
+        In ascending order of labels."""
         sizes = np.bincount(run.blocks.ravel())
         found = {}
         for label in sorted(label for label in self.results.kept if label < sizes.size and sizes[label]):
@@ -404,15 +404,15 @@ class Session:
         return found
 
     def still_fitting(self, kept: KeptRun) -> list[BlockResult]:
-        """Results of a kept run whose blocks are as they were then."""
+        """Return the results of a stored run whose blocks have not changed since."""
         return [result for result in kept.results.values() if self._fits(Kept.of(result, kept.run.frame))]
 
     def changed_blocks(self) -> list[int]:
-        """Blocks that have no result, or one of another state or of other parameters, in rising order."""
+        """Return the blocks without an up-to-date result, in ascending order."""
         return [label for label in self.counts() if not self.is_up_to_date(label)]
 
     def is_up_to_date(self, label: int) -> bool:
-        """Whether there is a result of the block as it is now."""
+        """Whether the block has a result of its current state and parameters."""
         result = self.valid_results().get(label)
         return result is not None and result.parameters.same_effect(self.parameters_of(label, self.common))
 
@@ -423,16 +423,16 @@ class Session:
         return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 
     def completion(self) -> Completion | None:
-        """The completed depth as far as blocks have been run, and the guess of the rest if there is one.
+        """Return the completion from all valid results, extrapolated if that was done.
 
-        None if no block has been run; the same object until it changes.
+        None if there are no results; the same object until it changes.
         """
         completion = self._blocks_completion()
         return self.results.guess_of(completion) or completion
 
     @property
     def guessed(self) -> bool:
-        """Whether the rest of the present completion has been guessed."""
+        """Whether the current completion is extrapolated."""
         return self.results.guess_of(self._blocks_completion()) is not None
 
     def _blocks_completion(self) -> Completion | None:
@@ -445,33 +445,33 @@ class Session:
         return self._completion
 
     def expected_error(self) -> NDArray[np.float32] | None:
-        """The expected error [m] of the present completion, if it has been worked out."""
+        """Return the expected error [m] of the current completion; None if it is not computed yet."""
         doubt = self.results.doubt_of(self.completion())
         return None if doubt is None else doubt.error
 
     def unvouched(self) -> NDArray[np.bool_] | None:
-        """Which filled pixels nothing vouches for, if that has been worked out for the present completion."""
+        """Return the unsupported pixels of the current completion; None if they are not computed yet."""
         doubt = self.results.doubt_of(self.completion())
         return None if doubt is None else doubt.unvouched
 
     def present_depth(self) -> NDArray[np.float32] | None:
-        """What is completed, and over it the last that is known of the blocks that run or have changed since; None if
-        there is neither. Changed in place when it changes."""
+        """Return the completed depth with the latest depth of running or changed blocks over it; None if there is
+        neither. Changed in place."""
         self.update_depth()
         return self._shown.depth if self.results.kept or self.results.previews else None
 
     @property
     def stale(self) -> NDArray[np.bool_]:
-        """Pixels of the present depth that are of a former state of their block."""
+        """Pixels of the current depth that belong to an earlier state of their block."""
         return self._shown.stale
 
     def update_depth(self) -> Box | None:
-        """Bring the present depth up to date; where it has changed (rows, columns), None if nowhere."""
+        """Update the current depth and return the changed box (rows, columns); None if nothing changed."""
         completion = self.completion()
         return self._shown.update(self.labels, self.valid_results(), completion, self.results.previews.values())
 
     def records_of(self, label: int) -> Sequence[IterationRecord]:
-        """Records of the block while it runs, else those of its result."""
+        """Return the records of the block so far if it is running, else those of its result."""
         live = self.results.live.get(label)
         if live is not None:
             return live
@@ -484,15 +484,15 @@ class Session:
         return count is not None and kept.fits(self.labels, count.pixels, self.frame, notes.drawn, notes.extraction)
 
     def note_edit(self) -> None:
-        """What was edited up to now is no longer all; steps of the history tell by themselves."""
+        """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
 
     def note_other_change(self) -> None:
-        """Something has changed that no step of the history tells of."""
+        """Note a change that is not an undo step."""
         self._others += 1
 
     def _forget_result(self, label: int) -> None:
-        """What was worked out from a block and its results no longer holds."""
+        """Drop what was computed from a block and its results."""
         self._valid = None
         for result in self._fitting.pop(label, ()):
             self._shown.note(result.block.box)
@@ -504,12 +504,12 @@ class Session:
 
 
 def touched_by(patch: LabelPatch) -> frozenset[int]:
-    """Blocks that gain or lose pixels by a change of the label map."""
+    """Return the blocks that gain or lose pixels by a change of the label map."""
     changed = patch.before != patch.after
     counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
     return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:
-    """Whether these are the very same results."""
+    """Return whether these are the same result objects."""
     return some.keys() == others.keys() and all(result is others[label] for label, result in some.items())

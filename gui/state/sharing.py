@@ -1,8 +1,8 @@
-"""Parameters for all frames, or for this one: which they are, and the undoable step from one to the other.
+"""Parameters shared by all frames or separate for each, and the undoable change between the two.
 
-While they are for all, a change is one step in the history of the frame where it was made. To undo it puts back what
-that step replaced, in all frames, whatever has been set in others since: a frame's undo does what its text says, and
-all frames without their own values have the same ones at any time.
+While they are shared, a change is one undo step of the frame where it was made. Undoing it restores the former values
+in all frames, even if they were changed from another frame since: all frames without own parameters always have the
+same ones.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from .session import Session
 
 
 class Shared(NamedTuple):
-    """Whether parameters are for all frames, and what frames have that have none of their own."""
+    """Whether parameters are shared by all frames, and the shared parameters."""
 
     on: bool
     values: Parameters
-    """What the next frame begins with, in any case."""
+    """The next frame starts with these, whether they are shared or not."""
 
     def reach(self, session: Session) -> bool:
-        """Whether a frame has the values of all."""
+        """Whether a frame has the shared parameters."""
         return self.on and not session.own_parameters
 
     def begin(self, session: Session) -> None:
-        """A frame is opened as it was stored: it has the values of all, unless it has its own."""
+        """Set the shared parameters in a restored frame, unless it has its own."""
         if self.reach(session):
             session.take_common(self.values)
 
     def spread(self, sessions: Iterable[Session], passing: bool = False) -> None:
-        """Have the values in all frames without their own; with `passing`, no undo leads back to what they had."""
+        """Set the shared parameters in all frames without own ones; with `passing`, undo does not lead back."""
         for session in sessions:
             if self.reach(session) and session.common != self.values:
                 if not passing:
@@ -44,29 +44,29 @@ class Shared(NamedTuple):
 
 
 class ShareNotices(Protocol):
-    """Who carries a change out."""
+    """The object that applies a change of sharing."""
 
     @property
     def shared(self) -> Shared:
-        """Whether parameters are for all frames."""
+        """Whether parameters are shared, and which."""
         ...
 
     @property
     def sessions(self) -> list[Session]:
-        """The frames that are open."""
+        """The open frames."""
         ...
 
     def touch(self, session: Session, looked: bool = False) -> None:
-        """Something has changed that a project holds; `looked`: no reason to save."""
+        """Note a change of project content; `looked`: it needs no saving."""
         ...
 
     def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
-        """Whether parameters are for all frames, which those are, and those of one frame."""
+        """Set whether parameters are shared, the shared ones, and those of one frame."""
         ...
 
 
 class ShareParameters(QUndoCommand):
-    """Parameters are for all frames from now on, or for one alone. Undo gives the others back what they had."""
+    """A change of sharing: for all frames, or for one only. Undo restores the parameters of the other frames."""
 
     def __init__(self, notices: ShareNotices, session: Session, shared: Shared, own: bool, text: str) -> None:
         super().__init__(text)
@@ -77,13 +77,13 @@ class ShareParameters(QUndoCommand):
         self._former: WeakKeyDictionary[Session, Parameters] = WeakKeyDictionary()
 
     def redo(self) -> None:
-        """Make the change."""
+        """Apply the change."""
         self._former = WeakKeyDictionary({session: session.common for session in self._notices.sessions})
         self._swap()
         self._note_parted()
 
     def undo(self) -> None:
-        """Take it back."""
+        """Undo the change."""
         self._swap()
         if not self._notices.shared.on:
             there = self._notices.sessions
@@ -91,10 +91,10 @@ class ShareParameters(QUndoCommand):
                 if session in there and session.common != common:
                     session.settle_parameters()
                     session.take_common(common)
-        self._note_parted(looked=True)  # to come back to what was there before is no work
+        self._note_parted(looked=True)  # restoring an earlier state is no unsaved change
 
     def _note_parted(self, looked: bool = False) -> None:
-        """Frames have no longer the values of all, but those that they have by now: these must be stored with them."""
+        """Mark frames that no longer share parameters as changed: their parameters are now stored with them."""
         notices, was_shared = self._notices, self._shared.on
         for session in notices.sessions if was_shared and not notices.shared.on else ():
             if session is not self._session and not session.own_parameters:

@@ -1,4 +1,4 @@
-"""A change of the label map that is under way: what was there before, and where it has got to."""
+"""A stroke in progress: the label map before it and the box that it has changed."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
 class StrokeUnderWay:
-    """Remembers a label map, int32 (H, W), as a stroke found it, and the box that the stroke has reached."""
+    """The label map, int32 (H, W), before a stroke in progress, and the box that the stroke has changed."""
 
     def __init__(self, labels: NDArray[np.int32]) -> None:
         self._before = labels.copy()
         self._box: Box | None = None
 
     def reach(self, box: Box) -> None:
-        """The stroke has changed pixels in a box."""
+        """Note that the stroke changed pixels in a box."""
         self._box = box if self._box is None else around(self._box, box)
 
     def patch(self, labels: NDArray[np.int32]) -> LabelPatch | None:
-        """What the stroke has changed so far; None for nothing."""
+        """Return what the stroke has changed so far; None for nothing."""
         if self._box is None:
             return None
         inside = patch_between(self._before[self._box], labels[self._box])
@@ -35,6 +35,6 @@ class StrokeUnderWay:
 
 
 def around(box: Box, other: Box) -> Box:
-    """The smallest box around two."""
+    """Return the smallest box around two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(box, other, strict=True))
     return rows, columns

@@ -1,4 +1,4 @@
-"""The single place where the state of the window changes."""
+"""The workspace: all changes of the window's state go through it."""
 
 from __future__ import annotations
 
@@ -22,118 +22,118 @@ from .run_history import COLOURS, MOST_COMPARED
 from .session import Session
 
 _MOST_WATCHED = 4
-"""Frames that have key frames at a time."""
+"""Maximum number of frames with key frames at a time."""
 
 
 class Workspace(ChangingBlocks):
-    """What the window works on. Every change is a method, and sends its signal.
+    """The state of the window. Every change is a method that emits a signal.
 
-    What changes frames, blocks and parameters is in the classes that it builds on; what runs give is here.
+    The base classes change frames, blocks and parameters; this class changes results and the run history.
     """
 
     def watch(self, session: Session, run: Run) -> Watch:
-        """What takes key frames of a run of a frame; those of frames that were run long before go."""
+        """Return the observer that stores key frames of a run; key frames of frames run long ago are dropped."""
         self._watched = [*(one for one in self._watched if one is not session), session]
         while len(self._watched) > _MOST_WATCHED:
             self._watched.pop(0).key_frames.clear()
         return session.key_frames.watch(run)
 
     def look_back(self, past: Past | None) -> None:
-        """Show what the present frame's depth was like in the course of its last run; None: what it is."""
+        """Show the current frame's depth as of an earlier iteration; None for its current depth."""
         if past is not self.past:
             self.past = past
             self.past_changed.emit()
 
     def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
-        """A block that runs has gone on."""
+        """Add records of a running block."""
         session.results.add_records(label, records)
         if session is self._session:
             self.records_added.emit()
 
     def add_previews(self, session: Session, previews: Sequence[Preview]) -> None:
-        """Blocks that run have other depth."""
+        """Store the depth so far of running blocks."""
         session.add_previews(previews)
         if session is self._session:
             self.previews_changed.emit()
 
     def store_results(self, session: Session, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
-        """Keep blocks' results, of the frame as it was when they were begun if it may have changed since."""
+        """Store results of blocks; `frame` is the frame as it was when they started, if it may have changed since."""
         session.add_results(results, frame)
         self.touch(session)
         (self.results_added if session is self._session else self.sessions_changed).emit()
 
     def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
-        """Keep the guess of what a completion leaves missing."""
+        """Store the extrapolation of a completion."""
         session.add_guess(base, guess)
         self.touch(session)
         self.note_results_changed(session)
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
-        """Nothing of the frame runs any more; with `previews_stay`, it will again at once."""
+        """End the frame's run; with `previews_stay`, another run starts next."""
         session.end_run(previews_stay)
         self.note_results_changed(session)
 
     def clear_results(self) -> None:
-        """Forget all results of the present frame, as one undoable step."""
+        """Remove all results of the current frame, as one undo step."""
         if self.session.results.kept:
             self.session.undo_stack.push(ClearResults(self, self.session))
 
     def store_doubt(self, session: Session, completion: Completion, doubt: Doubt) -> None:
-        """Keep how far a completion may be off; overtaken ones are dropped."""
+        """Store the error estimate of a completion; ignored if the completion is outdated."""
         if completion is session.completion():
             session.results.note_doubt(completion, doubt)
             if session is self._session:
                 self.error_changed.emit()
 
-    # kept runs
+    # run history
 
     def keep_run(self, session: Session, kept: KeptRun) -> None:
-        """Keep a run beside the others of a frame."""
+        """Add a run to a frame's history."""
         session.kept_runs.append(kept)
         self.touch(session)
         self._note_kept_runs(session)
 
     def change_run(self, session: Session, kept: KeptRun, **changes: Any) -> None:
-        """Set attributes of a kept run, as its name or note."""
+        """Set attributes of a stored run, such as its name or note."""
         for name, value in changes.items():
             setattr(kept, name, value)
         self.note_run_changed(session, kept)
 
     def note_run_changed(self, session: Session, kept: KeptRun) -> None:
-        """Called after a kept run has changed."""
+        """Called after a stored run has changed."""
         self.touch(session)
         self._note_kept_runs(session)
         if kept in session.compared and session is self._session:
             self.compared_changed.emit()
 
     def note_measured(self, session: Session) -> None:
-        """Called after it has been worked out how good a kept run is."""
+        """Called after the error of a stored run was computed."""
         self.touch(session, looked=True)
         self._note_kept_runs(session)
 
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
-        """Keep some runs no longer, as one undoable step."""
+        """Delete runs from the history, as one undo step."""
         there = [kept for kept in session.kept_runs if kept in runs]
         if there:
             session.undo_stack.push(DeleteRuns(self, session, there))
 
     def drop_run(self, session: Session, kept: KeptRun) -> None:
-        """Keep a run no longer, for good."""
+        """Delete a run from the history; not undoable."""
         session.kept_runs.remove(kept)
         self.touch(session)
         self._note_kept_runs(session)
 
     def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
-        """Called by commands: other runs are kept, and others of them compared."""
+        """Replace the run history and the compared runs. Called by commands."""
         for kept in runs:
             if kept not in session.kept_runs:
-                kept.truth_error = None  # there may have been another truth meanwhile
+                kept.truth_error = None  # the ground truth may have changed meanwhile
         session.kept_runs = runs
         self._note_kept_runs(session)
         self._compare(session, compared[-MOST_COMPARED:])
 
     def compare(self, runs: Sequence[KeptRun]) -> None:
-        """Show some of the present frame's kept runs beside its result, at most `MOST_COMPARED`, the latest chosen."""
+        """Compare stored runs of the current frame with its result; the last `MOST_COMPARED` of the given ones."""
         self._compare(self.session, list(runs)[-MOST_COMPARED:])
 
     def _compare(self, session: Session, runs: list[KeptRun]) -> None:
@@ -152,8 +152,8 @@ class Workspace(ChangingBlocks):
             self.compared_changed.emit()
 
     def restore_run(self, kept: KeptRun) -> bool:
-        """Take the parameters of a kept run for the present frame, common ones and own ones of its blocks, as one
-        undoable step; False if they are the present ones."""
+        """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
+        the current ones."""
         session, run = self.session, kept.run
         there = set(session.counts()).intersection(np.unique(run.blocks).tolist())
         own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
@@ -167,8 +167,10 @@ class Workspace(ChangingBlocks):
         return True
 
     def accept_run(self, kept: KeptRun) -> list[int]:
-        """Have the results of a kept run for those of the present frame, with their parameters, as one undoable step,
-        where its blocks are as they were then; the blocks that it gives results for."""
+        """Replace the current results by those of a stored run, with its parameters, as one undo step.
+
+        Only blocks that have not changed since are replaced. Returns these blocks.
+        """
         results = self.session.still_fitting(kept)
         if results:
             where = self._for_all(self.session) if kept.run.parameters != self.session.common else ""

@@ -1,4 +1,4 @@
-"""What the tools know of a frame beside its blocks: edges to snap to, and the regions of the extraction."""
+"""Data of a frame that the tools need beside its blocks: edges to snap to, and regions of the extraction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..work.latest_question import LatestQuestion
 
 @dataclass(frozen=True, eq=False)
 class Aid:
-    """What is known of a frame.
+    """Edges and regions of a frame.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Aid:
     strength : ndarray of float32, shape (H, W)
         Edge strength in [0, 1].
     regions : ndarray of int32, shape (H, W)
-        The regions that the extraction merges to blocks.
+        The regions that the extraction merges into blocks.
     snapper : Snapper
         Moves drawn lines onto edges.
     """
@@ -47,16 +47,16 @@ class _Question:
 
 
 class AidSource(QObject):
-    """Works out the aid of one session's frame at a time, off the GUI's thread.
+    """Computes the aid of one session's frame at a time, in a background thread.
 
-    Depth that is distrusted later does not make another aid: where the line was drawn to, it was drawn.
+    Later changes of the invalid mask do not change the aid.
 
     Signals
     -------
     found()
-        The aid that was asked for last is there.
+        The aid that was requested last is available.
     failed(object)
-        The exception that kept it from being found.
+        The exception that was raised.
     """
 
     found = Signal()
@@ -72,9 +72,9 @@ class AidSource(QObject):
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
 
     def of(self, session: Session, parameters: BlockParameters) -> Aid | None:
-        """The aid of a session's frame; None as long as it is being worked out.
+        """Return the aid of a session's frame; None while it is being computed.
 
-        With `parameters` the frame is extracted for it, if no extraction of it is held.
+        If no extraction of the frame is stored, it is extracted with `parameters`.
         """
         if session is not self._session:
             self._session, self._aid = session, None
@@ -83,13 +83,13 @@ class AidSource(QObject):
         return self._aid
 
     def hold(self, extraction: Found) -> None:
-        """An extraction has been made; the aid of its frame need not make another."""
+        """Store an extraction, so that the aid of its frame needs no new one."""
         self._extraction = extraction
         if self._aid is not None and self._aid.frame is extraction.frame:
             self._session = self._aid = None
 
     def turn_to(self, session: Session | None) -> None:
-        """Let go what is known of other frames than that of this session."""
+        """Drop the data of all frames but that of this session."""
         if self._extraction is not None and (session is None or self._extraction.frame is not session.frame):
             self._extraction = None
         if session is not self._session:
@@ -97,7 +97,7 @@ class AidSource(QObject):
             self._questions.forget()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently, before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take(self, question: _Question, aid: Aid) -> None:
@@ -107,12 +107,12 @@ class AidSource(QObject):
 
 
 def _find(question: _Question) -> Aid:
-    """Off the GUI's thread."""
+    """Compute the aid; called in the background thread."""
     extraction = (question.found or find(question.frame, question.parameters)).extraction
     return aid_of(question.frame, extraction.strength, extraction.contracted)
 
 
 def aid_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> Aid:
-    """The aid of a frame whose edges and regions are known."""
-    Similar(frame, strength, 0, 0)  # what it works out for all of the frame is remembered with it
+    """Return the aid of a frame with known edges and regions."""
+    Similar(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
     return Aid(frame, strength, regions, Snapper(frame, strength))

@@ -1,4 +1,4 @@
-"""Commands on the chosen blocks."""
+"""Commands on the selected blocks."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QPoint, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
+from ilf._runtime.formatting import counted
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, parts_touch, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
 from ilf.segmentation.editing.patches import LabelPatch
@@ -19,7 +20,7 @@ from .split import suggested_cut
 
 
 class BlockCommands(QObject):
-    """What can be done to the chosen blocks at once.
+    """Commands on the selected blocks.
 
     Signals
     -------
@@ -34,7 +35,7 @@ class BlockCommands(QObject):
         self._editor = editor
 
     def delete(self) -> None:
-        """Dissolve the chosen blocks."""
+        """Delete the selected blocks."""
         session = self._workspace.session
         if self._refuses_locked("delete"):
             return
@@ -42,7 +43,7 @@ class BlockCommands(QObject):
             self._workspace.select([])
 
     def merge(self) -> None:
-        """Join the chosen blocks into the largest of them."""
+        """Merge the selected blocks into the largest of them."""
         session = self._workspace.session
         if self._refuses_locked("merge"):
             return
@@ -51,17 +52,17 @@ class BlockCommands(QObject):
             (label for label in session.selected if label in counts), key=lambda label: -counts[label].pixels
         )
         if len(chosen) < 2:
-            self.message.emit("Choose two or more blocks to merge: Ctrl+click adds one.")
+            self.message.emit("Select two or more blocks to merge: Ctrl+click adds one.")
             return
         apart = not parts_touch(session.labels, chosen)
         if self._edit(lambda: merge(session.labels, chosen, session.locked), self._text("Merge")):
             self._workspace.select(chosen[:1])
             if apart:
                 name = session.info(chosen[0]).name
-                self.message.emit(f"{name} now has parts that do not touch: each is completed without the others.")
+                self.message.emit(f"{name} now has parts that do not touch: each part is completed separately.")
 
     def toggle_locks(self) -> None:
-        """Lock the chosen blocks, or unlock them if all are locked."""
+        """Lock the selected blocks, or unlock them if all are locked."""
         session = self._workspace.session
         lock = not all(session.info(label).locked for label in session.selected)
         changed = [label for label in session.selected if session.info(label).locked != lock]
@@ -70,11 +71,11 @@ class BlockCommands(QObject):
             self._workspace.edit_infos({label: {"locked": lock} for label in changed}, text)
 
     def look_at(self) -> None:
-        """The chosen blocks came from another frame, and are right as they are."""
+        """Mark the selected blocks, which were propagated from another frame, as checked."""
         self._workspace.look_at(self._workspace.session.selected)
 
     def toggle_visibility(self) -> None:
-        """Show the chosen blocks in the overlay if any of them is hidden, otherwise hide them."""
+        """Show the selected blocks in the overlay if any of them is hidden, otherwise hide them."""
         session = self._workspace.session
         show = not all(session.info(label).visible for label in session.selected)
         for label in list(session.selected):
@@ -82,42 +83,42 @@ class BlockCommands(QObject):
                 self._workspace.set_visible(label, show)
 
     def select_all(self) -> None:
-        """Choose every block."""
+        """Select all blocks."""
         self._workspace.select(list(self._workspace.session.counts()))
 
     def new(self) -> None:
-        """Choose a number that no block has yet, and a tool to draw it."""
+        """Start a new block, and switch to a tool that can draw it."""
         label = self._workspace.start_block()
         if self._editor.tool_name != "outline":
             self._editor.set_tool("paint")
-        verb = "Draw around" if self._editor.tool_name == "outline" else "Paint"
+        verb = "Outline" if self._editor.tool_name == "outline" else "Paint"
         self.message.emit(f"{verb} the pixels of {self._workspace.session.info(label).name}.")
 
     def grow(self) -> None:
-        """Let the chosen blocks gain a rim."""
+        """Grow the selected blocks."""
         self._change("Grow", grow)
 
     def shrink(self) -> None:
-        """Let the chosen blocks lose a rim to their neighbours."""
+        """Shrink the selected blocks in favour of their neighbours."""
         self._change("Shrink", shrink)
 
     def smooth(self) -> None:
-        """Take bumps and dents from the outlines of the chosen blocks."""
+        """Smooth the outlines of the selected blocks."""
         self._change("Smooth", smooth)
 
     def clean_up(self) -> None:
-        """Give islands, slivers and holes of the whole frame to where they belong."""
+        """Assign islands, slivers and holes of the whole frame to the blocks around them."""
         session = self._workspace.session
         smallest = sliver_size(session.labels.size)
         self._editor.cancel()
         found = count_slivers(session.labels, smallest, locked=session.locked)
         if self._edit(lambda: clean_up(session.labels, smallest, session.locked), "Clean up"):
-            self.message.emit(f"{found} sliver{'s' * (found != 1)} of fewer than {smallest} px cleaned up.")
+            self.message.emit(f"{counted(found, 'sliver')} of less than {smallest} px cleaned up.")
         else:
-            self.message.emit(f"There are no islands, slivers or holes of fewer than {smallest} px.")
+            self.message.emit(f"There are no islands, slivers or holes of less than {smallest} px.")
 
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
-        """One step of grow, shrink or smooth for all chosen blocks, one after another."""
+        """Grow, shrink or smooth all selected blocks, as one undo step."""
         session, amount = self._workspace.session, self._editor.options.amount
         if self._refuses_locked(verb.lower()):
             return
@@ -126,14 +127,14 @@ class BlockCommands(QObject):
             self.message.emit(f"{verb}: nothing to change by {amount} px here.")
 
     def _edit_each(self, edit: Callable[[int], LabelPatch | None], text: str) -> bool:
-        """Edits of several blocks as one step."""
+        """Edit the selected blocks one after another, as one undo step."""
         self._editor.cancel()
         for label in list(self._workspace.session.selected):
             self._workspace.stroke(edit(label))
         return self._workspace.end_stroke(text) is not None
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
-        """An edit of the label map as it is without the stroke that may be under way."""
+        """Edit the label map after cancelling a stroke in progress."""
         self._editor.cancel()
         return self._workspace.edit_labels(edit(), text)
 
@@ -150,18 +151,19 @@ class BlockCommands(QObject):
         return f"{verb} {session.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
 
 
-# What a right click offers: something with what is under it, and the commands on the chosen blocks.
+# The context menu of the views: actions on the block under the pointer, and commands on the selected blocks.
 
 
 class ContextMenu(QObject):
-    """The menu of a place in the views.
+    """The context menu of the views.
 
-    The block under it is chosen, unless it is already; what was chosen before can still take it in, all or in part.
+    It selects the block under the pointer; the block that was selected before can take over that block or a piece of
+    it.
 
     Parameters
     ----------
     commands : sequence of QAction or None
-        On the chosen blocks; None separates them.
+        Commands on the selected blocks; None for a separator.
     """
 
     def __init__(
@@ -174,7 +176,7 @@ class ContextMenu(QObject):
         self._parent = parent
 
     def show(self, place: QPoint, x: float, y: float) -> None:
-        """Open the menu at a place of the screen, which is at x, y in the image."""
+        """Open the menu at a screen position, which is x, y in the image."""
         if not self._workspace.has_session:
             return
         menu = self.menu(x, y)
@@ -182,7 +184,7 @@ class ContextMenu(QObject):
         menu.deleteLater()
 
     def menu(self, x: float, y: float) -> QMenu:
-        """The menu of a place in the image."""
+        """Return the menu for a position in the image."""
         menu = QMenu(self._parent)
         menu.setToolTipsVisible(True)
         for text, act in self._here(x, y):
@@ -211,7 +213,7 @@ class ContextMenu(QObject):
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
                 (f"Merge {name} into {taker}", lambda: self._merge(before[0], label)),
             ]
-        return [*offers, (f"Split {name} where it suggests itself", lambda: suggested_cut(self._editor, label))]
+        return [*offers, (f"Split {name} along the suggested line", lambda: suggested_cut(self._editor, label))]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         session = self._workspace.session

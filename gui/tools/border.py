@@ -1,4 +1,4 @@
-"""Redrawing a stretch of the border between blocks."""
+"""Tools that redraw a border between blocks or outline a block."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from .select import choose
 
 
 class BorderTool(LineTool):
-    """Drag a border as it should be: the blocks at both sides follow. A click chooses a block."""
+    """The tool that redraws a border by a drag: the blocks on both sides follow. A click selects a block."""
 
     @property
     def hint(self) -> str:
-        """What a drag would do."""
+        """Hint: what a drag would do."""
         if self._outlook is not None:
-            return f"Release: {self._outlook.text} | Shift: straight | Esc: give up"
-        return "Drag: draw a border as it should be | Shift: straight | click: choose a block"
+            return f"Release: {self._outlook.text} | Shift: straight | Esc: cancel"
+        return "Drag: redraw a border | Shift: straight | click: select a block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw while the button is down; both neighbours follow at its release."""
+        """Draw while the button is down; change the blocks on release."""
         if event.kind is PointerKind.PRESS:
             self._press = Press(event)
         elif event.kind is PointerKind.MOVE and self._press is not None:
@@ -42,14 +42,14 @@ class BorderTool(LineTool):
                 _redraw(line, host)
             else:
                 choose(press.point, event, host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
-        """The change that the line would make."""
+        """Return a function that computes the change by the line."""
         return partial(redraw_border, host.session.labels.copy(), line)
 
     def outlook(self, answer: LabelPatch | None, host: Host) -> Outlook:
-        """Whose pixels would go where."""
+        """Return the preview: pixels that change their block."""
         return of_patch(host.session, answer)
 
 
@@ -59,19 +59,17 @@ def _redraw(line: list[Point], host: Host) -> None:
         return
     swept = redraw_border(session.labels, line)
     if swept is None or not refuses_one(host, touched_by(swept)):
-        host.say(
-            "The line moves no border: draw it beside the one that it replaces. Give cuts a part off along a line."
-        )
+        host.say("The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give.")
 
 
-# Drawing around what shall be one block.
+# Outlining a block.
 
 _NEAR = 8
-"""Pixels of the screen around the first corner within which a click closes the outline."""
+"""Distance from the first corner within which a click closes the outline [screen pixels]."""
 
 
 class OutlineTool(LineTool):
-    """Drag around, or click corner by corner: what is inside goes to the chosen block, or becomes a new one."""
+    """The tool that outlines pixels, by a drag or by clicks: they are added to the selected block or form a new one."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -79,16 +77,16 @@ class OutlineTool(LineTool):
 
     @property
     def hint(self) -> str:
-        """What a drag, a click or a key would do."""
+        """Hint: what a drag, a click or a key would do."""
         close = "close" if self._outlook is None else self._outlook.text
         if self._by_clicks:
-            return f"Click: next corner | Shift: straight | Enter or double click: {close} | Backspace: one back"
+            return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
         if self._outlook is not None:
-            return f"Release: {close} | Shift: straight | Esc: give up"
-        return "Drag around, or click corners: give the inside to the chosen block | Ctrl: to a new block"
+            return f"Release: {close} | Shift: straight | Esc: cancel"
+        return "Drag or click corners: add the inside to the selected block | Ctrl: make a new block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw; a drag closes at its release."""
+        """Draw; a drag closes the outline on release."""
         match event.kind:
             case PointerKind.PRESS:
                 self._begin(event, host)
@@ -105,12 +103,12 @@ class OutlineTool(LineTool):
         return True
 
     def finish(self, host: Host) -> bool:
-        """Close the outline; with two corners it goes on."""
+        """Close the outline; with fewer than three corners it stays open."""
         if not self._pen.down:
             return False
         line = self._pen.line
         if len(line) < 3:
-            host.say("An outline needs three corners.")
+            host.say("An outline needs at least three corners.")
             return True
         closing = self._pen.reach(line[0], False, self._snap(host))
         self.cancel(host)
@@ -123,13 +121,13 @@ class OutlineTool(LineTool):
         if host.commit(patch, f"Outline {name}"):
             host.select([label])
             if apart:
-                host.say(f"{say_apart(name, apart)} Ctrl at the start of an outline makes a new block.")
+                host.say(f"{say_apart(name, apart)} Hold Ctrl at the start of an outline to make a new block.")
         else:
-            host.say(f"The outline gives {name} no pixel: it has those inside already, or they are of locked blocks.")
+            host.say(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
         return True
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
-        """The change that the outline would make, and how many pixels would lie apart from their block."""
+        """Return a function that computes the change by the outline and the number of disconnected pixels."""
         session = host.session
         labels, locked, label = session.labels.copy(), session.locked, self._target(host) or session.next_label()
 
@@ -140,11 +138,11 @@ class OutlineTool(LineTool):
         return find
 
     def outlook(self, answer: tuple[LabelPatch | None, int], host: Host) -> Outlook:
-        """What the block would get."""
+        """Return the preview: pixels that the block would get."""
         return of_patch(host.session, *answer)
 
     def _target(self, host: Host) -> int:
-        """The block that gets the inside; 0 for a new one."""
+        """Return the block that gets the inside; 0 for a new one."""
         return 0 if self._new or not host.session.selected else host.session.selected[0]
 
     def _begin(self, event: PointerEvent, host: Host) -> None:

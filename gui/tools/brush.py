@@ -1,4 +1,4 @@
-"""Painting block pixels: add to the chosen block, or take from it."""
+"""Brush tools: paint or erase pixels of the selected block, mark depth as invalid."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from ..state.stroke import around
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Tool, knows_edges, line_path, refuses, refuses_one
 
-# All that a brush has swept since the button went down.
+# Pixels that a brush has covered since the button was pressed.
 
 
 class Swept:
-    """Pixels of several short strokes together."""
+    """Union of the pixels of several short strokes."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.mask: NDArray[np.bool_] = np.zeros(shape, bool)
         self._box: Box | None = None
 
     def add(self, stroke: Stroke) -> None:
-        """Take in a stroke's pixels."""
+        """Add a stroke's pixels."""
         self.mask[stroke.box] |= stroke.mask
         self._box = stroke.box if self._box is None else around(self._box, stroke.box)
 
     @property
     def stroke(self) -> Stroke | None:
-        """All of them; None if there are none."""
+        """All pixels as one stroke; None if there are none."""
         return None if self._box is None else Stroke(self._box, self.mask[self._box])
 
 
 class BrushTool(Tool):
-    """One stroke, from press to release, is one undoable step.
+    """The tools Paint and Erase. One stroke, from press to release, is one undo step.
 
-    Adding paints with the chosen block, or with the one under the press if none is chosen; erasing takes pixels
-    from that block alone, and gives them to neighbours at the release. Alt swaps adding and erasing for one stroke.
+    Painting adds pixels to the selected block, or to the one under the press if none is selected; erasing removes
+    pixels from that block only, and assigns them to neighbours on release. Alt swaps the two for one stroke.
     """
 
     def __init__(self, erases: bool) -> None:
@@ -54,18 +54,18 @@ class BrushTool(Tool):
 
     @property
     def hint(self) -> str:
-        """What a drag would do."""
-        act = "take pixels from the block" if self._erases else "add pixels to the block"
+        """Hint: what a drag would do."""
+        act = "remove pixels from the block" if self._erases else "add pixels to the block"
         other = "add" if self._erases else "erase"
         return f"Drag: {act} | Alt+drag: {other} | [ ] or Ctrl+wheel: brush size"
 
     @property
     def busy(self) -> bool:
-        """Whether a stroke is under way."""
+        """Whether a stroke is in progress."""
         return self._swept is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Paint while the button is down; show the brush otherwise."""
+        """Paint while the button is down; otherwise show the brush."""
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host))
         if event.kind is PointerKind.PRESS:
             self._begin(event, host)
@@ -73,10 +73,10 @@ class BrushTool(Tool):
             self._sweep(self._swept, (event.x, event.y), host)
         elif self._swept is not None and event.kind is PointerKind.RELEASE:
             self._end(self._swept, host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
-        """Put the stroke's pixels back."""
+        """Restore the stroke's pixels."""
         under_way, self._swept = self.busy, None
         host.drop_stroke()
         return under_way
@@ -87,7 +87,7 @@ class BrushTool(Tool):
         self._label = chosen[0] if chosen else session.label_at(event.x, event.y)
         self._erasing = self._erases != event.alt
         if self._label == 0:
-            host.say("Choose a block first, or start a new one with Blocks > New block.")
+            host.say("Select a block first, or start a new one with Blocks > New block.")
         elif not refuses(host, self._label) and self._look_around(event, host):
             if chosen != [self._label]:
                 host.select([self._label])
@@ -96,7 +96,7 @@ class BrushTool(Tool):
             self._sweep(self._swept, self._last, host)
 
     def _look_around(self, event: PointerEvent, host: Host) -> bool:
-        """Find what the stroke keeps to; False if that cannot be known yet."""
+        """Prepare the limit to similar pixels; False if edges are not computed yet."""
         self._similar = None
         if not host.options.similar_only:
             return True
@@ -130,24 +130,24 @@ class BrushTool(Tool):
         if host.options.to_no_block:
             host.end_stroke(text)
             return
-        host.drop_stroke()  # where the pixels belong can be told only of all of them together
+        host.drop_stroke()  # the best neighbour can only be found for all pixels together
         if swept.stroke is not None:
             host.commit(erase(session.labels, swept.stroke, self._label, session.locked, frame=session.frame), text)
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:
-    """The brush at a place, and an area that it has swept."""
+    """Return the preview of the brush at a position, and of the area that it has covered."""
     path = QPainterPath()
     radius = max(host.options.brush_radius, 0.5)
     path.addEllipse(QPointF(event.x, event.y), radius, radius)
     return Preview(path, area=area)
 
 
-# Painting measured depth as wrong.
+# Marking measured depth as invalid.
 
 
 class DistrustTool(Tool):
-    """A stroke marks measured depth as wrong: it counts as missing. With Alt it counts again."""
+    """The tool that marks measured depth as invalid by strokes: it counts as missing. Alt marks it valid again."""
 
     options = ("brush",)
 
@@ -158,16 +158,16 @@ class DistrustTool(Tool):
 
     @property
     def hint(self) -> str:
-        """What a drag would do."""
-        return "Drag: this depth is wrong, as behind glass | Alt+drag: trust it again | [ ] or Ctrl+wheel: brush size"
+        """Hint: what a drag would do."""
+        return "Drag: mark depth invalid, as behind glass | Alt+drag: mark valid | [ ] or Ctrl+wheel: brush size"
 
     @property
     def busy(self) -> bool:
-        """Whether a stroke is under way."""
+        """Whether a stroke is in progress."""
         return self._swept is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Sweep while the button is down; the depth counts as missing from the release on."""
+        """Collect pixels while the button is down; mark their depth on release."""
         point = event.x, event.y
         if event.kind is PointerKind.PRESS:
             self._swept, self._trusts, self._points = Swept(host.session.frame.shape), event.alt, [point]
@@ -179,10 +179,10 @@ class DistrustTool(Tool):
             self._commit(swept, host)
         area = self._trail(host.options.brush_radius) if self.busy else None
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
-        """Drop the stroke."""
+        """Cancel the stroke."""
         under_way, self._swept = self.busy, None
         host.show_preview(None)
         return under_way
@@ -198,13 +198,13 @@ class DistrustTool(Tool):
         before = np.zeros(frame.shape, bool) if frame.distrusted is None else frame.distrusted
         measured = swept.mask & np.isfinite(frame.measured)
         mask = before & ~measured if self._trusts else before | measured
-        text = "Trust depth again" if self._trusts else "Distrust depth"
+        text = "Mark depth valid" if self._trusts else "Mark depth invalid"
         if not np.array_equal(mask, before):
             host.distrust(mask, text)
         elif self._trusts:
-            host.say("None of this depth was distrusted.")
+            host.say("There is no invalid depth here.")
         else:
-            host.say("There is no measured depth here that is not distrusted already.")
+            host.say("There is no valid measured depth here.")
 
     def _trail(self, radius: float) -> QPainterPath:
         stroker = QPainterPathStroker()
@@ -218,5 +218,5 @@ class DistrustTool(Tool):
 
 
 def _beside(point: Point) -> Point:
-    """So near that a line to it is a dot, which has no direction otherwise."""
+    """Return a point so near that a line to it is drawn as a dot; a line of zero length would have no direction."""
     return point[0] + 1e-3, point[1]

@@ -1,4 +1,4 @@
-"""Editing of blocks by hand: the active tool, and what it may ask for."""
+"""The editor: runs the active tool and applies its changes to the workspace."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .base import Found, Tool, ToolOptions
 from .kinds import CORRECTING, INSPECTING, make_tools
 
 _GUIDED = {"leash", "similar"}
-"""Options of tools that ask for the aid."""
+"""Tool options that need the aid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,19 +35,19 @@ class _Job:
 
 
 class Editor(QObject):
-    """Host of the tools: brings pointer and keys to the active one and its changes to the workspace.
+    """Host of the tools: passes pointer and keys to the active tool, and its changes to the workspace.
 
     Signals
     -------
     tool_changed()
     options_changed()
     hint_changed()
-        What a click would do now is another thing than before.
+        The hint of the active tool has changed.
     message(str)
     slivers_left(int)
-        An edit has left so many islands, slivers and holes.
+        Number of islands, slivers and holes that an edit has left.
     failed(object)
-        The exception that kept something from being worked out.
+        The exception that was raised by a background computation.
     """
 
     tool_changed = Signal()
@@ -85,11 +85,11 @@ class Editor(QObject):
 
     @property
     def tool_name(self) -> str:
-        """What the active tool is called."""
+        """The name of the active tool."""
         return self._active
 
     def set_tool(self, name: str) -> None:
-        """Make another tool the active one."""
+        """Make a tool the active one."""
         self.cancel()
         self._active = name
         self._views.set_preview(None)
@@ -98,7 +98,7 @@ class Editor(QObject):
         self.tool_changed.emit()
 
     def cycle_tool(self, steps: int) -> None:
-        """Make the tool so many places further the active one, among those that correct or those that inspect."""
+        """Move on by a number of tools, among those that correct or those that inspect."""
         names = CORRECTING if self._active in CORRECTING else INSPECTING
         self.set_tool(names[(names.index(self._active) + steps) % len(names)])
 
@@ -109,34 +109,34 @@ class Editor(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether the tool has something under way."""
+        """Whether the tool has an action in progress."""
         return self._workspace.has_session and self.tool.busy
 
     def cancel(self) -> bool:
-        """Give up what the tool has under way; False if there is nothing."""
+        """Cancel the tool's action in progress; False if there is none."""
         self._jobs.forget()
         return self._tell(self._workspace.has_session and self.tool.cancel(self))
 
     def escape(self) -> None:
-        """Give up what the tool has under way, or else remove what it has put there, or else choose no block."""
+        """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
         if not self.cancel() and not (self._workspace.has_session and self.tool.remove(self)):
             self.select([])
 
     def undo(self) -> None:
-        """Give up what the tool has under way, or else take the last step back."""
+        """Cancel the tool's action in progress, or else undo the last step."""
         if not self.cancel():
             self._workspace.undo_group.undo()
 
     def finish(self) -> bool:
-        """Complete what the tool has under way; False if there is nothing."""
+        """Complete the tool's action in progress; False if there is none."""
         return self._tell(self._workspace.has_session and self.tool.finish(self))
 
     def take_back(self) -> bool:
-        """Take back the last part of what the tool has under way; False if there is none."""
+        """Undo the last part of the tool's action in progress; False if there is none."""
         return self._tell(self._workspace.has_session and self.tool.take_back(self))
 
     def pointer(self, event: PointerEvent) -> bool:
-        """Bring an event to the active tool; False for what is not its."""
+        """Pass an event to the active tool; False if the tool does not use it."""
         if not self._workspace.has_session:
             return False
         if event.kind is PointerKind.WHEEL:
@@ -153,25 +153,25 @@ class Editor(QObject):
         return answer
 
     def _turn(self) -> None:
-        """Another frame is the present one."""
+        """Update after a change of the current frame."""
         self._pointer = None
         self.aids.turn_to(self._workspace.session if self._workspace.has_session else None)
         self._look_ahead()
 
     def _look_ahead(self) -> None:
-        """Have the aid found by the time it is needed."""
+        """Start computing the aid before it is needed."""
         if self._workspace.has_session and _GUIDED & set(self.tool.options):
             _ = self.aid
 
     # options
 
     def step_brush(self, steps: int) -> None:
-        """A larger or smaller brush."""
+        """Change the brush size by steps."""
         self.options.step_brush(steps)
         self._take_options()
 
     def set_option(self, name: str, value: float | bool) -> None:
-        """Set one of `ToolOptions`, for all tools that have it."""
+        """Set one of the `ToolOptions`, for all tools that have it."""
         setattr(self.options, name, value)
         self._take_options()
 
@@ -180,30 +180,30 @@ class Editor(QObject):
         self._hover_again()
 
     def _hover_again(self) -> None:
-        """Show what the tool shows where the pointer is."""
+        """Show the tool's preview at the pointer again."""
         if self._pointer is not None and self._workspace.has_session:
             at = self._pointer
             self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
 
-    # what tools ask of their host
+    # interface for the tools (Host)
 
     @property
     def session(self) -> Session:
-        """The present frame's session."""
+        """The current frame's session."""
         return self._workspace.session
 
     @property
     def aid(self) -> Aid | None:
-        """What is known of the present frame; None while it is being worked out."""
+        """Edges and regions of the current frame; None while they are being computed."""
         parameters = self.session.notes.extraction or self._workspace.extraction_parameters
         return self.aids.of(self.session, parameters)
 
     def select(self, labels: list[int]) -> None:
-        """Choose blocks."""
+        """Select blocks."""
         self._workspace.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str) -> bool:
-        """Make a change of the label map one undoable step."""
+        """Make a change of the label map one undo step."""
         done = self._workspace.edit_labels(patch, text)
         if done and patch is not None:
             self._count_slivers(patch)
@@ -214,18 +214,18 @@ class Editor(QObject):
         self._workspace.stroke(patch)
 
     def end_stroke(self, text: str) -> bool:
-        """Make the stroke one undoable step."""
+        """Make the stroke one undo step."""
         patch = self._workspace.end_stroke(text)
         if patch is not None:
             self._count_slivers(patch)
         return patch is not None
 
     def drop_stroke(self) -> bool:
-        """Give the stroke up."""
+        """Cancel the stroke."""
         return self._workspace.drop_stroke()
 
     def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        """Distrust the depth at these pixels, and no others, as one undoable step."""
+        """Set the invalid mask, as one undo step."""
         try:
             return self._workspace.set_distrusted(mask, text)
         except InputError as error:
@@ -233,12 +233,12 @@ class Editor(QObject):
             return False
 
     def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
-        """Work something out off the GUI's thread, then take it, unless the tool is made to give up before."""
+        """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
         self._jobs.ask(_Job(find, take))
 
     @property
     def working(self) -> bool:
-        """Whether something is being worked out."""
+        """Whether a background computation is in progress."""
         return self._jobs.busy
 
     def _take_answer(self, job: _Job, answer: object) -> None:
@@ -246,7 +246,7 @@ class Editor(QObject):
         self._tell(True)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the threads have ended."""
+        """Stop permanently, before the window closes. True if the threads have ended."""
         ended = self._jobs.shutdown()
         return self.aids.shutdown() and ended
 
@@ -255,7 +255,7 @@ class Editor(QObject):
         self._views.set_preview(preview)
 
     def say(self, message: str) -> None:
-        """Tell the user something that needs no answer."""
+        """Show a message to the user."""
         self.message.emit(message)
 
     def _count_slivers(self, patch: LabelPatch) -> None:
@@ -266,5 +266,5 @@ class Editor(QObject):
 
 
 def sliver_size(pixels: int) -> int:
-    """Pixels from which on a part is no sliver, in a frame of so many."""
+    """Return the size from which a part is no sliver, for a frame with `pixels` pixels."""
     return max(12, pixels // 10_000)

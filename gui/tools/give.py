@@ -1,4 +1,4 @@
-"""Giving a piece of one block to another: one that is there, or one that a line cuts off."""
+"""The tool Give: gives an existing piece of a block, or a part that a line cuts off, to another block."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from .outlook import Outlook, of_patch, say_apart
 
 
 class GiveTool(LineTool):
-    """A click gives the piece under the pointer to the chosen block; hovering shows the piece.
+    """The tool Give. A click gives the piece under the pointer to the selected block; hovering shows the piece.
 
-    A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in; to the
-    chosen one if it begins in that or beside it.
+    A line drawn from one block through another cuts off a part of the second, and gives it to the first; to the
+    selected block if the line starts in it or next to it.
     """
 
     def __init__(self) -> None:
@@ -35,13 +35,13 @@ class GiveTool(LineTool):
 
     @property
     def hint(self) -> str:
-        """What a click or a drag would do."""
+        """Hint: what a click or a drag would do."""
         if self._outlook is not None:
-            return f"Release: {self._outlook.text} | Shift: straight | Esc: give up"
-        return "Click: give this piece to the chosen block | Ctrl: this region | Shift: choose | drag: cut a part off"
+            return f"Release: {self._outlook.text} | Shift: straight | Esc: cancel"
+        return "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Show the piece, or give it; draw while the button is down, and cut at its release."""
+        """Show the piece, or give it; draw while the button is down, and cut on release."""
         match event.kind:
             case PointerKind.PRESS:
                 self._press = Press(event)
@@ -61,18 +61,18 @@ class GiveTool(LineTool):
         return event.kind is not PointerKind.DOUBLE
 
     def cancel(self, host: Host) -> bool:
-        """Drop the line, and forget the piece that is shown, as the label map may be another."""
+        """Cancel the line, and drop the shown piece, because the label map may have changed."""
         self._piece = None
         return super().cancel(host)
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
-        """What the line would cut off."""
+        """Return a function that computes what the line would cut off."""
         start = line[0] if self._press is None else self._press.point
         takers = _takers(host, start, self._near)
         return partial(_find_cut, host.session.labels.copy(), takers, line, self._near)
 
     def outlook(self, answer: _Cut | None, host: Host) -> Outlook:
-        """Whose pixels would go where."""
+        """Return the preview: pixels that change their block."""
         return of_patch(host.session, *((None,) if answer is None else (answer.patch, answer.apart)))
 
     def _give(self, event: PointerEvent, host: Host) -> None:
@@ -81,7 +81,7 @@ class GiveTool(LineTool):
         if event.shift or not session.selected:
             host.select([label] if label else [])
             if label:
-                host.say(f"{session.info(label).name} gets the pieces that you click now.")
+                host.say(f"{session.info(label).name} is selected: it gets the pieces that you click.")
             return
         piece = self._at(event, host)
         if piece is not None:
@@ -97,7 +97,7 @@ class GiveTool(LineTool):
         host.show_preview(None if self._piece is None else piece_preview(self._piece))
 
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
-        """The piece under the pointer; None off the frame."""
+        """Return the piece under the pointer; None outside the frame."""
         aid = host.aid if event.ctrl else None
         piece = piece_at(host.session.labels, event.x, event.y, None if aid is None else aid.regions)
         return piece if piece.any() else None
@@ -105,7 +105,7 @@ class GiveTool(LineTool):
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """A part of one block for another: whose it is, who gets it, and how many of its pixels lie apart from that."""
+    """A part of the block `source` for the block `taker`; `apart` pixels of it are disconnected from the taker."""
 
     source: int
     taker: int
@@ -114,7 +114,7 @@ class _Cut:
 
 
 def _takers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]]:
-    """The blocks that a line from a point can be meant for, in this order; and those that it then only begins near."""
+    """Return the blocks that a line from a point may be intended for, in this order; and those near its start."""
     session = host.session
     beside, chosen = around(session.labels, start, near), list(session.selected[:1])
     begun_in = [label for label in [session.label_at(*start)] if label]
@@ -123,10 +123,10 @@ def _takers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]
 
 
 def _find_cut(labels: Labels, takers: Sequence[Sequence[int]], line: list[Point], near: float) -> _Cut | None:
-    """What a line cuts off from a block for another, by the first of several lists of takers for which it does.
+    """Return what a line cuts off from a block for another, with the first list of takers that gives a cut.
 
-    The source is the one that the line crosses most, if from several. What is as thin as the line's trembling, or would
-    lie apart from the block that gets it, is meant only if there is nothing else.
+    The source is the block that the line crosses most. Parts as thin as hand tremor, or disconnected from their taker,
+    are used only if there is nothing else.
     """
     found = crossed(labels, line)
     for some in takers:
@@ -144,7 +144,7 @@ def _find_cut(labels: Labels, takers: Sequence[Sequence[int]], line: list[Point]
 
 
 def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
-    """Give a block what a line cuts off from another."""
+    """Give a block the part that a line cuts off from another."""
     session = host.session
     takers = _takers(host, start, near)
     cut = _find_cut(session.labels, takers, line, near)
@@ -159,11 +159,11 @@ def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
         name = session.info(takers[0][0]).name
         host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
     else:
-        host.say("Begin the line in the block that is to get a part, and draw it right across another.")
+        host.say("Start the line in the block that gets the part, and draw it right across another block.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
-    """Give a piece of a block to the chosen one, if neither is locked."""
+    """Give a piece of a block to the selected one, if neither is locked."""
     session = host.session
     label = session.selected[0]
     for one in (label, source):
@@ -172,11 +172,11 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
             return
     name = session.info(label).name
     if not host.commit(give(session.labels, piece, label, session.locked), f"Give a piece to {name}"):
-        host.say(f"This is {name} already. Shift+click chooses another block.")
+        host.say(f"This piece already belongs to {name}. Shift+click selects another block.")
 
 
 def piece_preview(piece: NDArray[np.bool_]) -> Preview:
-    """Outline of a piece, bool (H, W)."""
+    """Return the outline of a piece, bool (H, W)."""
     rows = np.flatnonzero(piece.any(axis=1))
     columns = np.flatnonzero(piece[rows[0] : rows[-1] + 1].any(axis=0))
     box = piece[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]

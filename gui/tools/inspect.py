@@ -1,4 +1,4 @@
-"""Points to measure between."""
+"""Inspection tools: measurements, the profile line and the rectangle."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .line import REACH, clamped, nearest, straightened, touches
 
 
 class MeasureTool(Tool):
-    """Every click adds a point to the measurement under way; a point that is dragged moves."""
+    """The tool Measure. Every click adds a point to the open measurement; a drag moves a point."""
 
     points_only = True
 
@@ -27,18 +27,18 @@ class MeasureTool(Tool):
 
     @property
     def hint(self) -> str:
-        """What a click would do."""
+        """Hint: what a click would do."""
         if self._under_way:
-            return "Click: the next point | Backspace: take back | Enter or double-click: done"
+            return "Click: next point | Backspace: remove last | Enter or double-click: done"
         return "Click: measure from here | drag a point: move it"
 
     @property
     def busy(self) -> bool:
-        """Whether a measurement is under way."""
+        """Whether a measurement is open."""
         return self._under_way or self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Add a point by a click, move one by a drag, show how the measurement would go on."""
+        """Add a point by a click, move one by a drag, preview the next segment."""
         measurements, at = host.inspection.measurements, clamped((event.x, event.y), host.session.frame.shape)
         if event.kind is PointerKind.PRESS:
             self._press, self._held = Press(event), _held(host, event)
@@ -59,11 +59,11 @@ class MeasureTool(Tool):
         return True
 
     def finish(self, host: Host) -> bool:
-        """The measurement is whole."""
+        """Close the measurement."""
         return self.cancel(host)
 
     def cancel(self, host: Host) -> bool:
-        """Put back a point that is being dragged, or end the measurement, which stays if it has more than one point."""
+        """Restore a dragged point, or close the measurement, which stays if it has more than one point."""
         measurements = host.inspection.measurements
         press, self._press = self._press, None
         host.show_preview(None)
@@ -74,7 +74,7 @@ class MeasureTool(Tool):
         return measurements.end() or press is not None
 
     def take_back(self, host: Host) -> bool:
-        """Drop the last point."""
+        """Remove the last point."""
         host.show_preview(None)
         done = host.inspection.measurements.take_back()
         self._under_way = host.inspection.measurements.is_open
@@ -82,42 +82,42 @@ class MeasureTool(Tool):
 
 
 def _held(host: Host, event: PointerEvent) -> tuple[int, int] | None:
-    """Measurement and number of the point that a press takes hold of."""
+    """Return the indices of measurement and point under a press; None for none."""
     places = [(n, m) for n, chain in enumerate(host.inspection.measurements.chains) for m in range(len(chain))]
     points = [point for chain in host.inspection.measurements.chains for point in chain]
     found = nearest(points, event)
     return None if found is None else places[found]
 
 
-# What tools have in common whose drag draws one shape over the picture, or changes the one that is there.
+# Base of tools whose drag draws a shape over the image or changes the existing one.
 
 Shape = TypeVar("Shape")
 Grip = TypeVar("Grip")
 
 
 class DraggedTool(Tool, Generic[Shape, Grip]):
-    """A drag draws the shape anew, or from where the press takes hold of it, changes it; there is one per frame."""
+    """A tool whose drag draws a new shape, or changes the existing one at the pressed handle; one shape per frame."""
 
     def __init__(self) -> None:
         self._press: Press | None = None
         self._before: Shape | None = None
         self._grip: Grip | None = None
-        """What the press has taken hold of; None to draw anew."""
+        """The handle under the press; None to draw a new shape."""
 
     def shape(self, inspection: Inspection) -> Shape | None:
-        """The present shape."""
+        """Return the current shape."""
         raise NotImplementedError
 
     def put(self, inspection: Inspection, shape: Shape | None) -> None:
-        """Have another shape, or none."""
+        """Set or remove the shape."""
         raise NotImplementedError
 
     def grip(self, shape: Shape, event: PointerEvent) -> Grip | None:
-        """What a press takes hold of; None for nothing."""
+        """Return the handle under a press; None for none."""
         raise NotImplementedError
 
     def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Shape:
-        """The shape that a drag has come to, on a frame of shape (H, W)."""
+        """Return the shape after a drag, on a frame of shape (H, W)."""
         raise NotImplementedError
 
     @property
@@ -135,10 +135,10 @@ class DraggedTool(Tool, Generic[Shape, Grip]):
                 self.put(host.inspection, self.dragged(self._press, event, host.session.frame.shape))
             if event.kind is PointerKind.RELEASE:
                 self._press = None
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def cancel(self, host: Host) -> bool:
-        """Put the shape back as it was."""
+        """Restore the former shape."""
         under_way, self._press = self.busy, None
         if under_way:
             self.put(host.inspection, self._before)
@@ -155,30 +155,30 @@ class DraggedTool(Tool, Generic[Shape, Grip]):
 
 
 class ProfileTool(DraggedTool[Line, str]):
-    """A drag draws the line; dragged by an end or in between, it is moved. Its ends are centres of pixels."""
+    """The tool Profile line. A drag draws the line, or moves an end or all of it. Its ends are pixel centres."""
 
     @property
     def hint(self) -> str:
-        """What a drag would do."""
-        return "Drag: a line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
+        """Hint: what a drag would do."""
+        return "Drag: line to plot depth along | drag an end or the line: move it | Shift: straight | Esc: remove it"
 
     def shape(self, inspection: Inspection) -> Line | None:
-        """The present line."""
+        """Return the current line."""
         return inspection.line
 
     def put(self, inspection: Inspection, shape: Line | None) -> None:
-        """Have another line, or none."""
+        """Set or remove the line."""
         inspection.set_line(shape)
 
     def grip(self, shape: Line, event: PointerEvent) -> str | None:
-        """Which end a press takes hold of, or the whole line."""
+        """Return the part under a press: "start", "end" or "whole"; None for none."""
         end = nearest(shape, event)
         if end is not None:
             return ("start", "end")[end]
         return "whole" if touches(*shape, event) else None
 
     def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Line:
-        """The line that a drag has come to."""
+        """Return the line after a drag."""
         at = event.x, event.y
         if self._before is None or self._grip is None:
             start = clamped(press.point, frame)
@@ -196,7 +196,7 @@ def _end(other: Point, at: Point, event: PointerEvent, shape: tuple[int, int]) -
 
 
 def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
-    """The line moved by whole pixels, as far as it stays on the frame."""
+    """Return the line moved by whole pixels, kept on the frame."""
     moves = []
     for axis, size in ((0, shape[1]), (1, shape[0])):
         low, high = sorted(point[axis] for point in line)
@@ -205,7 +205,7 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
     return start, end
 
 
-# The rectangle that statistics and errors are told of.
+# The rectangle for statistics and errors.
 
 
 @dataclass(frozen=True)
@@ -217,30 +217,30 @@ class _Sides:
 
 
 class RectangleTool(DraggedTool[Box, frozenset[str]]):
-    """A drag draws the rectangle; dragged by a side or a corner it is resized, from inside it is moved."""
+    """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
 
     @property
     def hint(self) -> str:
-        """What a drag would do."""
-        return "Drag: a rectangle to take statistics of | drag its sides or inside: change it | Esc: remove it"
+        """Hint: what a drag would do."""
+        return "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"
 
     def shape(self, inspection: Inspection) -> Box | None:
-        """The present rectangle."""
+        """Return the current rectangle."""
         return inspection.region
 
     def put(self, inspection: Inspection, shape: Box | None) -> None:
-        """Have another rectangle, or none."""
+        """Set or remove the rectangle."""
         inspection.set_region(shape)
 
     def grip(self, shape: Box, event: PointerEvent) -> frozenset[str] | None:
-        """The sides that a press takes hold of: all of them from inside, none from outside."""
+        """Return the sides under a press: all of them from inside, none from outside."""
         return _grip(_sides(shape), event)
 
     def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Box:
-        """The rectangle that a drag has come to."""
+        """Return the rectangle after a drag."""
         x, y = press.point
         if self._before is None or not self._grip:
-            # whatever pixels the drag has touched
+            # all pixels that the drag has touched
             left, right = sorted((x, event.x))
             top, bottom = sorted((y, event.y))
             return _on_frame(_Sides(math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)), frame)
@@ -257,7 +257,7 @@ _ALL = frozenset(_ALONG)
 
 
 def _grip(sides: _Sides, event: PointerEvent) -> frozenset[str]:
-    """The sides that a press takes hold of: all of them from inside, none from outside."""
+    """Return the sides under a press: all of them from inside, none from outside."""
     reach = REACH * event.pixel
     across = sides.left - reach <= event.x <= sides.right + reach
     down = sides.top - reach <= event.y <= sides.bottom + reach
@@ -266,7 +266,7 @@ def _grip(sides: _Sides, event: PointerEvent) -> frozenset[str]:
     taken = set()
     for at, (low, high) in ((event.x, ("left", "right")), (event.y, ("top", "bottom"))):
         start, stop = getattr(sides, low), getattr(sides, high)
-        inside = min(reach, (stop - start) / 4)  # a small rectangle has an inside, too
+        inside = min(reach, (stop - start) / 4)  # so that a small rectangle keeps an inside
         if at < start + inside:
             taken.add(low)
         elif at > stop - inside:
@@ -280,7 +280,7 @@ def _sides(box: Box) -> _Sides:
 
 
 def _on_frame(sides: _Sides, shape: tuple[int, int]) -> Box:
-    """The box between sides, whichever is where; of at least one pixel, on a frame of shape (H, W)."""
+    """Return the box between sides in any order, of at least one pixel, on a frame of shape (H, W)."""
     spans = []
     for one, other, size in ((sides.top, sides.bottom, shape[0]), (sides.left, sides.right, shape[1])):
         low, high = sorted((int(one), int(other)))

@@ -1,4 +1,4 @@
-"""Keys that mean the same wherever the focus is in the window."""
+"""Keys of the tools, which work wherever the focus is in the window."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _BY_KEYS = (
 
 
 class ToolKeys(QObject):
-    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up; other
-    keys switch something on while they are held (`hold`).
+    """Event filter for the keys of the tools: Space pans, Tab selects the next tool, Enter finishes, Backspace removes
+    the last part, Ctrl+Z cancels a stroke; other keys switch an action on while held (`hold`).
 
-    They do so in all of the window and its docks, but not where text or numbers are typed, and not in dialogs; and
-    only while there is something that they can do. Who goes through the panels by keys has Tab and Space there as
-    everywhere else; Ctrl+Tab leads from the pictures to the panels.
+    They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
+    they have an effect. During keyboard navigation in the panels, Tab and Space work as usual; Ctrl+Tab moves the
+    focus from the images to the panels.
     """
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
@@ -35,18 +35,18 @@ class ToolKeys(QObject):
         self._editor = editor
         self._views = views
         self._is_led = False
-        """Whether keys have brought the focus to where it is."""
+        """Whether the focus was last moved by keys."""
         application = QApplication.instance()
         if application is not None:
             application.installEventFilter(self)
 
     def hold(self, key: Qt.Key, action: QAction) -> None:
-        """While a key is held, an action is checked."""
+        """Check an action while a key is held."""
         self._held[key] = action
         action.setProperty(HELD, QKeySequence(key).toString())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys that are meant for the tools; every event of the program comes by here, and must not stay."""
+        """Handle the keys of the tools. Called for every event of the program, so it must be fast."""
         if isinstance(event, QKeyEvent):
             return self._take(watched, event)
         if isinstance(event, QFocusEvent) and event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
@@ -58,16 +58,16 @@ class ToolKeys(QObject):
         return False
 
     def _take(self, watched: QObject, event: QKeyEvent) -> bool:
-        """Whether it was for the tools, and nobody else is to have it."""
+        """Handle a key event; True if it was for the tools and must not be passed on."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
-            self._views.set_space(False)  # wherever the focus has gone meanwhile
+            self._views.set_space(False)  # wherever the focus is now
         if not isinstance(watched, QWidget) or not self._concerns(watched):
             return False
         if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
             if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
                 self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
             return True
-        if not (self._views.isVisible() or self._editor.tool.points_only):  # the cloud is shown in their place
+        if not (self._views.isVisible() or self._editor.tool.points_only):  # the point cloud is shown instead
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
@@ -88,11 +88,11 @@ class ToolKeys(QObject):
         if watched is not focus or not self._editor.ready or QApplication.activePopupWidget() is not None:
             return False
         top = watched.window()
-        panel = isinstance(top, QDockWidget) and top.parentWidget() is self._window  # one that floats
+        panel = isinstance(top, QDockWidget) and top.parentWidget() is self._window  # a floating panel
         return (top is self._window or panel) and not _takes_text(watched)
 
     def _override(self, event: QKeyEvent) -> bool:
-        """Keep Ctrl+Z from undoing the step before while a stroke is under way."""
+        """Prevent Ctrl+Z from undoing the previous step while a stroke is in progress."""
         if not (self._editor.busy and event.matches(QKeySequence.StandardKey.Undo)):
             return False
         event.accept()

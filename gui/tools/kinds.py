@@ -1,4 +1,4 @@
-"""The tools there are, by name: those that correct blocks in the order of the tool bar, and those that inspect."""
+"""All tools by name: those that correct blocks, in the order of the tool bar, and those that inspect."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOOL_NAMES = (*CORRECTING, *INSPECTING)
 
 
 def make_tools() -> dict[str, Tool]:
-    """One of each."""
+    """Return one tool of each kind, by name."""
     tools = (
         SelectTool(),
         BorderTool(),

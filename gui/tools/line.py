@@ -1,4 +1,4 @@
-"""What the tools share that draw a line: freely in a drag, or from click to click."""
+"""Base of the tools that draw a line: freely in a drag, or from click to click."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, Tool, line_path, snapped
 from .outlook import Outlook
 
-# A line that is being drawn: freely, straight, or from click to click.
+# A line in progress: free, straight, or from click to click.
 
 Snap = Callable[[list[Point]], list[Point]]
-"""Moves a drawn line onto the edges nearby."""
+"""Moves a drawn line to nearby edges."""
 
 _MAGNET = math.radians(4)
-"""How near to upright, level or diagonal a straight line becomes just that."""
+"""Angle within which a straight line snaps to vertical, horizontal or diagonal."""
 
 _STEP = 0.5
-"""Pixels that a freely drawn line goes before it has another point."""
+"""Minimum distance between points of a free line [px]."""
 
 
 @dataclass
@@ -32,7 +32,7 @@ class _Stretch:
 
 
 class Pen:
-    """A line in stretches: each free, and moved onto edges nearby, or straight, and left as drawn."""
+    """A line of segments: each is free and snaps to nearby edges, or straight and does not."""
 
     def __init__(self) -> None:
         self._start: Point | None = None
@@ -46,7 +46,7 @@ class Pen:
 
     @property
     def line(self) -> list[Point]:
-        """The line as it lies."""
+        """The points of the line after snapping."""
         points = self._first
         for stretch in self._stretches:
             points += stretch.line[1:]
@@ -54,7 +54,7 @@ class Pen:
 
     @property
     def corners(self) -> list[Point]:
-        """Where the line begins, and where its stretches end."""
+        """The start of the line and the ends of its segments."""
         return self._first + [stretch.line[-1] for stretch in self._stretches]
 
     @property
@@ -64,18 +64,18 @@ class Pen:
         return self._stretches[0].line[:1] if self._stretches else [self._start]
 
     def lift(self) -> None:
-        """Drop the line."""
+        """Remove the line."""
         self._start = None
         self._stretches = []
         self._open = False
 
     def begin(self, point: Point) -> None:
-        """Begin a line."""
+        """Start a line."""
         self.lift()
         self._start = point
 
     def drag(self, point: Point, straight: bool, snap: Snap) -> None:
-        """Draw on to a point; a stretch goes on for as long as it is drawn in the same way."""
+        """Draw on to a point; a segment continues while it is drawn in the same way."""
         if not self._open or self._stretches[-1].straight != straight:
             end = self.corners[-1]
             self._stretches.append(_Stretch([end], [end], straight))
@@ -88,22 +88,22 @@ class Pen:
             stretch.line = snap(stretch.drawn)
 
     def rest(self) -> None:
-        """What is drawn next is another stretch."""
+        """End the segment; the next point starts another."""
         self._open = False
 
     def go(self, point: Point, straight: bool, snap: Snap) -> None:
-        """One stretch to a point, as by a click."""
+        """Add one segment to a point, as by a click."""
         self.rest()
         self.drag(point, straight, snap)
         self.rest()
 
     def reach(self, point: Point, straight: bool, snap: Snap) -> list[Point]:
-        """The stretch that `go` would add."""
+        """Return the segment that `go` would add."""
         end = self.corners[-1]
         return [end, straightened(end, point)] if straight else snap([end, point])
 
     def take_back(self) -> None:
-        """Drop the last stretch, or the start if there is no other."""
+        """Remove the last segment, or the start if there is none."""
         self._open = False
         if self._stretches:
             self._stretches.pop()
@@ -112,7 +112,7 @@ class Pen:
 
 
 def straightened(start: Point, end: Point) -> Point:
-    """The end of a straight line, turned upright, level or diagonal if it is nearly so."""
+    """Return the end of a straight line, made vertical, horizontal or diagonal if it is nearly so."""
     along, down = end[0] - start[0], end[1] - start[1]
     angle = math.atan2(down, along)
     nearest = round(angle / (math.pi / 4)) * math.pi / 4
@@ -122,32 +122,32 @@ def straightened(start: Point, end: Point) -> Point:
     return start[0] + length * math.cos(nearest), start[1] + length * math.sin(nearest)
 
 
-# What a press takes hold of: points and lines within reach of the pointer.
+# Points and lines within reach of the pointer.
 
 REACH = 8.0
-"""How far from the pointer things may be to be taken hold of, in pixels of the screen."""
+"""Maximum distance from the pointer at which things are picked [screen pixels]."""
 
 
 def nearest(points: Sequence[Point], event: PointerEvent) -> int | None:
-    """Which of some points is the nearest within reach; None if none is."""
+    """Return the index of the nearest point within reach; None if none is."""
     distances = [math.dist(point, (event.x, event.y)) for point in points]
     closest = min(range(len(points)), key=distances.__getitem__, default=None)
     return closest if closest is not None and distances[closest] <= REACH * event.pixel else None
 
 
 def touches(start: Point, end: Point, event: PointerEvent) -> bool:
-    """Whether the straight line between two points is within reach."""
+    """Return whether the straight line between two points is within reach."""
     return off_line((event.x, event.y), start, end) <= REACH * event.pixel
 
 
 def off_line(point: Point, start: Point, end: Point) -> float:
-    """Distance of a point from the straight line between two others."""
+    """Return the distance of a point from the line segment between two others."""
     share = share_along(point, start, end)
     return math.dist(point, (start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])))
 
 
 def share_along(point: Point, start: Point, end: Point) -> float:
-    """How far along the line between two others the nearest place to a point is, 0-1."""
+    """Return the position, 0-1, on the line segment between two points that is nearest to a point."""
     x, y = end[0] - start[0], end[1] - start[1]
     square = x * x + y * y
     if square == 0:
@@ -156,14 +156,14 @@ def share_along(point: Point, start: Point, end: Point) -> float:
 
 
 def clamped(point: Point, shape: tuple[int, int]) -> Point:
-    """The nearest pixel's centre on a frame of shape (H, W)."""
+    """Return the nearest pixel centre on a frame of shape (H, W)."""
     height, width = shape
     x, y = (min(max(math.floor(value), 0), size - 1) + 0.5 for value, size in zip(point, (width, height), strict=True))
     return x, y
 
 
 class LineTool(Tool):
-    """A line under way. It snaps as far as the leash allows; with Shift it is straight."""
+    """Base of tools with a line in progress. It snaps to edges within the leash; with Shift it is straight."""
 
     options = ("leash",)
 
@@ -174,23 +174,23 @@ class LineTool(Tool):
         self._pixel = 1.0
         self._shown: list[Point] = []
         self._outlook: Outlook | None = None
-        """What is known to come of the line, or of how it was a moment ago."""
+        """Preview of the effect of the line, or of its shape a moment ago."""
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any] | None:
-        """What finds out, off the GUI's thread, what would come of a line; None if nothing can be told."""
+        """Return a function that computes the effect of a line, called in the background; None for no preview."""
         return None
 
     def outlook(self, answer: Any, host: Host) -> Outlook:
-        """What has been found out by what `look_ahead` gave."""
+        """Return the preview from the result of the function from `look_ahead`."""
         raise NotImplementedError
 
     @property
     def busy(self) -> bool:
-        """Whether there is a line, or the button is down."""
+        """Whether there is a line, or the button is pressed."""
         return self._press is not None or self._pen.down
 
     def cancel(self, host: Host) -> bool:
-        """Drop the line."""
+        """Cancel the line."""
         under_way, self._press, self._by_clicks = self.busy, None, False
         self._pen.lift()
         self._outlook = None
@@ -198,7 +198,7 @@ class LineTool(Tool):
         return under_way
 
     def take_back(self, host: Host) -> bool:
-        """Drop what the last click has added."""
+        """Remove what the last click added."""
         if not self._by_clicks:
             return False
         self._pen.take_back()
@@ -209,7 +209,7 @@ class LineTool(Tool):
         return True
 
     def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
-        """Draw on while the button is down; False as long as this may yet be a click."""
+        """Draw while the button is down; False while it may still be a click."""
         dragged = press.drags
         if not press.follow(event):
             return False
@@ -224,7 +224,7 @@ class LineTool(Tool):
         return True
 
     def _click(self, point: Point, straight: bool, host: Host) -> None:
-        """Go on to a point, or begin there."""
+        """Add a point, or start a line there."""
         self._by_clicks = True
         if self._pen.down:
             self._pen.go(point, straight, self._snap(host))
@@ -233,7 +233,7 @@ class LineTool(Tool):
         self._show(host)
 
     def _show(self, host: Host, event: PointerEvent | None = None) -> None:
-        """Show the line, and from click to click how it would go on to the pointer."""
+        """Show the line, and with `event` its next segment to the pointer."""
         line = self._pen.line
         if event is not None:
             self._pixel = event.pixel
@@ -256,9 +256,9 @@ class LineTool(Tool):
 
     @property
     def _near(self) -> float:
-        """How far a line may miss what it is drawn to, in pixels of the image."""
+        """Distance by which a line may miss its target, in image pixels."""
         return REACH * self._pixel
 
     def _snap(self, host: Host) -> Snap:
-        """How a stretch is moved onto edges, as near as the view is now."""
+        """Return the snapping function at the current zoom."""
         return partial(snapped, host, self._pixel)

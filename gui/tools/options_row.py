@@ -1,4 +1,4 @@
-"""The options of the active tool, in a row beside the tools."""
+"""The options of the active tool, in the tool bar."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _GAP = 8
 
 
 class OptionsRow(QWidget):
-    """Sliders and boxes for `ToolOptions`; of them, those that the active tool has are to be seen.
+    """Editors of `ToolOptions`; only those of the active tool are visible.
 
     Parameters
     ----------
     similar, no_block : QAction
         Switches of the options `similar_only` and `to_no_block`.
     by_amount : sequence of QAction
-        Commands that go by the option `amount`, which stand beside it.
+        Commands that use the option `amount`, shown beside it.
 
     Signals
     -------
     changed(str, object)
-        Name of an option of `ToolOptions`, and the value that the user wants.
+        Name of an option of `ToolOptions`, and its new value.
     """
 
     changed = Signal(str, object)
@@ -46,9 +46,10 @@ class OptionsRow(QWidget):
         self.amount.setAccessibleName("Amount")
         self.amount.setSuffix(" px")
         self.leash.setToolTip(
-            "Snap: how far a drawn line may move on the screen to an edge, so less far when zoomed in; 0: not at all"
+            "Snap: maximum distance on the screen that a drawn line moves to an edge (less of the image when zoomed "
+            "in); 0: off"
         )
-        self.amount.setToolTip("By how many pixels chosen blocks grow, shrink or are smoothed")
+        self.amount.setToolTip("Pixels by which the selected blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
@@ -65,16 +66,16 @@ class OptionsRow(QWidget):
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for name, switch in self._switches.items():
             switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
-        self.amount.editingFinished.connect(self.amount.clearFocus)  # keys are the tools' again
+        self.amount.editingFinished.connect(self.amount.clearFocus)  # so that keys go to the tools again
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
-        """Show the options of a tool, by `Tool.options`, with their values."""
+        """Show the options of a tool (`Tool.options`) with their values."""
         for name, part in self._parts.items():
             part.setVisible(name in names)
         diameter = 2 * options.brush_radius
         self._brush_text.setText(f"{diameter:g} px")
-        self.brush.setToolTip(f"Brush: {diameter:g} px across ([ and ], or Ctrl+wheel)")
+        self.brush.setToolTip(f"Brush diameter: {diameter:g} px ([ and ], or Ctrl+wheel)")
         self._leash_text.setText(f"{options.leash} px" if options.leash else "off")
         values = (
             (self.brush, round(options.brush_radius)),

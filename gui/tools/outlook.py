@@ -1,4 +1,4 @@
-"""What would come of a line that is under way: what is said of it, and what is shown."""
+"""Preview of the effect of a line in progress."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..state.session import Session
 from ..views.pixel_items import boundary_path
 
 _NAMED = 2
-"""Blocks that give pixels which are named one by one; more are counted."""
+"""Maximum number of pairs of blocks that are listed by name; more are counted."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
-    """What would come of a line if it ended where it is.
+    """The effect of a line if it ended now.
 
     Attributes
     ----------
     text : str
-        What is said of it.
+        Its description.
     path : QPainterPath
-        What is drawn dashed.
+        Its dashed outline.
     """
 
     text: str
@@ -34,18 +34,18 @@ class Outlook:
 
 
 def of_patch(session: Session, patch: LabelPatch | None, apart: int = 0) -> Outlook:
-    """The outlook on a change of the label map: whose pixels go where, and around them.
+    """Return the preview of a change of the label map: the moved pixels and their outline.
 
     Parameters
     ----------
     session : Session
     patch : LabelPatch or None
-        The change; None for none. Of one that a lock forbids, the locked block is named alone.
+        The change; None for none. If a lock forbids it, the text contains only the locked block.
     apart : int
-        How many of the pixels would lie apart from the block that gets them.
+        Number of pixels that would be disconnected from the block that gets them.
     """
     if patch is None:
-        return Outlook("no pixel changes hands")
+        return Outlook("no pixel changes")
     changed = patch.before != patch.after
     moves = np.stack([patch.before[changed], patch.after[changed]], axis=1)
     pairs, counts = np.unique(moves, axis=0, return_counts=True)
@@ -62,17 +62,17 @@ def of_patch(session: Session, patch: LabelPatch | None, apart: int = 0) -> Outl
     rows, columns = patch.box
     path = boundary_path(changed, columns.start, rows.start)
     if apart:
-        text += f", {'' if apart == counts.sum() else f'{grouped(apart)} px of them '}apart from the rest of it"
+        text += f", {'' if apart == counts.sum() else f'{grouped(apart)} px of them '}disconnected from the rest of it"
     return Outlook(text, path)
 
 
 def say_apart(name: str, apart: int) -> str:
-    """What is said once a block has got pixels that lie apart from it."""
-    return f"{name} has got {grouped(apart)} px that lie apart from the rest of it."
+    """Return the message after a block has got disconnected pixels."""
+    return f"{name} now has {grouped(apart)} px that are disconnected from the rest of it."
 
 
 def _name(session: Session, label: int) -> str:
-    """What a block is called, without making a new one known by that."""
+    """Return the name of a block, without registering a new one."""
     if label == 0:
         return "no block"
     return session.info(label).name if label in session.infos or label in session.counts() else "a new block"

@@ -1,4 +1,4 @@
-"""Brings the active tool and its options to the tool bar, and back."""
+"""Connects the active tool and its options with the tool bar."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .options_row import OptionsRow
 
 
 class ToolsPresenter(QObject):
-    """Which tool is active, and how its options stand.
+    """The presenter of the active tool and its options.
 
     Parameters
     ----------
     choices : mapping of str to QAction
-        The tools' actions by the names of the tools.
+        Tool name -> action.
     row : OptionsRow
     """
 
@@ -31,6 +31,6 @@ class ToolsPresenter(QObject):
         row.changed.connect(editor.set_option)
 
     def show(self) -> None:
-        """The active tool and its options."""
+        """Show the active tool and its options."""
         self._choices[self._editor.tool_name].setChecked(True)
         self._row.show_options(self._editor.tool.options, self._editor.options)

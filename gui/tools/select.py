@@ -1,4 +1,4 @@
-"""Choosing blocks by clicking on them, or by a band around them."""
+"""The tool Select: selects blocks by clicks or by a selection rectangle."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .base import Host, Point, Press, Tool
 
 
 class SelectTool(Tool):
-    """A click chooses the block under it, with Ctrl adds or removes it, with Shift adds it; dragging pans.
+    """The tool Select. A click selects a block, with Ctrl adds or removes it, with Shift adds it; a drag pans.
 
-    Dragged with Shift, a band chooses the blocks of which more than half lies in it.
+    A drag with Shift selects the blocks of which more than half is inside the rectangle.
     """
 
     options = ("amount",)
@@ -23,16 +23,16 @@ class SelectTool(Tool):
 
     @property
     def hint(self) -> str:
-        """What a click or a drag would do."""
-        return "Click: choose | Ctrl+click: add or remove | Shift+drag: choose by a band | drag: pan | wheel: zoom"
+        """Hint: what a click or a drag would do."""
+        return "Click: select | Ctrl+click: add or remove | Shift+drag: select by rectangle | drag: pan | wheel: zoom"
 
     @property
     def busy(self) -> bool:
-        """Whether a band is open."""
+        """Whether a selection rectangle is being drawn."""
         return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Choose on press, and leave the drag to the view unless Shift opens a band."""
+        """Select on press; the view handles the drag unless Shift starts a rectangle."""
         if event.kind is PointerKind.PRESS:
             if event.shift:
                 self._press = Press(event)
@@ -52,14 +52,14 @@ class SelectTool(Tool):
         return False
 
     def cancel(self, host: Host) -> bool:
-        """Drop the band."""
+        """Cancel the rectangle."""
         under_way, self._press = self.busy, None
         host.show_preview(None)
         return under_way
 
 
 def choose(point: Point, event: PointerEvent, host: Host) -> None:
-    """Choose the block at a point alone; with Shift, beside others; with Ctrl, add or remove it."""
+    """Select only the block at a point; with Shift, add it; with Ctrl, add or remove it."""
     label = host.session.label_at(*point)
     chosen = list(host.session.selected)
     if not (event.ctrl or event.shift):
@@ -71,7 +71,7 @@ def choose(point: Point, event: PointerEvent, host: Host) -> None:
 
 
 def add(labels: list[int], host: Host) -> None:
-    """Choose blocks beside those that are; 0 is none."""
+    """Add blocks to the selection; 0 is no block."""
     host.select(list(dict.fromkeys([*host.session.selected, *(label for label in labels if label)])))
 
 
@@ -81,7 +81,7 @@ def _band(press: Press, event: PointerEvent) -> QRectF:
 
 
 def _inside(band: QRectF, host: Host) -> list[int]:
-    """Blocks of which more than half lies in a band, the largest part first."""
+    """Return the blocks of which more than half is inside a rectangle, the largest part first."""
     labels = host.session.labels
     rows = slice(max(round(band.top()), 0), max(round(band.bottom()), 0))
     columns = slice(max(round(band.left()), 0), max(round(band.right()), 0))

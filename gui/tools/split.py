@@ -1,4 +1,4 @@
-"""Cutting a block along a line."""
+"""The tool Split: cuts a block along a line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Offer:
 
 
 class SplitTool(LineTool):
-    """Draw a line right across a block, freely or from click to click; or take the one that a click suggests."""
+    """The tool Split: draw a line across a block, freely or by clicks, or accept the line that a click suggests."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,25 +32,25 @@ class SplitTool(LineTool):
 
     @property
     def hint(self) -> str:
-        """What a drag, a click or a key would do."""
+        """Hint: what a drag, a click or a key would do."""
         if self._asked is not None:
-            return "Looking for a line that parts two surfaces… | Enter: cut along it at once | Esc: give up"
+            return "Looking for a line between two surfaces… | Enter: cut as soon as it is found | Esc: cancel"
         if self._offer is not None:
-            return "Click or Enter: cut along this line | drag: draw another | Esc: give up"
+            return "Click or Enter: cut along this line | drag: draw another | Esc: cancel"
         cut = "cut" if self._outlook is None else self._outlook.text
         if self._by_clicks:
-            return f"Click: next point | Shift: straight | Enter or double click: {cut} | Backspace: one back"
+            return f"Click: next point | Shift: straight | Enter or double-click: {cut} | Backspace: remove last"
         if self._outlook is not None:
-            return f"Release: {cut} | Shift: straight | Esc: give up"
+            return f"Release: {cut} | Shift: straight | Esc: cancel"
         return "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
 
     @property
     def busy(self) -> bool:
-        """Whether there is a line, drawn, suggested or looked for."""
+        """Whether there is a line: drawn, suggested or being searched."""
         return super().busy or self._asked is not None or self._offer is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw; a drag cuts at its release."""
+        """Draw; a drag cuts on release."""
         match event.kind:
             case PointerKind.PRESS:
                 self._press = Press(event)
@@ -63,20 +63,20 @@ class SplitTool(LineTool):
             case PointerKind.HOVER if self._by_clicks:
                 self._show(host, event)
             case PointerKind.DOUBLE:
-                if not self._by_clicks:  # the second of two quick clicks takes what the first has suggested
+                if not self._by_clicks:  # the second of two quick clicks accepts the suggestion of the first
                     return False
                 self.finish(host)
         return True
 
     def cancel(self, host: Host) -> bool:
-        """Drop the line."""
+        """Cancel the line."""
         under_way = self.busy
         self._forget_offer()
         super().cancel(host)
         return under_way
 
     def finish(self, host: Host) -> bool:
-        """Cut along the line as it lies; along one that is still looked for, as soon as it is found."""
+        """Cut along the line; if a suggestion is still being searched, as soon as it is found."""
         if self._asked is not None:
             self._at_once = True
             return True
@@ -91,11 +91,11 @@ class SplitTool(LineTool):
         return True
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[int, list[Point]]]:
-        """The block that would be cut, and where."""
+        """Return a function that computes which block would be cut, and where."""
         return partial(_meant, host.session.labels.copy(), line, self._near)
 
     def outlook(self, answer: tuple[int, list[Point]], host: Host) -> Outlook:
-        """The block that would be cut, and how its line runs on."""
+        """Return the preview: the block that would be cut, and the extended line."""
         label, line = answer
         return Outlook(f"cut {host.session.info(label).name}" if label else "cut nothing", line_path(line))
 
@@ -113,7 +113,7 @@ class SplitTool(LineTool):
         self._at_once = False
 
     def _ask(self, point: Point, host: Host) -> bool:
-        """Look for a line in the block at a point; False if there is no block, and a line may be begun there."""
+        """Start the search for a line in the block at a point; False if there is no block."""
         label = host.session.label_at(*point)
         if label == 0:
             return False
@@ -137,7 +137,7 @@ class SplitTool(LineTool):
 
 
 def suggested_cut(host: Host, label: int) -> None:
-    """Cut a block where its depth and edges suggest it, as soon as that is known."""
+    """Cut a block along the line that its depth and edges suggest, as soon as it is found."""
     if refuses(host, label) or not knows_edges(host):
         return
 
@@ -152,7 +152,7 @@ def suggested_cut(host: Host, label: int) -> None:
 
 def _nothing_found(host: Host, label: int) -> str:
     name = host.session.info(label).name
-    return f"Nothing tells two surfaces in {name} apart. Drag a line across it with Split."
+    return f"No line between two surfaces was found in {name}. Drag a line across it with Split."
 
 
 def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
@@ -164,10 +164,10 @@ def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], 
 
 
 def _meant(labels: Labels, line: list[Point], near: float) -> tuple[int, list[Point]]:
-    """The block that a line is to cut, 0 for none, and the line as it runs on to its boundary.
+    """Return the block that a line cuts, 0 for none, and the line extended to the block's boundary.
 
-    That is the block that it crosses most, of those that it parts as it is drawn; or else of all that it crosses. What
-    is as thin as the line's trembling does not count as parted.
+    It is the block that the line crosses most, of those that it divides; or else of all that it crosses. Parts as thin
+    as hand tremor do not count.
     """
     found = crossed(labels, line)
     for label, pixels in found.items():
@@ -182,7 +182,7 @@ def _meant(labels: Labels, line: list[Point], near: float) -> tuple[int, list[Po
 def _cut(label: int, line: list[Point], host: Host) -> None:
     session = host.session
     if label == 0:
-        host.say("The line crosses no block.")
+        host.say("The line crosses no block: draw it across one.")
         return
     name = session.info(label).name
     if refuses(host, label):
@@ -190,4 +190,4 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
     if host.commit(split(session.labels, label, line, session.locked, session.next_label()), f"Split {name}"):
         host.select([label])
     else:
-        host.say(f"The line does not part {name}: draw it from boundary to boundary.")
+        host.say(f"The line does not divide {name}: draw it from boundary to boundary.")

@@ -1,4 +1,4 @@
-"""The content "extraction": a stage of EBS, and in the title strip the choice of the stage."""
+"""Painters of an EBS stage, selected in the title strip, and of a block's spectrum."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from .view_cell import ViewCell
 
 
 class StagePicker(QWidget):
-    """All stages side by side where there is room for them, else in a box to open.
+    """Buttons for all stages side by side, or a combo box if there is too little room.
 
     Signals
     -------
     chosen(str)
-        The user chose a stage.
+        The user selected a stage.
     """
 
     chosen = Signal(str)
@@ -58,19 +58,19 @@ class StagePicker(QWidget):
         self.set_room(0)
 
     def show_stage(self, name: str) -> None:
-        """Mark a stage as the present one, without a signal."""
+        """Mark a stage as the current one, without a signal."""
         self._buttons[name].setChecked(True)
         with QSignalBlocker(self._box):
             self._box.setCurrentIndex(self._box.findData(name))
 
     def set_hints(self, hints: Mapping[str, str]) -> None:
-        """What tooltips say of the stages."""
+        """Set the tooltips of the stages."""
         for name, hint in hints.items():
             self._buttons[name].setToolTip(hint)
             self._box.setItemData(self._box.findData(name), hint, Qt.ItemDataRole.ToolTipRole)
 
     def set_room(self, width: int) -> None:
-        """Pixels that there are for the buttons."""
+        """Set the width [px] available for the buttons."""
         wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons.values())
         for button in self._buttons.values():
             button.setVisible(wide)
@@ -78,14 +78,14 @@ class StagePicker(QWidget):
 
 
 class StageBoard(QObject):
-    """Which stage is shown in all cells of the extraction, and its picture.
+    """The stage shown in all extraction cells, and its picture.
 
     Signals
     -------
     stageChanged(str)
-        Another of `STAGES` is to be shown, by the user's choice or by `set_stage`.
+        Another of `STAGES` was selected, by the user or by `set_stage`.
     changed()
-        There is something else to draw.
+        The picture, text or stage changed.
     """
 
     stageChanged = Signal(str)
@@ -95,16 +95,16 @@ class StageBoard(QObject):
         super().__init__(parent)
         self.stage = "blocks"
         self.hints: Mapping[str, str] = {}
-        """What tooltips say of the stages."""
+        """Tooltips of the stages."""
         self.picture: NDArray[np.uint8] | None = None
-        """As `stage_picture` gives it; None while there is only `message`."""
+        """Picture from `stage_picture`; None while there is only `message`."""
         self.message = ""
         self.text = ""
-        """What there is to say of the picture."""
+        """Text about the picture."""
         self.legend: list[tuple[tuple[int, int, int], str]] = []
 
     def set_stage(self, name: str) -> None:
-        """Choose the stage; the picture shown stays until that of the stage is given."""
+        """Select the stage; the picture stays until the stage's own is shown."""
         if name not in STAGES:
             raise ValueError(f"stage must be one of {', '.join(STAGES)}, not {name!r}")
         if name != self.stage:
@@ -113,28 +113,28 @@ class StageBoard(QObject):
             self.stageChanged.emit(name)
 
     def set_hints(self, hints: Mapping[str, str]) -> None:
-        """What tooltips say of the stages."""
+        """Set the tooltips of the stages."""
         self.hints = hints
         self.changed.emit()
 
     def show_picture(self, stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
-        """Show what `stages.stage_picture` gives for a stage of an extraction."""
+        """Show the picture of a stage of an extraction, from `stage_picture`."""
         self.picture, self.legend = picture, stage_legend(stage, extraction)
         self.show_text(stage_count(stage, extraction))
 
     def show_message(self, message: str) -> None:
-        """Show no picture, but why there is none."""
+        """Show a message in place of the picture."""
         self.message, self.picture, self.legend = message, None, []
         self.show_text("")
 
     def show_text(self, text: str) -> None:
-        """Say something else of the picture."""
+        """Change the text about the picture."""
         self.text = text
         self.changed.emit()
 
 
 class StagePainter(Painter):
-    """The stage of a board, and in the title strip the choice of the stage."""
+    """Painter of the stage of a board, with the stage picker in the title strip."""
 
     uses = frozenset({"stage"})
 
@@ -148,7 +148,7 @@ class StagePainter(Painter):
         self._picker.setFont(cell.strip.font())
         cell.strip.set_guest(self._picker)
         cell.bar.set_table(self._table)
-        # its blocks are others than those of the frame
+        # its blocks differ from those of the frame
         cell.view.has_lines = False
 
     def draw(self) -> None:
@@ -178,16 +178,16 @@ class StagePainter(Painter):
         self.cell.view.has_lines = True
 
 
-# The spectrum of the chosen block, with the pass band that its filter lets through.
+# The spectrum of the selected block, with the pass band of its filter.
 
 _BAND, _HALO = QColor(90, 230, 255), QColor(0, 0, 0, 170)
 _MARGIN = 8
 _LEAST_RADIUS = 3.0
-"""Pixels of the screen that a very narrow pass band has."""
+"""Minimum radius of a drawn pass band [screen px]."""
 
 
 class SpectrumPicture(QWidget):
-    """Lies over a view: a spectrum has no pixels of the frame, and so no part in their pan, zoom and cursor."""
+    """Widget over a view: a spectrum has no pixels of the frame, so it has no pan, zoom or cursor."""
 
     def __init__(self, view: ImageView) -> None:
         super().__init__(view)
@@ -195,18 +195,18 @@ class SpectrumPicture(QWidget):
         self._message = ""
         self._image = QImage()
         self._background = self._text = QColor()
-        self.setAccessibleName("Spectrum of the chosen block")
+        self.setAccessibleName("Spectrum of the selected block")
         view.resized.connect(self._cover)
         self._cover()
         self.show()
 
     def set_colours(self, colours: Colours) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         self._background, self._text = colours.background, colours.muted
         self.update()
 
     def show_spectrum(self, spectrum: Spectrum | str) -> None:
-        """Draw a spectrum, or say why there is none."""
+        """Draw a spectrum, or show the reason why there is none."""
         self._spectrum = None if isinstance(spectrum, str) else spectrum
         self._message = spectrum if isinstance(spectrum, str) else ""
         if self._spectrum is not None:
@@ -239,7 +239,7 @@ class SpectrumPicture(QWidget):
 
     def _draw_band(self, painter: QPainter, place: QRectF, scale: float, spectrum: Spectrum) -> None:
         height, width = spectrum.magnitude.shape
-        # k = 0 is the sample in the middle, as `fftshift` puts it
+        # k = 0 is the sample in the middle, as from `fftshift`
         centre = place.topLeft() + QPointF((width // 2 + 0.5) * scale, (height // 2 + 0.5) * scale)
         down, across = (max(radius * scale, _LEAST_RADIUS) for radius in spectrum.radii)
         painter.setClipRect(place)
@@ -251,7 +251,7 @@ class SpectrumPicture(QWidget):
 
 
 class SpectrumPainter(Painter):
-    """Log magnitude of the block's depth, and the last pass band."""
+    """Painter of the log magnitude of the block's depth, and of the last pass band."""
 
     uses = frozenset({"spectrum"})
 

@@ -1,4 +1,4 @@
-"""A cell of the linked views: a place for one content, which the user chooses in the menu of its title."""
+"""A cell of the linked views: it shows one content, which the user selects in the menu of its title."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from .painter import Material, Painter
 from .pixel_items import BlockOverlay
 from .view_cell import EventHandler, ViewCell
 
-# Which painter draws which content.
+# The painter of each content.
 
 
 class Studio:
-    """Makes painters over one material, one overlay of blocks and one board of stages."""
+    """Factory of painters that share one material, one block overlay and one stage board."""
 
     def __init__(self, material: Material, overlay: BlockOverlay, board: StageBoard) -> None:
         self.material = material
@@ -43,7 +43,7 @@ class Studio:
         self._board = board
 
     def painter(self, content: str, cell: ViewCell) -> Painter:
-        """A painter of a concrete content for a cell."""
+        """Create the painter of a concrete content for a cell."""
         material = self.material
         if content == "colour":
             return ColourPainter(content, cell, material, self._overlay)
@@ -66,21 +66,21 @@ _OTHERS: dict[str, type[Painter]] = {
 }
 
 
-# The menu of a cell's title: all that the cell can show, and what it shows.
+# The menu of a cell's title: all contents, with the current one checked.
 
 _UNMADE = {
-    "truth": "This frame has no truth",
+    "truth": "This frame has no ground truth",
     "guide": "This frame has no guide: File > Load guide…",
-    "error": "This frame has no truth to compare the result with",
+    "error": "This frame has no ground truth to compare the result with",
 }
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
 class ContentMenu(QMenu):
-    """Filled anew whenever it is offered, since runs come and go. Actions have the names of contents as data."""
+    """Menu of contents, refilled each time it opens, since runs change. The data of an action is a content's name."""
 
     def offer(self, material: Material, content: str) -> None:
-        """Fill it for what there is to show; `content` is marked."""
+        """Fill the menu with the available contents; check `content`."""
         self.clear()
         self._content = content
         for name in ("colour", "depth-in", "result"):
@@ -125,19 +125,19 @@ class ContentMenu(QMenu):
 
 
 def content_menu(parent: QWidget) -> ContentMenu:
-    """An empty menu."""
+    """Create an empty menu."""
     menu = ContentMenu("Content of the view", parent)
     menu.setToolTipsVisible(True)
     return menu
 
 
 class Cell(ViewCell):
-    """Draws its content only for those who look at it.
+    """View of one content; draws only while it is visible.
 
     Signals
     -------
     chosen(str)
-        The user wants another content.
+        The user selected another content.
     """
 
     chosen = Signal(str)
@@ -145,7 +145,7 @@ class Cell(ViewCell):
     def __init__(self, content: str, on_event: EventHandler, studio: Studio) -> None:
         super().__init__(on_event)
         self.content = content
-        """What is to be shown; `concrete` is what that stands for as things are."""
+        """Name of the content; `concrete` is the content that it currently resolves to."""
         self.concrete = ""
         self._studio = studio
         self._painter: Painter | None = None
@@ -160,7 +160,7 @@ class Cell(ViewCell):
 
     @property
     def painter(self) -> Painter:
-        """What draws the content."""
+        """Painter of the content."""
         assert self._painter is not None
         return self._painter
 
@@ -170,13 +170,13 @@ class Cell(ViewCell):
         Raises
         ------
         ValueError
-            If there is no such content.
+            If the content does not exist.
         """
         self.content = checked(content)
         self.follow()
 
     def follow(self) -> None:
-        """Take another painter if the content stands for something else now."""
+        """Replace the painter if the content resolves to another concrete content."""
         concrete = self._studio.material.concrete(self.content)
         if concrete == self.concrete:
             return
@@ -194,12 +194,12 @@ class Cell(ViewCell):
             self._draw_if_seen()
 
     def redraw(self, parts: Set[str]) -> None:
-        """Some parts of the material have changed."""
+        """Redraw if the painter uses any of these changed parts of the material."""
         if not self.painter.uses.isdisjoint(parts):
             self._draw_if_seen()
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Put the crosshair on a pixel (x, y), and mark on the colour bar what there is; None for nothing."""
+        """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
         self.show_cursor(pixel)
         self._pixel = pixel
         self._show_value()
@@ -209,12 +209,12 @@ class Cell(ViewCell):
         self.bar.set_value(None if pixel is None else self.painter.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
-        """Let the user choose the content."""
+        """Open the content menu."""
         self._menu.offer(self._studio.material, self.content)
         self._menu.popup(self.strip.menu_place() if place is None else place)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         super().set_colours(colours, hatch)
         self._theme = colours, hatch
         self.painter.set_colours(colours, hatch)
@@ -232,25 +232,25 @@ class Cell(ViewCell):
             self._draw_if_seen()
 
 
-# What the cells of the linked views stand on: which of them are shown, how large, and where.
+# The area of the linked views: which cells are visible, how large and where.
 
 _LEAST_ROOM = QSize(256, 192)
 
 
 class Sheet(QWidget):
-    """Arranges cells by a layout. A double-click on a cell's title enlarges it, or goes back.
+    """Widget that arranges cells by a layout. A double-click on a cell's title enlarges the cell, or restores it.
 
     Parameters
     ----------
     cells : mapping of str to Cell
-        By the names that layouts use; the sheet becomes their parent.
+        Keyed by the names that layouts use; the sheet becomes their parent.
 
     Signals
     -------
     layoutChanged(str)
         Another of `LAYOUTS` is shown.
     placed()
-        Cells have been given other places, or others are shown.
+        Cells were moved, or other cells are shown.
     """
 
     layoutChanged = Signal(str)
@@ -263,7 +263,7 @@ class Sheet(QWidget):
         self._cells = cells
         self._aspect = 1.0
         self.layout_name = self.lasting = LAYOUTS[0]
-        """What is shown, and which of `LASTING` it is or goes back to."""
+        """The layout shown, and the one of `LASTING` that it is or returns to."""
         self._large = CORRECT_VIEWS[0]
         for name, cell in cells.items():
             # before it is made visible: without a parent it would be a window
@@ -273,17 +273,16 @@ class Sheet(QWidget):
 
     @property
     def shown(self) -> tuple[Cell, ...]:
-        """Cells of the present layout; the first is the one that the others go by."""
+        """Cells of the current layout; the first sets the scale of the others."""
         return tuple(self._cells[name] for name in self._names())
 
     def set_aspect(self, aspect: float) -> None:
-        """Arrange for pictures of this width over height."""
+        """Arrange the cells for pictures of this aspect ratio (width over height)."""
         self._aspect = aspect
         self._place()
 
     def set_layout(self, name: str, lasting: str = "") -> None:
-        """Arrange the cells: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
-        before."""
+        """Arrange the cells by one of `LAYOUTS`; single views return to `lasting`, or to the last one by default."""
         if name not in LAYOUTS:
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
         self.lasting = next(one for one in (name, lasting or self.lasting, LAYOUTS[0]) if one in LASTING)
@@ -294,11 +293,11 @@ class Sheet(QWidget):
         self.layoutChanged.emit(name)
 
     def toggle_layout(self, name: str) -> None:
-        """Show a layout, or, if it is shown, the lasting one before it."""
+        """Show a layout, or return to the last lasting one if it is shown."""
         self.set_layout(self.lasting if self.layout_name == name else name)
 
     def _enlarge(self, name: str) -> None:
-        """The large place for a small view, else all of the room, or back."""
+        """Enlarge a small view, otherwise maximise or restore the view."""
         if self.layout_name == CORRECT and name != self._large:
             self._large = name
             self._arrange()
@@ -331,16 +330,16 @@ class Sheet(QWidget):
         self._place()
 
 
-# What the views show while no frame is open.
+# Placeholder while no frame is open.
 
 _HINT = (
-    "Drop a colour and a depth file, a folder of frames, a recording or a project here, or open one by the menu File, "
-    "which has a sample, too"
+    "Drop a colour and a depth file, a folder of frames, a recording or a project here, or open one from the File "
+    "menu, which also has a sample"
 )
 
 
 class EmptyHint(QWidget):
-    """What to do while no frame is open."""
+    """Placeholder shown while no frame is open."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -355,7 +354,7 @@ class EmptyHint(QWidget):
         layout.addStretch()
 
     def set_colours(self, colours: theme.Colours) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         # a style sheet, because the application's replaces palettes of single widgets
         self._text.setStyleSheet(f"color: {colours.muted.name()};")
         palette = QPalette(self.palette())

@@ -1,4 +1,4 @@
-"""The window's middle: the images, and the cloud in a tab of its own or beside them."""
+"""The central widget of the window: the images, and the point cloud in its own tab or beside them."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
 from .cloud.cloud_view import CloudView
 
 _SHARES = 3, 2
-"""Of the images and the cloud, side by side, at first."""
+"""Initial widths of the images and the cloud, side by side."""
 
 
 class Centre(QTabWidget):
-    """Tabs of the images, with strips below them, and of the cloud; or one tab with both side by side.
+    """Tabs for the images, with strips below them, and for the cloud; or one tab with both side by side.
 
     Parameters
     ----------
     views : QWidget
         The images.
     strips : iterable of QWidget
-        What is told below them.
+        Widgets below the images.
     cloud : CloudView
     corner : QWidget
-        What belongs to the images and stands at the side of the tabs while they are shown.
+        Widget beside the tabs, visible only with the images.
 
     Signals
     -------
     turned()
-        Something else is to be seen.
+        Another tab or arrangement is shown.
     """
 
     turned = Signal()
@@ -57,25 +57,25 @@ class Centre(QTabWidget):
         self.currentChanged.connect(lambda _: self.turned.emit())
 
     def add_strip(self, strip: QWidget) -> None:
-        """Tell one thing more below the images."""
+        """Add a strip below the images."""
         self._column.addWidget(strip)
 
     @property
     def shows_cloud_alone(self) -> bool:
-        """Whether the cloud is to be seen and the images are not."""
+        """Whether the cloud is visible and the images are not."""
         return self.currentWidget() is self._cloud
 
     def show_images(self) -> None:
-        """Turn to the images, if they are not to be seen."""
+        """Switch to the images if they are hidden."""
         self.setCurrentWidget(self.images)
 
     def show_cloud(self) -> None:
-        """Turn to the cloud, if it is not to be seen."""
+        """Switch to the cloud if it is hidden."""
         if self.indexOf(self._cloud) >= 0:
             self.setCurrentWidget(self._cloud)
 
     def set_beside(self, on: bool) -> None:
-        """Put the cloud beside the images, or back into its tab; it stays to be seen."""
+        """Put the cloud beside the images, or back into its tab; it stays visible."""
         if on:
             self.removeTab(self.indexOf(self._cloud))
             self._split.addWidget(self._cloud)
@@ -90,10 +90,10 @@ class Centre(QTabWidget):
         self.turned.emit()
 
     def _take_focus(self) -> None:
-        """The cloud's keys work as soon as it is to be seen."""
+        """Focus the cloud when it becomes visible, so that its keys work."""
         if self.shows_cloud_alone:
             self._cloud.setFocus()
 
     def _add_cloud_tab(self) -> None:
         index = self.addTab(self._cloud, "Point cloud")
-        self.setTabToolTip(index, "The depth in 3D; the View menu puts it beside the images")
+        self.setTabToolTip(index, "Depth as a 3D point cloud; the View menu puts it beside the images")

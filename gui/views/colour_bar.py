@@ -1,4 +1,4 @@
-"""Slim vertical scale over a picture: what its colours mean."""
+"""Slim vertical colour bar over a picture."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _BAR = 8
 _PAD = 5
 _TICK = 3
 _VEIL = 190
-"""Opacity of what lies between the picture and the ticks, of 255."""
+"""Opacity (0-255) of the plate between the picture and the ticks."""
 
 
 class ColourBar(QWidget):
     """Gradient of a lookup table with labelled ticks at round numbers and the unit on top.
 
-    It stands on a translucent plate, so that the ticks can be read on any picture, and lets the mouse through.
+    It has a translucent plate, so that the ticks are readable on any picture, and ignores the mouse.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -35,7 +35,7 @@ class ColourBar(QWidget):
         self._faded = False
         self._value: float | None = None
         self._drawn: QPixmap | None = None
-        """All but the marked value."""
+        """The bar without the marked value."""
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
@@ -44,25 +44,25 @@ class ColourBar(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_colours(self, colours: Colours) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         self._colours = colours
         self._redraw()
 
     def set_unit(self, unit: str) -> None:
-        """Unit of the values, over the bar."""
+        """Set the unit of the values, shown above the bar."""
         self._unit = unit
         self._redraw()
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
-        """Lookup table (256, 4) whose entries 1-255 run from the low to the high level."""
+        """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""
         column = np.ascontiguousarray(table[:0:-1])
         self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
         self._redraw()
 
     def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
-        """Values at the lower and upper end, in the bar's unit; None draws nothing.
+        """Set the values at the lower and upper end, in the bar's unit; None draws nothing.
 
-        On a logarithmic bar equal ratios are equally long; its levels must be positive.
+        A logarithmic bar needs positive values.
         """
         if (levels, logarithmic) != (self._levels, self._logarithmic):
             self._levels, self._logarithmic = levels, logarithmic
@@ -83,11 +83,11 @@ class ColourBar(QWidget):
 
     @property
     def value(self) -> float | None:
-        """The value that is marked."""
+        """The marked value."""
         return self._value
 
     def set_faded(self, faded: bool) -> None:
-        """Draw nothing, so that what lies below can be seen."""
+        """Hide the bar, so that the picture below is visible, or show it again."""
         if faded != self._faded:
             self._faded = faded
             self.update()
@@ -108,7 +108,7 @@ class ColourBar(QWidget):
             self._paint_value(painter, self._colours, self._value, self._levels)
 
     def _redraw(self) -> None:
-        """The scale looks another way."""
+        """Redraw the scale."""
         self._drawn = None
         self.update()
 
@@ -139,20 +139,20 @@ class ColourBar(QWidget):
             painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
 
     def _bar(self) -> QRect:
-        """Where the gradient is."""
+        """Rectangle of the gradient."""
         line = self.fontMetrics().height()
         top = _PAD + line + line // 2
         return QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
 
     def _marked(self) -> QRect:
-        """Where the mark of the value is; empty without one."""
+        """Rectangle of the marked value; empty if there is none."""
         if self._value is None or self._levels is None:
             return QRect()
         line, y = self.fontMetrics().height(), _height_at(self._bar(), self._share(self._value, self._levels))
         return QRect(0, y - line // 2 - 1, self.width(), line + 2)
 
     def _share(self, value: float, levels: tuple[float, float]) -> float:
-        """How far up the bar (0-1) a value is."""
+        """Position of a value on the bar, 0-1 from below."""
         low, high = levels
         if self._logarithmic:
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
@@ -174,23 +174,23 @@ def _height_at(bar: QRect, share: float) -> int:
 
 
 def _number(value: float, levels: tuple[float, float]) -> str:
-    """A value with as many decimals as can be told apart on a bar."""
+    """Text of a value with as many decimals as the bar resolves."""
     return tick_text(value, max((levels[1] - levels[0]) / 100, 1e-3))
 
 
 def _significant(value: float) -> str:
-    """A value with about two digits."""
+    """Text of a value with about two digits."""
     return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
 
 
 def linear_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
-    """Texts of ticks at round numbers, and how far up the bar (0-1) they are."""
+    """Texts of ticks at round numbers, and their positions on the bar, 0-1 from below."""
     ticks, step = round_ticks(low, high, most)
     return [(tick_text(tick, step), (tick - low) / (high - low)) for tick in ticks]
 
 
 def log_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
-    """The same for a logarithmic bar: ticks at 1, 2 and 5 times powers of ten, or at powers alone if those are many."""
+    """The same for a logarithmic bar: ticks at 1, 2, 5 times powers of ten; fewer factors if there are too many."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     slack = 1 + 1e-6
     for factors in ((1, 2, 5), (1, 3), (1,)):
@@ -203,7 +203,7 @@ def log_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
 
 
 def round_ticks(low: float, high: float, most: int) -> tuple[list[float], float]:
-    """At most about `most` multiples of 1, 2 or 5 times a power of ten within the levels, and their step."""
+    """Multiples of 1, 2 or 5 times a power of ten between the ends, about as many as allowed, and their step."""
     power = 10.0 ** math.floor(math.log10((high - low) / most))
     step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= most)
     slack = step * 1e-6
@@ -212,6 +212,6 @@ def round_ticks(low: float, high: float, most: int) -> tuple[list[float], float]
 
 
 def tick_text(value: float, step: float) -> str:
-    """Number with the decimals that its step needs and a true minus sign."""
+    """Text of a number with the decimals that its step needs, and a true minus sign."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return f"{value:.{decimals}f}".replace("-", "\u2212")

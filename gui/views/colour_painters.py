@@ -1,4 +1,4 @@
-"""The content "colour": the colour image with the blocks over it."""
+"""Painters over the colour image: colour with blocks, masks, edge strength."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .view_cell import ViewCell
 
 
 class ColourPainter(Painter):
-    """Colour, the fills of the blocks, and stripes where depth is missing if they are to be seen."""
+    """Painter of colour, block fills, and optional stripes where depth is missing."""
 
     uses = frozenset({"frame", "swipe", "runs"})
 
@@ -25,7 +25,7 @@ class ColourPainter(Painter):
         super().__init__(content, cell, material)
         self._overlay = overlay
         self._item = cell.view.place(overlay.new_item())
-        # blocks of the two sides, where they are swiped and are others than the present ones
+        # blocks of the two sides, if divided and different from the current ones
         self._sides = [cell.view.add_layer(1), cell.view.add_layer(1)]
         cell.view.shows_missing = True
 
@@ -56,13 +56,13 @@ class ColourPainter(Painter):
         self.cell.view.shows_missing = False
 
 
-# What is guessed, and what is distrusted, over the dimmed colour image.
+# Extrapolated and invalid pixels over the dimmed colour image.
 
 _COLOURS = {"guessed": (90, 200, 255), "distrusted": (255, 144, 32)}
 
 
 class MaskPainter(Painter):
-    """Pixels of which one thing holds, with their share of the frame."""
+    """Painter of a mask (extrapolated or invalid pixels), with its share of the frame."""
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         self.uses = frozenset({"frame", "distrust" if content == "distrusted" else "result"})
@@ -82,8 +82,8 @@ class MaskPainter(Painter):
             share = np.count_nonzero(mask) / mask.size
             self.cell.view.set_picture(marked_picture(rgb, mask, colour))
             self.cell.strip.set_text(f"{share:.1%} of the frame")
-            if self.content == "guessed":  # what is distrusted has its stripes, and is in the legend for them
-                self.cell.set_legend([(QBrush(QColor(*colour)), self.content)])
+            if self.content == "guessed":  # invalid depth has stripes, which have a legend already
+                self.cell.set_legend([(QBrush(QColor(*colour)), "extrapolated")])
 
     def _mask(self) -> Mask | None:
         if self.content == "distrusted":
@@ -93,18 +93,18 @@ class MaskPainter(Painter):
 
     def _reason(self) -> str:
         if self.content == "distrusted":
-            return "Nothing is distrusted"
-        return NO_RESULT if self.material.result is None else "Nothing is guessed"
+            return "No invalid depth"
+        return NO_RESULT if self.material.result is None else "Nothing is extrapolated"
 
     def leave(self) -> None:
         self.cell.strip.set_text("")
 
 
-# The edges that the blocks go by, and creases, where the detector tells of them.
+# Edge strength, from which blocks are extracted, and creases, if the detector finds them.
 
 
 class StrengthPainter(Painter):
-    """How much every pixel looks like a boundary, or like a crease, 0-1."""
+    """Painter of the edge strength, or crease strength, of every pixel, 0-1."""
 
     uses = frozenset({"edges"})
     _drawn: Depth | None = None
@@ -128,7 +128,7 @@ class StrengthPainter(Painter):
     @property
     def _message(self) -> str:
         if self.material.edges is not None:
-            return "Only the detector rgbd tells of creases"
+            return "Only the detector rgbd finds creases"
         return "Finding edges\N{HORIZONTAL ELLIPSIS}" if self.material.rgb is not None else ""
 
     def value_at(self, x: int, y: int) -> float | None:

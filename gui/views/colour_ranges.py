@@ -1,4 +1,4 @@
-"""The ends of the colours of all views: one range for all depths, one for all differences and errors."""
+"""Colour ranges of all views: one for all depths, one for all differences and errors, one for expected errors."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .painter import Material, full_levels
 
 
 class ColourRanges(QObject):
-    """How the levels of each kind (`ranges.KINDS`) are found, and the colours of depth.
+    """Colour range of each kind (`colours.KINDS`), and the depth colour map.
 
     Signals
     -------
     changed()
-        There may be other levels, or other colours.
+        A range or the colour map may have changed.
     """
 
     changed = Signal()
@@ -33,24 +33,24 @@ class ColourRanges(QObject):
 
     @property
     def depth_map(self) -> str:
-        """The depth colours, one of `colour_maps.DEPTH_MAPS`."""
+        """Name of the depth colour map, one of `colours.DEPTH_MAPS`."""
         return self._material.depth_map
 
     def of(self, kind: str) -> Range:
-        """How the levels of a kind are found."""
+        """Colour range of a kind."""
         return self._material.ranges[kind]
 
     def set(self, kind: str, mode: str, levels: Levels | None = None, locked: bool | None = None) -> None:
-        """Find the levels of a kind in another way (`ranges.MODES`), or set them, or lock or unlock them.
+        """Set the mode (`colours.MODES`), the ends or the lock of the colour range of a kind.
 
         Raises
         ------
         ValueError
-            If the lower level is not below the upper one.
+            If the lower end is not below the upper one.
         """
         if levels is not None and not levels[0] < levels[1]:
             low, high = levels
-            raise ValueError(f"the lower level must be below the upper one, not {low:g} and {high:g} {KINDS[kind]}")
+            raise ValueError(f"the lower end must be below the upper one, not {low:g} and {high:g} {KINDS[kind]}")
         one = self.of(kind)
         one.mode, one.locked = mode, one.locked if locked is None else locked
         if levels is not None:
@@ -61,19 +61,19 @@ class ColourRanges(QObject):
         self.changed.emit()
 
     def set_depth_map(self, name: str) -> None:
-        """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
+        """Set the depth colour map by a name of `colours.DEPTH_MAPS`."""
         self._material.depth_table = depth_table(name)
         self._material.depth_map = name
         self.changed.emit()
 
     def turn_to_another_frame(self) -> None:
-        """Find the levels for the frame that there is now, but for those that are locked."""
+        """Update all ranges except locked ones for the current frame."""
         for one in self._material.ranges.values():
             one.turn_to_another_frame()
         self.find_depth()
 
     def follow_result(self) -> None:
-        """There is other completed depth, which counts for the full range."""
+        """Update the full range of depth for a changed result."""
         before = self.depth
         if self.of("depth").mode == FULL:
             self.find_depth()
@@ -81,7 +81,7 @@ class ColourRanges(QObject):
                 self.changed.emit()
 
     def find_depth(self) -> None:
-        """The levels of all depths, by depth in; of the full range, by the result as well."""
+        """Update the range of all depths from depth in; the full range also from the result."""
         depth_in, result = self._material.depth_in, self._material.result
         if depth_in is None:
             return

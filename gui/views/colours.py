@@ -36,17 +36,17 @@ def depth_table(name: str) -> NDArray[np.uint8]:
 
 
 def difference_table(dark: bool) -> NDArray[np.uint8]:
-    """Diverging table, blue below and red above, whose zero is near the background of the theme."""
+    """Diverging table, blue below and red above; zero is close to the theme's background."""
     return _table("CET-D4" if dark else "CET-D1")
 
 
 def error_table() -> NDArray[np.uint8]:
-    """Lookup table of expected errors, from small and dark to large and bright."""
+    """Lookup table of expected errors: small is dark, large is bright."""
     return _table(_ERROR_MAP)
 
 
 def strength_table() -> NDArray[np.uint8]:
-    """Lookup table of edge strength, from none and dark to sure and bright."""
+    """Lookup table of edge strength: weak is dark, strong is bright."""
     return _table(_STRENGTH_MAP)
 
 
@@ -57,29 +57,29 @@ def _table(name: str) -> NDArray[np.uint8]:
     return table
 
 
-# Which numbers the ends of the colours stand for. No Qt.
+# Values at the ends of the colours. No Qt.
 
 Levels = tuple[float, float]
 
 KINDS = {"depth": "m", "signed": "mm", "expected": "mm"}
-"""Ranges that there are, and their units: of all depths, of differences and errors, of expected errors."""
+"""Kinds of colour ranges and their units: all depths, differences and errors, expected errors."""
 ROBUST, FULL, FIXED = "robust", "full", "fixed"
 MODES = {ROBUST: "Robust", FULL: "Full", FIXED: "Fixed"}
-"""Ways to a range: what nearly all values lie in; what all of them lie in; two numbers."""
+"""Modes of a range: contains nearly all values; contains all values; two fixed numbers."""
 
 
 @dataclass
 class Range:
-    """How the levels of one kind are found.
+    """Colour range of one kind.
 
     Attributes
     ----------
     mode : str
         One of `MODES`.
     levels : (float, float) or None
-        The last levels, or the fixed ones.
+        Last or fixed values at the ends.
     locked : bool
-        Whether they stay as they are, whatever is shown.
+        Whether the ends never change with the data.
     """
 
     mode: str = ROBUST
@@ -87,13 +87,13 @@ class Range:
     locked: bool = False
 
     def find(self, robust: Callable[[], Levels], full: Callable[[], Levels]) -> Levels:
-        """The levels for values whose robust and full ones are these."""
+        """Ends of the range for data with these robust and full ranges."""
         if self.levels is None or not (self.locked or self.mode == FIXED):
             self.levels = full() if self.mode == FULL else robust()
         return self.levels
 
     def turn_to_another_frame(self) -> None:
-        """Numbers that were set for a frame go with it, unless they are locked."""
+        """Drop the fixed values of the last frame, unless they are locked."""
         if not self.locked:
             self.levels = None
             if self.mode == FIXED:

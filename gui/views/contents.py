@@ -1,16 +1,16 @@
-"""What a cell of the linked views can show: the names of contents, their titles and units. No Qt.
+"""Contents of the cells of the linked views: their names and titles. No Qt.
 
-A content's name is that of a kind alone ("strength"), of a depth ("result", "run-2"), or of a difference with its two
-depths ("difference:result:run-1"). Some stand for what is best as things are, and `Material.concrete` says what that
-is: "difference", "judgement", and the two sides of a comparison, "a" and "b".
+A content's name is a kind ("strength"), a depth ("result", "run-2"), or a difference with its two depths
+("difference:result:run-1"). Some names depend on the data and are resolved by `Material.concrete`: "difference",
+"judgement", and the two sides of a comparison, "a" and "b".
 """
 
 from __future__ import annotations
 
 RUNS = ("run-1", "run-2", "run-3", "run-4")
-"""Depths of the runs that are ticked for comparison, in their order."""
+"""Depths of the runs ticked for comparison, in their order."""
 EARLIER, INTERPOLATED = "earlier", "interpolated"
-"""Depth of the kept run before the present result, and depth in with its holes interpolated: to compare with."""
+"""Depth of the stored run before the current result, and depth in with interpolated holes: to compare with."""
 DEPTHS = ("depth-in", "result", *RUNS, "truth", "guide")
 """Depths that a cell can show."""
 COMPARABLE = (*DEPTHS, EARLIER, INTERPOLATED)
@@ -23,25 +23,31 @@ TITLES = {
     "colour": "Colour + blocks",
     "depth-in": "Depth in",
     "result": "Depth out",
-    "truth": "Truth",
+    "truth": "Ground truth",
     "guide": "Guide, fitted",
     DIFFERENCE: "Difference",
-    "error": "Error: result \N{MINUS SIGN} truth",
+    "error": "Error: result \N{MINUS SIGN} ground truth",
     "expected-error": "Expected error",
     "strength": "Edge strength",
     "creases": "Creases",
     "extraction": "Extraction",
-    "guessed": "Guessed",
-    "distrusted": "Distrusted",
+    "guessed": "Extrapolated",
+    "distrusted": "Invalid",
     "spectrum": "Spectrum",
 }
-"""Titles of the contents that need no more than their name."""
+"""Titles of the contents with a fixed title."""
 
-_SHORT = {"depth-in": "depth in", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: "interpolated"}
+_SHORT = {
+    "depth-in": "depth in",
+    "result": "result",
+    "truth": "ground truth",
+    "guide": "guide",
+    INTERPOLATED: "interpolated",
+}
 
 
 def difference_of(first: str, second: str) -> str:
-    """Name of the difference of two depths: the first less the second.
+    """Name of the difference of two depths: the first minus the second.
 
     Examples
     --------
@@ -68,7 +74,7 @@ def compared_by(content: str) -> tuple[str, str] | None:
 
 
 def checked(content: str) -> str:
-    """The same name; raises ValueError if it is none of a content."""
+    """Return the name; raise ValueError if it is not a content's."""
     pair = compared_by(content)
     if content in (*TITLES, *DEPTHS, JUDGEMENT, *SIDES) or (pair and set(pair) <= set(COMPARABLE)):
         return content
@@ -76,12 +82,12 @@ def checked(content: str) -> str:
 
 
 def short_title(depth: str, names: dict[str, str]) -> str:
-    """What a depth is called in the title of a difference; `names` are those of runs."""
+    """Short name of a depth in the title of a difference; `names` are those of runs."""
     return names.get(depth) or _SHORT.get(depth) or depth.replace("-", " ")
 
 
 def capital(text: str) -> str:
-    """The same text with a capital letter at its beginning, all others as they are.
+    """Capitalise the first letter of a text and leave the others as they are.
 
     Examples
     --------

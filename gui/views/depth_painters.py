@@ -1,4 +1,4 @@
-"""Depth in metres: depth in, the result, a run's, the truth."""
+"""Painters of depth [m] (depth in, result, runs, ground truth), of differences and of the expected error."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ _STALE = QColor(140, 146, 140)
 
 
 class DepthPainter(Painter):
-    """Depth; what is missing shows the hatch, what is guessed is striped, what is stale is greyed."""
+    """Painter of depth; missing depth is hatched, extrapolated depth striped, stale depth grey."""
 
     range_kind = "depth"
     unit = "m"
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        # distrust leaves depth in as it was measured
+        # the invalid mask does not change depth in
         self._own_parts = frozenset({"frame" if content == "depth-in" else _PARTS.get(content, "runs"), "levels"})
         if content == "result":
             self._own_parts |= {"swipe", "runs"}
         self.uses = self._own_parts
         super().__init__(content, cell, material)
-        # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
+        # from below: the hatch of missing depth, extrapolated depth, stripes over it, and the rest of the depth
         self._guesses = cell.view.add_layer(-0.8)
         self._stripes = cell.view.add_hatch(-0.6)
         self._stripes.setVisible(False)
         self._swatch = QBrush()
         self._hatch = QBrush()
-        # what is drawn: copies, since what is given may be changed in place
+        # the drawn arrays: copies, since the originals may be changed in place
         self._depth: Depth | None = None
         self._stale: Mask = np.zeros((0, 0), bool)
         self._guessed: Mask | None = None
@@ -58,7 +58,7 @@ class DepthPainter(Painter):
         return TITLES.get(looked_at) or capital(short_title(looked_at, self.material.names))
 
     def draw(self) -> None:
-        if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
+        if self.content == "result":  # divided, or with side A in its place, it may be any depth
             others = self.material.swiped_at is not None or self.material.looks_at_a
             sides = {_PARTS.get(side, "runs") for side in self.material.sides} if others else set()
             self.uses = self._own_parts | sides
@@ -78,7 +78,7 @@ class DepthPainter(Painter):
         self._write_legend()
 
     def _layer(self) -> Layer | None:
-        """What is distrusted is to be seen in depth in, under its stripes."""
+        """The depth to draw; depth in includes invalid depth, under its stripes."""
         measured = self.material.measured
         if self.content == "depth-in":
             return None if measured is None else Layer(measured)
@@ -91,7 +91,7 @@ class DepthPainter(Painter):
 
     def _reason(self) -> str:
         if self.content == "truth":
-            return "No truth: this frame has none"
+            return "This frame has no ground truth"
         if self.content == "guide":
             return NO_GUIDE
         if self.content in RUNS:
@@ -133,7 +133,7 @@ class DepthPainter(Painter):
         self._stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), _STRIPE))
 
     def _write_legend(self) -> None:
-        guessed = [(self._swatch, "guessed")] if self._stripes.isVisible() else []
+        guessed = [(self._swatch, "extrapolated")] if self._stripes.isVisible() else []
         stale = [(QBrush(_STALE), "stale")] if self._stale.any() else []
         self.cell.set_legend([*guessed, *stale, (self._hatch, "missing")])
 
@@ -149,16 +149,16 @@ class DepthPainter(Painter):
 
 
 _PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: INTERPOLATED}
-"""Part of the material that each depth is; others are runs."""
+"""Part of the material of each depth; the others are runs."""
 
 
-# The difference of two depths in millimetres, centred at 0; the error of the result against the truth is one.
+# The difference of two depths in millimetres, centred at 0, such as the error against ground truth.
 
 _MM = np.float32(1000)
 
 
 class DifferencePainter(Painter):
-    """The first depth less the second, where there are both; where only one of them is, is marked."""
+    """Painter of the first depth minus the second; pixels with only one of them are marked."""
 
     range_kind = "signed"
     unit = "mm"
@@ -186,7 +186,7 @@ class DifferencePainter(Painter):
         material = self.material
         self.cell.strip.set_title(self.title)
         if material.looks_at_a and material.sides[0] in self._pair and self._drawn is not None:
-            return  # while A stands in for the result, their difference stays to be seen
+            return  # while A is shown in place of the result, their difference stays visible
         layers = [material.layer(depth) for depth in self._pair]
         self._say("")
         if layers[0] is None or layers[1] is None:
@@ -207,24 +207,24 @@ class DifferencePainter(Painter):
         if depth == "result":
             return NO_RESULT
         if depth == "truth":
-            return "No truth: this frame has none"
+            return "This frame has no ground truth"
         if depth == "guide":
             return NO_GUIDE
         return "Interpolating\N{HORIZONTAL ELLIPSIS}" if depth == INTERPOLATED else "This run is not compared"
 
     def _are_equal(self, first: Depth, second: Depth) -> bool:
-        """Say so where two depths are the same, and show nothing if there is nothing else to be seen."""
+        """Show a note if two depths are equal, and no picture if they also have the same pixels; True if so."""
         both = np.isfinite(first) & np.isfinite(second)
         if (first[both] != second[both]).any():
             return False
         if np.array_equal(np.isfinite(first), np.isfinite(second)):
             self._clear("No difference")
             return True
-        self._say("no difference" if both.any() else "nowhere are both known")
+        self._say("no difference" if both.any() else "no pixel has both")
         return False
 
     def _say(self, text: str) -> None:
-        """A word on the difference, and of when the result is."""
+        """Show a text about the difference, and the iteration of the result."""
         moment = self.material.moment if "result" in self._pair else ""
         self.cell.strip.set_text(", ".join(part for part in (text, moment) if part))
 
@@ -235,7 +235,7 @@ class DifferencePainter(Painter):
         self.show_nothing(message)
 
     def _find_level(self, few: NDArray[np.float32], first: Depth, second: Depth) -> float:
-        """What is equal, as measured depth mostly is, says nothing of how far the rest is apart."""
+        """Range of the difference; equal pixels, such as most measured ones, are ignored."""
 
         def robust() -> tuple[float, float]:
             level = robust_difference_level(few[few != 0])
@@ -294,13 +294,13 @@ class DifferencePainter(Painter):
 
 
 class _Operand:
-    """A depth as it is drawn: a copy, since the result is changed in place."""
+    """Copy of a depth as drawn, since the result is changed in place."""
 
     def __init__(self, depth: Depth) -> None:
         self.depth = depth.copy()
 
     def take(self, depth: Depth) -> Box | None:
-        """Take another state of it; where it differs."""
+        """Update the copy and return the box of the changes."""
         box = changed_box(self.depth, depth)
         if box is not None:
             self.depth[box] = depth[box]
@@ -308,23 +308,23 @@ class _Operand:
 
 
 def _difference(first: Depth, second: Depth, level: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Indices of the difference of two depths [m], up to a level [mm]; and 1 where there is only the first, 2 where
-    there is only the second."""
+    """Indices of the difference of two depths [m], up to a level [mm]; and a map with 1 where only the first is known,
+    2 where only the second is."""
     known, other = np.isfinite(first), np.isfinite(second)
     one_only = (known & ~other).view(np.uint8) + 2 * (other & ~known).view(np.uint8)
     return to_indices((first - second) * _MM, -level, level), one_only
 
 
-# The expected error of what was filled, in logarithmic colours; what was measured is marked.
+# The expected error of filled pixels, in logarithmic colours; measured pixels are marked.
 #
-# What nothing vouches for has stripes, which lie over the picture.
+# Unsupported pixels have stripes over the picture.
 
 _LEAST_MM = 0.01
 _ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
 
 
 class ExpectedErrorPainter(Painter):
-    """Neither the depth in nor the error is changed in place."""
+    """Painter of the expected error. Neither depth in nor the error is changed in place."""
 
     uses = frozenset({"distrust", "expected-error", "levels", "moment"})
     range_kind = "expected"
@@ -342,8 +342,8 @@ class ExpectedErrorPainter(Painter):
     def draw(self) -> None:
         depth, error, drawn = self.material.depth_in, self.material.expected, self._drawn
         outdated = error is not None and self.material.error_is_outdated
-        of_present = "of the present result" if error is not None and self.material.moment else ""
-        self.cell.strip.set_text("of the result before" if outdated else of_present)
+        of_present = "of the current result" if error is not None and self.material.moment else ""
+        self.cell.strip.set_text("of the previous result" if outdated else of_present)
         if depth is None or error is None:
             self._drawn = None
             self._measured.clear()

@@ -1,4 +1,4 @@
-"""The expected error of what has been completed: worked out for those who look at it, off the GUI's thread."""
+"""The expected error of the completed depth, computed in a worker thread while a view shows it."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class _Question(NamedTuple):
 
 
 class ErrorPresenter(QObject):
-    """The view of the expected error. Where it could not be worked out it is not tried again.
+    """Presenter of the expected error. A completion for which it failed is not tried again.
 
     Signals
     -------
     failed(object)
-        The exception that kept an expected error from being found.
+        The exception that stopped the computation of an expected error.
     """
 
     failed = Signal(object)
@@ -52,15 +52,15 @@ class ErrorPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether an expected error is to come."""
+        """Whether an expected error is being computed."""
         return self._questions.busy
 
     def watch(self, is_seen: Callable[[], bool]) -> None:
-        """Work it out also for somebody else, who tells whether it is to be seen there."""
+        """Compute it also while `is_seen()` is true."""
         self._watchers.append(is_seen)
 
     def show(self) -> None:
-        """The expected error of the present results, asked for if it is looked at and no run is changing them."""
+        """Show the expected error of the current results; compute it if it is visible and no run is changing them."""
         if not self._workspace.has_session:
             self._session = self._shown = None
             return
@@ -68,7 +68,7 @@ class ErrorPresenter(QObject):
         if session is not self._session:
             self._session, self._shown = session, None
         completion, error = session.completion(), session.expected_error()
-        # what there was stays until there is something newer, as the depth does
+        # the last error stays until a newer one is available, as the depth does
         hopeless = completion is not None and completion is self._hopeless
         outdated = error is None and session.present_depth() is not None and not hopeless
         if error is not self._shown and not outdated:
@@ -85,7 +85,7 @@ class ErrorPresenter(QObject):
             self._questions.ask(_Question(session, completion))
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take(self, question: _Question, doubt: Doubt) -> None:
@@ -97,5 +97,5 @@ class ErrorPresenter(QObject):
 
 
 def _find(question: _Question) -> Doubt:
-    """Off the GUI's thread."""
+    """Compute the estimate; runs in a worker thread."""
     return Doubt(expected_error(question.completion), unvouched(question.completion))

@@ -1,4 +1,4 @@
-"""One picture in image coordinates, with the lines that all views share. It draws; it decides nothing."""
+"""View of one picture in image coordinates, with overlays; no application logic."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from .pixel_items import PixelItem
 from .scene_items import HaloPath, Hatch, ViewItem
 from .screen_items import Sampling, ScreenItem
 
-# Where the linked views look: one centre and one scale for all of them, without any Qt.
+# The transform of the linked views: one centre and one scale for all of them. No Qt.
 
 FIT_MARGIN = 2
 """Screen pixels left free on each side of a fitted frame."""
 SMALLEST_SHARE = 0.25
-"""Furthest out: the frame takes this share of the view that fits it."""
+"""Minimum zoom: scale as a share of the fitted one."""
 CLOSEST_PIXELS = 8
-"""Furthest in: image pixels across the view."""
+"""Maximum zoom: image pixels across the view."""
 
 
 class ViewTransform:
-    """Image point in the middle of the views and screen pixels per image pixel.
+    """Image point in the middle of the views, and scale in screen pixels per image pixel.
 
-    The scale is that of the view given by `set_view`; one of another size shows the same at its `share` of it.
+    The scale applies to a view of the size given to `set_view`; other views use their `share` of it.
     """
 
     def __init__(self) -> None:
@@ -43,12 +43,12 @@ class ViewTransform:
         self._view = (1, 1)
 
     def set_frame(self, width: int, height: int) -> None:
-        """Take a frame of this size [px] and fit it."""
+        """Set the frame's size [px] and fit it."""
         self._frame = (width, height)
         self.fit()
 
     def set_view(self, width: int, height: int) -> None:
-        """Take the views' size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
+        """Set the view's size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
         self._view = (max(width, 1), max(height, 1))
         if self.fitted:
             self.fit()
@@ -59,7 +59,7 @@ class ViewTransform:
         return self._frame[0] / self._frame[1]
 
     def share(self, width: int, height: int) -> float:
-        """Scale of a view of this size over that of the view that was set: a frame fits both at once."""
+        """Ratio of the fitted scale of a view of this size to that of the view given to `set_view`."""
         return self._fitting(width, height) / self._fitting(*self._view)
 
     def fit(self) -> None:
@@ -88,7 +88,7 @@ class ViewTransform:
         self._keep_in_frame()
 
     def zoom(self, factor: float, x: float, y: float) -> None:
-        """Scale by a factor; the image point (x, y) keeps its place on the screen."""
+        """Zoom by a factor; the image point (x, y) keeps its position on the screen."""
         before = self.scale
         self.set_scale(before * factor)
         ratio = before / self.scale
@@ -96,7 +96,7 @@ class ViewTransform:
         self._keep_in_frame()
 
     def set_scale(self, scale: float) -> None:
-        """Show `scale` screen pixels per image pixel around the present centre, within the limits."""
+        """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
         lowest = self._fit_scale() * SMALLEST_SHARE
         self.scale = max(min(scale, max(self._view[0] / CLOSEST_PIXELS, lowest)), lowest)
         self.fitted = False
@@ -114,15 +114,15 @@ class ViewTransform:
         self.fitted = False
 
 
-# Names of blocks, each at a place well inside its block.
+# Names of blocks, each at a point well inside its block.
 
 _LEAST_ROOM = 5.0
-"""A block has its name if it holds a circle of this radius on the screen [px]."""
+"""Minimum radius of the inscribed circle on the screen [px] for a block to show its name."""
 _PAD = 3.0
 
 
 class NamesItem(ViewItem):
-    """Texts of one size on the screen, on plates that let them be read on any picture."""
+    """Block names in a fixed size on the screen, on dark plates so that they are readable on any picture."""
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
@@ -132,7 +132,7 @@ class NamesItem(ViewItem):
 
     @property
     def texts(self) -> list[str]:
-        """What is written, if there is room for it."""
+        """All names, including those without room."""
         return [text for text, _ in self._texts]
 
     def set_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint], frame: QRectF) -> None:
@@ -172,7 +172,7 @@ class ImageView(pg.GraphicsView):
     Parameters
     ----------
     on_event : callable
-        Gets (view, event) for every mouse, wheel, key and leave event; True if it took the event.
+        Receives (view, event) for every mouse, wheel, key and leave event; True if it handled the event.
     """
 
     resized = Signal()
@@ -196,7 +196,7 @@ class ImageView(pg.GraphicsView):
         self.setCentralItem(None)
         self.viewport().setMouseTracking(True)
         self.share = 1.0
-        """Screen pixels per image pixel over those that the transform says, for a view of another size."""
+        """Ratio of this view's scale to the transform's, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
         self._muted = QColor()
@@ -208,13 +208,13 @@ class ImageView(pg.GraphicsView):
         self.lines = ScreenItem(5)
         self.names = NamesItem(5.5)
         self.has_lines = True
-        """Whether the lines around blocks belong on this picture."""
+        """Whether lines around blocks are drawn on this picture."""
         self.shows_missing = False
-        """Whether missing depth is striped over this picture, if it is to be shown."""
+        """Whether missing depth is striped over this picture when switched on."""
         self.shows_unvouched = False
-        """Whether what nothing vouches for is striped over this picture."""
+        """Whether unsupported depth is striped over this picture."""
         self.sampling: Sampling | None = None
-        """How the frame lies on the device pixels; None until it is known."""
+        """Mapping of the frame to device pixels; None until known."""
         self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
@@ -228,17 +228,17 @@ class ImageView(pg.GraphicsView):
             self.add_overlay(item)
 
     def add_layer(self, z: float) -> PixelItem:
-        """New picture at a height: 0 is the view's own, and overlays are at 4 and above."""
+        """Add a picture at height z: the view's own is at 0, overlays at 4 and above."""
         return self.place(PixelItem(z))
 
     def add_overlay(self, item: ViewItem) -> None:
-        """Draw something over the picture, for as long as there is one."""
+        """Add an item over the picture, visible while there is a picture."""
         item.set_pixel_size(self._pixel_size)
         item.setParentItem(self._over)
         self._overlays.append(item)
 
     def add_hatch(self, z: float) -> Hatch:
-        """New stripes over all of the frame, at a height."""
+        """Add stripes over the whole frame, at height z."""
         hatch = Hatch(z)
         hatch.set_extent(self._frame)
         self.addItem(hatch)
@@ -246,18 +246,18 @@ class ImageView(pg.GraphicsView):
         return hatch
 
     def place(self, item: PixelItem) -> PixelItem:
-        """Take a picture into the scene."""
+        """Add a picture to the scene."""
         self.addItem(item)
         return item
 
     def remove(self, item: PixelItem | Hatch) -> None:
-        """Take a picture or stripes out of the scene again."""
+        """Remove a picture or stripes from the scene."""
         self.removeItem(item)
         if isinstance(item, Hatch):
             self._hatches.remove(item)
 
     def set_frame_size(self, width: int, height: int) -> None:
-        """Extent of the frame in image pixels."""
+        """Set the frame's size in image pixels."""
         self._frame = QRectF(0, 0, width, height)
         for hatch in self._hatches:
             hatch.set_extent(self._frame)
@@ -283,24 +283,24 @@ class ImageView(pg.GraphicsView):
         self.viewport().update()
 
     def _show_layers(self) -> None:
-        """What lies over the picture goes with it; names need room."""
+        """Show overlays only with a picture, and names only in large views."""
         self._over.setVisible(self.image.image is not None)
         self.names.setVisible(self.share > _SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
-        """Text for the middle of the view while it has no picture."""
+        """Set the text in the middle of the view while it has no picture."""
         self._message = text
         self.viewport().update()
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         self._muted = colours.muted
         self.setBackground(colours.background)
         self.hatch.set_brush(hatch)
         self.viewport().update()
 
     def show_transform(self, transform: ViewTransform) -> None:
-        """Show what the transform says."""
+        """Apply the transform."""
         scale, size, ratio = transform.scale * self.share, self.viewport().size(), self.devicePixelRatioF()
         width, height = round(self._frame.width()), round(self._frame.height())
         # whole device pixels: at 1:1 every image pixel then covers exactly one
@@ -326,7 +326,7 @@ class ImageView(pg.GraphicsView):
 
     @property
     def pixel_ratio(self) -> int:
-        """Whole device pixels that make one of the screen's."""
+        """Device pixels per screen pixel, rounded."""
         return max(round(self.devicePixelRatioF()), 1)
 
     def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
@@ -390,7 +390,7 @@ class ImageView(pg.GraphicsView):
         return super().event(event)
 
     def keyPressEvent(self, event: QEvent) -> None:
-        # nothing in the scene takes keys: leave them to the window
+        # no item in the scene uses keys: leave them to the window
         event.ignore()
 
     def keyReleaseEvent(self, event: QEvent) -> None:

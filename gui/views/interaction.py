@@ -1,4 +1,4 @@
-"""What a tool hears of the mouse: plain events in image coordinates, the same in every view."""
+"""Pointer events for tools, in image coordinates, the same in every view; and the preview of a tool."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .scene_items import ViewItem
 
 
 class PointerKind(Enum):
-    """What the pointer did."""
+    """Kind of a pointer event."""
 
     PRESS = auto()
     MOVE = auto()
-    """Moved while the left button that was pressed for the tool is held."""
+    """Moved while the left button, pressed for the tool, is held."""
     RELEASE = auto()
     HOVER = auto()
     LEAVE = auto()
@@ -29,21 +29,21 @@ class PointerKind(Enum):
 
 @dataclass(frozen=True)
 class PointerEvent:
-    """One thing the pointer did over an image view.
+    """One pointer event over an image view.
 
     Parameters
     ----------
     kind : PointerKind
         What happened.
     x, y : float
-        Where, in image coordinates: the pixel in row r, column c covers x in [c, c + 1), y in [r, r + 1).
+        Position in image coordinates: the pixel in row r, column c covers x in [c, c + 1), y in [r, r + 1).
         May lie outside the image.
     shift, ctrl, alt : bool
         Modifier keys held.
     pixel : float
         Image pixels per pixel of the screen.
     steps : int
-        How far the wheel was turned: above 0 away from the user.
+        Wheel steps; positive: away from the user.
     """
 
     kind: PointerKind
@@ -57,11 +57,11 @@ class PointerEvent:
 
 
 PointerHandler = Callable[[PointerEvent], "bool | None"]
-"""Takes pointer events. False for PRESS: not mine, pan instead. True for DOUBLE: mine, send no PRESS for
-it. True for WHEEL: mine, do not zoom."""
+"""Handles pointer events. False for PRESS: rejected, pan instead. True for DOUBLE: handled, send no PRESS for
+it. True for WHEEL: handled, do not zoom."""
 
 
-# What a tool is about to do, as it is drawn over the views.
+# The preview of a tool, drawn over the views.
 
 _LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
 _WIDTH = 2.0
@@ -75,15 +75,15 @@ class Preview:
     Attributes
     ----------
     line : QPainterPath
-        Drawn bright on dark, so that it shows on any picture.
+        Drawn bright on dark, visible on any picture.
     corners : sequence of (x, y)
         Drawn as small squares, of one size at every zoom.
     dashed : bool
-        Whether the line is only offered.
+        Whether the line is only a suggestion.
     area : QPainterPath, optional
         Shaded and hatched.
     outlook : QPainterPath, optional
-        Drawn dashed beside the line: what would come of it.
+        Predicted result, drawn dashed beside the line.
     """
 
     line: QPainterPath

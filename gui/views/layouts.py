@@ -1,4 +1,4 @@
-"""Which views there are, how they are called, and where they stand. No Qt."""
+"""The views and layouts: names, titles and positions. No Qt."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ CELLS = {
     "b": ("Side B", "b"),
     "judgement": ("Error", "judgement"),
 }
-"""Cells: name -> what the user reads of it alone, and the content that it has until another is chosen."""
+"""Cells: name -> title of the layout with this cell alone, and the default content."""
 
 COMPARE = "compare"
-"""Two depths beside each other."""
+"""Two depths side by side."""
 
 _FIRST_THREE = ("colour", "depth-in", "depth-out")
 GRIDS = {
@@ -28,10 +28,10 @@ GRIDS = {
     "row": ((*_FIRST_THREE, "expected-error"), 4),
     COMPARE: (("a", "b", "difference", "judgement"), 2),
 }
-"""Layouts of several views of one size: name -> views, row by row, and how many stand in a row."""
+"""Layouts of several views of one size: name -> views, row by row, and the number per row."""
 
 CORRECT = "correct"
-"""One large view and others as small ones, any of which may take the large one's place."""
+"""One large view and several small ones, any of which can be swapped with the large one."""
 CORRECT_VIEWS = (*_FIRST_THREE, "expected-error")
 
 LAYOUT_TEXTS = {
@@ -43,22 +43,22 @@ LAYOUT_TEXTS = {
     CORRECT: "Correct",
     **{name: title for name, (title, _) in CELLS.items()},
 }
-"""Names that `LinkedViews.set_layout` takes, and what the user reads."""
+"""Names for `LinkedViews.set_layout`, and their texts in the window."""
 
 LAYOUTS = tuple(LAYOUT_TEXTS)
 """The same names, in the order of the menu."""
 
 LASTING = tuple(name for name in (*GRIDS, CORRECT) if name != COMPARE)
-"""Those that one works in; from them one looks at single views, or at two depths, and goes back."""
+"""Layouts for work; single views and the comparison of two depths return to them."""
 
 _GAP = 1
 _SMALL_SHARES = (0.2, 0.36)
-"""Least and largest share of the room's side that the small views of `CORRECT` take."""
+"""Minimum and maximum share of the area's side for the small views of `CORRECT`."""
 _SHARES_TRIED = 33
 
 
 class Place(NamedTuple):
-    """Where a cell stands in its room [screen pixels]."""
+    """Position of a cell in the area of the views [screen pixels]."""
 
     left: int
     top: int
@@ -66,14 +66,14 @@ class Place(NamedTuple):
     height: int
 
     def picture_area(self, aspect: float, strip: int) -> float:
-        """What a picture of this width over height covers, below a title strip of this height."""
+        """Area of a picture of this aspect ratio below a title strip of this height."""
         height = max(self.height - strip, 0)
         width = min(float(self.width), height * aspect)
         return width * width / aspect
 
 
 def grid_places(count: int, columns: int, width: int, height: int) -> list[Place]:
-    """Cells of one size, row by row."""
+    """Places of cells of one size, row by row."""
     columns = min(columns, count)
     rows = -(-count // columns)
     across, down = (width - (columns - 1) * _GAP) // columns, (height - (rows - 1) * _GAP) // rows
@@ -84,14 +84,14 @@ def grid_places(count: int, columns: int, width: int, height: int) -> list[Place
 
 
 def correct_places(small: int, width: int, height: int, aspect: float, strip: int) -> list[Place]:
-    """The large cell, then `small` others at its right or below: wherever the pictures become largest.
+    """Places of the large cell and of `small` others at its right or below, for the largest pictures.
 
     Parameters
     ----------
     small : int
-        How many small cells there are.
+        Number of small cells.
     width, height : int
-        Of the room.
+        Size of the area.
     aspect : float
         The frame's width over its height.
     strip : int

@@ -1,4 +1,4 @@
-"""The window's centre: cells over one frame, all linked, each with a content that the user chooses."""
+"""The linked views: cells over one frame with a common pan and zoom, each with a content that the user selects."""
 
 from __future__ import annotations
 
@@ -33,24 +33,24 @@ _ALL = (
     *("frame", "distrust", "result", "moment", "expected-error", "truth", "guide", "runs"),
     *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
-"""All parts of the material."""
+"""All parts of the material (names for `uses` of painters)."""
 
 
 class LinkedViews(QWidget):
     """Views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
-    Each stands in a cell that has a name, and shows what the user chooses there. A small view beside a large one shows
-    the same part of the frame, smaller.
+    Each view has a named cell and shows the content that the user selects there. A small view beside a large one shows
+    the same part of the frame at a smaller scale.
 
-    The left button goes to the pointer handler first and pans if that does not want it; the middle button and
-    space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
+    Left-button events go to the pointer handler first and pan if it rejects them; the middle button and space + left
+    pan; the wheel zooms at the cursor; arrows, plus and minus pan and zoom by keyboard.
 
     Attributes
     ----------
     cells : dict
         Name -> Cell.
     material : Material
-        What there is to show.
+        Data of the frame shown.
     ranges : ColourRanges
     sides : TwoSides
     extraction : StageBoard
@@ -64,9 +64,9 @@ class LinkedViews(QWidget):
     layoutChanged(str)
         The layout now shown, also when a double-click on a title changed it.
     shownChanged()
-        Something else is to be seen: another layout, another content of a cell, or the views after they were hidden.
+        The visible contents changed: another layout, another content of a cell, or the views became visible again.
     rangeChanged()
-        Colours have other ends, or another cell is the one that they are chosen for.
+        A colour range changed, or another cell is the one whose range is edited.
     """
 
     cursorMoved = Signal(object)
@@ -122,14 +122,14 @@ class LinkedViews(QWidget):
     def set_frame(
         self, rgb: NDArray[np.uint8], measured: NDArray[np.float32], outside_view: NDArray[np.bool_] | None = None
     ) -> None:
-        """Show a new frame, fitted, with depth levels of its own; blocks, result, distrust and preview go.
+        """Show a new frame, fitted, with its own depth range; clear blocks, result, invalid mask and preview.
 
         Parameters
         ----------
         rgb : ndarray
             Colour, uint8 (H, W, 3).
         measured : ndarray
-            Depth [m], float32 (H, W), NaN = missing; what of it is distrusted, `set_distrusted` says.
+            Depth [m], float32 (H, W), NaN = missing; `set_distrusted` sets the invalid mask.
         outside_view : ndarray, optional
             Pixels that the depth camera could not see, bool (H, W).
 
@@ -158,7 +158,7 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def clear(self) -> None:
-        """Show no frame, only the hint how to open one."""
+        """Show no frame, only the hint on how to open one."""
         self._navigation.set_frame(None)
         self._forget()
         self._pages.setCurrentWidget(self._hint)
@@ -185,9 +185,8 @@ class LinkedViews(QWidget):
     ) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
 
-        With `guessed`, bool (H, W), part of it is a guess, and with `stale`, bool (H, W), part of it is of an older
-        state of its block: both are marked. What has not changed since the last call is not drawn again; the arrays may
-        be the same ones, changed in place.
+        The masks `guessed` and `stale`, bool (H, W), mark extrapolated pixels and pixels from an older state of their
+        block. Only changes since the last call are redrawn; the arrays may be the same ones, changed in place.
 
         Raises
         ------
@@ -200,13 +199,13 @@ class LinkedViews(QWidget):
         self._changed("result")
 
     def set_moment(self, text: str) -> None:
-        """Say when the result was as it is, "" for now; `set_result` follows."""
+        """Set which earlier iteration the result is from, "" for the current one; call `set_result` next."""
         if text != self.material.moment:
             self.material.moment = text
             self._changed("moment")
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
-        """Mark measured depth that is known to be wrong, bool (H, W), and take it for missing; None for none.
+        """Set the invalid mask, bool (H, W): measured depth there is wrong and counts as missing; None for none.
 
         Raises
         ------
@@ -216,7 +215,7 @@ class LinkedViews(QWidget):
         self._check(mask, "a mask")
         material = self.material
         measured = material.measured
-        # where nothing was measured there is nothing to distrust
+        # only measured pixels can be invalid
         wrong = None if mask is None or measured is None else mask & np.isfinite(measured)
         if wrong is None or measured is None:
             material.depth_in = measured
@@ -228,7 +227,7 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:
-        """Whether missing depth is striped over the colour image."""
+        """Set whether missing depth is striped over the colour image."""
         self._shows_missing = on
         self._show_marks()
 
@@ -248,7 +247,7 @@ class LinkedViews(QWidget):
     def set_expected_error(self, error: NDArray[np.float32] | None, unvouched: NDArray[np.bool_] | None = None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
 
-        Where nothing vouches for it, `unvouched`, bool (H, W), it is striped.
+        Pixels in `unvouched`, bool (H, W), are unsupported by measurements and striped.
 
         Raises
         ------
@@ -263,44 +262,44 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def mark_error_outdated(self, outdated: bool) -> None:
-        """Say whether the expected error shown, if any, is of a result before the present one."""
+        """Set whether the expected error shown, if any, belongs to an earlier result."""
         if outdated != self.material.error_is_outdated:
             self.material.error_is_outdated = outdated
             self._changed("expected-error")
 
     def set_truth(self, truth: NDArray[np.float32] | None) -> None:
-        """Depth [m] that is known to be right, float32 (H, W), NaN unknown, to compare with; None for none."""
-        self._check(truth, "a truth")
+        """Set the ground truth [m], float32 (H, W), NaN = unknown; None for none."""
+        self._check(truth, "ground truth")
         self.material.truth = truth
         self._changed("truth")
 
     def set_guide(self, depth: NDArray[np.float32] | None) -> None:
-        """What the frame's guide says of its depth [m], float32 (H, W), NaN nothing; None for none."""
+        """Set the frame's fitted guide [m], float32 (H, W), NaN = missing; None for none."""
         self._check(depth, "a guide")
         self.material.guide = depth
         self._changed("guide")
 
     def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None) -> None:
-        """Runs of the frame to compare with, at most four, and the one before the present result."""
+        """Set the runs to compare with, at most four, and the run before the current result."""
         self.material.runs, self.material.earlier = tuple(runs), earlier
         for run in (*self.material.runs, *([earlier] if earlier else [])):
             self._check(run.depth, "a run")
         self._changed("runs")
 
     def set_interpolated(self, depth: NDArray[np.float32] | None) -> None:
-        """Depth in with its holes interpolated [m], float32 (H, W); None while it is not known."""
+        """Set depth in with interpolated holes [m], float32 (H, W); None while unknown."""
         self._check(depth, "a depth")
         self.material.interpolated = depth
         self._changed("interpolated")
 
     def set_edges(self, edges: FrameEdges | None) -> None:
-        """The frame's edges; None while they are not known."""
+        """Set the frame's edges; None while unknown."""
         self._check(None if edges is None else edges.strength, "an edge strength")
         self.material.edges = edges
         self._changed("edges")
 
     def set_spectrum(self, spectrum: Spectrum | str) -> None:
-        """Spectrum of the chosen block, or why there is none."""
+        """Set the spectrum of the selected block, or the reason why there is none."""
         self.material.spectrum = spectrum
         self._changed("spectrum")
 
@@ -310,7 +309,7 @@ class LinkedViews(QWidget):
             raise ValueError(f"{what} of shape {pixels.shape} does not belong to the frame shown")
 
     def _changed(self, *parts: str) -> None:
-        """Let cells that show any of these parts draw them."""
+        """Redraw the cells that use any of these parts."""
         for cell in self.cells.values():
             cell.follow()
             cell.redraw(set(parts))
@@ -322,7 +321,7 @@ class LinkedViews(QWidget):
             self.rangeChanged.emit()
 
     def _follow_sides(self, part: str) -> None:
-        """Draw other sides; they may need what nobody has looked at before."""
+        """Draw the changed sides; they may need data that no view has used before."""
         before = self._parts_in_use()
         self._changed(part)
         if self._parts_in_use() != before:
@@ -338,12 +337,12 @@ class LinkedViews(QWidget):
         return {name: cell.content for name, cell in self.cells.items()}
 
     def set_content(self, cell: str, content: str) -> None:
-        """Show something else in a cell, by a name of `contents.names`.
+        """Show another content in a cell, by a name from `contents`.
 
         Raises
         ------
         ValueError
-            If there is no such cell or content.
+            If the cell or content does not exist.
         """
         if cell not in self.cells:
             raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
@@ -356,33 +355,33 @@ class LinkedViews(QWidget):
             self.rangeChanged.emit()
 
     def reset_contents(self) -> None:
-        """Let every cell show what it showed at first."""
+        """Restore the default content of every cell."""
         for name, (_, content) in CELLS.items():
             self.set_content(name, content)
 
     def shows(self, part: str) -> bool:
-        """Whether a cell that is to be seen draws from a part of the material, as "edges"."""
+        """Whether a visible cell uses a part of the material, such as "edges"."""
         return any(cell.isVisible() and part in cell.painter.uses for cell in self.cells.values())
 
     @property
     def shows_expected_error(self) -> bool:
-        """Whether a view of the expected error is to be seen."""
+        """Whether a view of the expected error is visible."""
         return self.shows("expected-error")
 
     @property
     def shows_extraction(self) -> bool:
-        """Whether a view of the extraction is to be seen."""
+        """Whether a view of the extraction is visible."""
         return self.shows("stage")
 
     @property
     def active(self) -> Cell:
-        """The cell that was last clicked, or the first if that is not to be seen."""
+        """The cell that was last clicked, or the first one if that is hidden."""
         cell = self.cells[self._active]
         return cell if cell in self._sheet.shown else self._sheet.shown[0]
 
     @property
     def ranged(self) -> Cell:
-        """The cell whose range is chosen: the active one if it has one, else the first that has."""
+        """The cell whose colour range is edited: the active one if it has a range, else the first that has."""
         return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
 
     def choose_content(self) -> None:
@@ -393,7 +392,7 @@ class LinkedViews(QWidget):
     # blocks, selection, preview
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
-        """Draw the label map over the colour view.
+        """Draw a label map over the colour view.
 
         Parameters
         ----------
@@ -405,7 +404,7 @@ class LinkedViews(QWidget):
         Raises
         ------
         ValueError
-            If there is no frame, the shapes do not fit or a label has no colour.
+            If there is no frame, the shapes differ or a label has no colour.
         """
         self._check(labels, "a label map")
         self._overlay.set_blocks(labels, colour_table)
@@ -413,7 +412,7 @@ class LinkedViews(QWidget):
         self._write_names()
 
     def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
-        """Take a table that begins as the present one and has colours for further labels."""
+        """Set a colour table that extends the current one to further labels."""
         self._overlay.add_colours(colour_table)
         self._layers.add_colours(self._overlay.colours)
 
@@ -423,18 +422,18 @@ class LinkedViews(QWidget):
         self._layers.update_region((rows, columns))
 
     def set_overlay_opacity(self, opacity: float) -> None:
-        """Opacity of the blocks' fills, 0-1."""
+        """Set the opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
         self._changed("swipe")
 
     def set_contours_only(self, on: bool) -> None:
-        """Whether blocks have lines in their colours and no fill."""
+        """Set whether blocks are drawn as coloured outlines without fill."""
         self._overlay.set_filled(not on)
         self._changed("swipe")
         self._layers.set_in_colours(on)
 
     def set_block_names(self, names: Mapping[int, str] | None) -> None:
-        """Write names by label at places inside the blocks as they are now; None for none."""
+        """Write names by label inside the current blocks; None for none."""
         self._names = names
         self._write_names()
 
@@ -443,11 +442,11 @@ class LinkedViews(QWidget):
         self._layers.set_selected(labels)
 
     def set_doubtful(self, labels: Iterable[int]) -> None:
-        """Draw a line in a colour of its own around these blocks in all views, since they need a look."""
+        """Outline blocks that need checking, in a colour of their own, in all views."""
         self._layers.set_doubtful(labels)
 
     def set_preview(self, preview: Preview | None) -> None:
-        """Draw what a tool is about to do in all views; None removes it."""
+        """Draw the preview of a tool in all views; None removes it."""
         for view in self._views:
             view.preview.set_preview(preview)
 
@@ -456,11 +455,11 @@ class LinkedViews(QWidget):
         self._navigation.set_handler(handler)
 
     def set_space(self, held: bool) -> None:
-        """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
+        """Set whether the space key is held anywhere: the left button then pans."""
         self._navigation.set_space(held)
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Put the crosshair on a pixel (x, y), as if the pointer were there; None takes it away."""
+        """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
         self._navigation.point_at(pixel)
 
     # colours
@@ -471,11 +470,11 @@ class LinkedViews(QWidget):
         return self.ranges.depth
 
     def set_levels(self, low: float, high: float) -> None:
-        """Depth [m] at the ends of the depth colours, for all depths."""
+        """Set the depth [m] at the ends of the depth colours, for all depths."""
         self.ranges.set("depth", FIXED, (low, high))
 
     def set_depth_map(self, name: str) -> None:
-        """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
+        """Set the depth colour map by a name of `colours.DEPTH_MAPS`."""
         self.ranges.set_depth_map(name)
 
     def _follow_ranges(self) -> None:
@@ -490,12 +489,12 @@ class LinkedViews(QWidget):
         self._show_transform()
 
     def one_to_one(self) -> None:
-        """Show one image pixel per device pixel around the present centre."""
+        """Show one image pixel per device pixel around the current centre."""
         self._transform.set_scale(1 / self.devicePixelRatioF())
         self._show_transform()
 
     def zoom_to(self, rows: slice, columns: slice) -> None:
-        """Show a box of the image with some room around it."""
+        """Show a box of the image with some margin around it."""
         self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
         self._show_transform()
 
@@ -506,36 +505,35 @@ class LinkedViews(QWidget):
         return None if transform.fitted else (transform.x, transform.y, transform.scale)
 
     def set_place(self, x: float, y: float, scale: float) -> None:
-        """Look at a place of the frame, as `place` gave it."""
+        """Show a place of the frame, as returned by `place`."""
         self._transform.look_at(x, y, scale)
         self._show_transform()
 
     @property
     def layout_name(self) -> str:
-        """Which of `LAYOUTS` is shown."""
+        """Name of the layout shown, one of `LAYOUTS`."""
         return self._sheet.layout_name
 
     @property
     def pixel_size(self) -> float:
-        """Image pixels per pixel of the screen, in a view that is not a small one."""
+        """Image pixels per screen pixel in a large view."""
         return 1 / self._transform.scale
 
     @property
     def lasting_layout(self) -> str:
-        """The one of `LASTING` that is shown, or that is gone back to from what is shown."""
+        """The layout of `LASTING` that is shown, or that the current one returns to."""
         return self._sheet.lasting
 
     def set_layout(self, name: str, lasting: str = "") -> None:
-        """Arrange the views: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
-        before."""
+        """Arrange the views by one of `LAYOUTS`; single views return to `lasting`, or to the last one by default."""
         self._sheet.set_layout(name, lasting)
 
     def toggle_layout(self, name: str) -> None:
-        """Show a layout, or, if it is shown, the lasting one before it."""
+        """Show a layout, or return to the last lasting one if it is shown."""
         self._sheet.toggle_layout(name)
 
     def _take_places(self) -> None:
-        """Cells have other places, or others are shown."""
+        """Update cursor and sizes after cells were moved or others are shown."""
         for cell in self.cells.values():
             if cell not in self._sheet.shown:
                 cell.point_at(None)
@@ -544,7 +542,7 @@ class LinkedViews(QWidget):
             cell.point_at(self._navigation.pixel)
 
     def _fit_to_room(self) -> None:
-        """Show what the transform says in views of the size that they have now."""
+        """Apply the transform to views of their current size."""
         views = [cell.view for cell in self._sheet.shown]
         sizes = [view.viewport().size() for view in views]
         self._transform.set_view(sizes[0].width(), sizes[0].height())
@@ -569,7 +567,7 @@ class LinkedViews(QWidget):
             view.viewport().setCursor(shape)
 
     def _handle(self, view: ImageView, event: QEvent) -> bool:
-        """Events of all views."""
+        """Handle the events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._activate(view)
         return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)

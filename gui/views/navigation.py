@@ -1,4 +1,4 @@
-"""What the mouse does over the linked views: pan, zoom, cursor, context menu, and events for the tool."""
+"""Mouse and keyboard over the linked views: pan, zoom, cursor, context menu, and events for the tool."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class _Drag(Enum):
 
 
 class Navigation(QObject):
-    """Turns events of any of the views into transform moves, cursor moves and pointer events.
+    """Converts events of all views into transform changes, cursor moves and pointer events.
 
     Signals
     -------
     cursorMoved(object)
         Pixel (x, y) under the pointer, or None off the image; sent when it changes.
     contextMenuRequested(QPoint, float, float)
-        Place on the screen and in the image.
+        Position on the screen and in the image.
     transformChanged()
         The transform was panned or zoomed.
     cursorShapeChanged(Qt.CursorShape)
@@ -67,27 +67,27 @@ class Navigation(QObject):
         self._button = _Button.NoButton
         self._last = QPointF()
         self._pointer: QPointF | None = None
-        """Where the pointer is on the screen; None while it is at no view."""
+        """Pointer position on the screen; None while it is over no view."""
         self.pixel: tuple[int, int] | None = None
-        """Pixel (x, y) that is taken for the one under the pointer."""
+        """Pixel (x, y) under the pointer."""
         self._space = False
 
     def set_frame(self, size: tuple[int, int] | None) -> None:
-        """Width and height of the frame; None while there is none, and the mouse does nothing."""
+        """Set width and height of the frame; None for no frame, which disables the mouse."""
         self._frame = size
         self._drag = _Drag.NONE
         self._pointer = None
         self.point_at(None)
 
     def set_handler(self, handler: PointerHandler | None) -> None:
-        """Send pointer events there. A drag under way ends for the old one without a release."""
+        """Set the receiver of pointer events. A drag in progress ends for the old one without a release."""
         self._handler = handler
         if self._drag is _Drag.TOOL:
             self._drag = _Drag.NONE
         self._show_cursor_shape()
 
     def handle(self, view: ImageView, event: QEvent) -> bool:
-        """Take an event of a view; False leaves it to Qt."""
+        """Handle an event of a view; False leaves it to Qt."""
         if self._frame is None:
             return False
         match event:
@@ -218,13 +218,13 @@ class Navigation(QObject):
         return (x, y) if 0 <= x < width and 0 <= y < height else None
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Take a pixel (x, y) for the one under the pointer; None for none."""
+        """Set the pixel (x, y) under the pointer; None for none."""
         if pixel != self.pixel:
             self.pixel = pixel
             self.cursorMoved.emit(pixel)
 
     def follow(self, views: Iterable[ImageView]) -> None:
-        """These views show another part of the frame, or stand elsewhere: the pointer is at another pixel."""
+        """Update the pixel under the pointer after these views were panned, zoomed or moved."""
         if self._pointer is None:
             return
         places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in views)
@@ -232,7 +232,7 @@ class Navigation(QObject):
         self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 
     def set_space(self, held: bool) -> None:
-        """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
+        """Set whether the space key is held anywhere: the left button then pans."""
         self._space = held
         self._show_cursor_shape()
 

@@ -1,4 +1,4 @@
-"""What draws one content into a cell."""
+"""Base class of the painters, which draw one content into a cell, and the data they share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .colours import KINDS, Levels, Range, depth_table
 from .contents import COMPARABLE, DIFFERENCE, EARLIER, INTERPOLATED, JUDGEMENT, RUNS, SIDES, TITLES, difference_of
 from .view_cell import ViewCell
 
-# All that the linked views have to show, in one place that every cell draws from. No Qt.
+# The data of the linked views, shared by all cells. No Qt.
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -27,8 +27,8 @@ Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
 
 
 class ShownRun(NamedTuple):
-    """What the views need of a kept run: name, depth [m] with what of it is a guess, its colour (R, G, B), and its
-    blocks if they are others than the present ones."""
+    """A stored run as the views need it: name, depth [m] with the mask of extrapolated pixels, colour (R, G, B), and
+    blocks if they differ from the current ones."""
 
     name: str
     depth: Depth
@@ -38,7 +38,7 @@ class ShownRun(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """One depth [m], NaN missing; which of it is a guess, and which of an older state of its block."""
+    """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
 
     depth: Depth
     guessed: Mask | None = None
@@ -47,7 +47,7 @@ class Layer(NamedTuple):
 
 class Spectrum(NamedTuple):
     """Spectrum of a block: log magnitudes 0-1 around k = 0 in the middle, and the half axes of the pass band [samples];
-    `text` says of what."""
+    `text` is its title."""
 
     magnitude: NDArray[np.float32]
     radii: tuple[float, float]
@@ -55,27 +55,27 @@ class Spectrum(NamedTuple):
 
 
 class Material:
-    """Pictures and depths of the frame shown; None is what there is not. Cells change nothing of it.
+    """Pictures and depths of the frame shown; None where not available. Cells only read it.
 
     Attributes
     ----------
     measured, depth_in : ndarray of float32, shape (H, W), or None
-        Depth as it was measured, and less what of it is distrusted [m].
+        Measured depth [m], with and without invalid depth.
     outside_view : ndarray of bool, shape (H, W), or None
         Pixels that the depth camera could not see.
     result : Layer or None
     moment : str
-        When the result was as it is, "" for now.
+        Which earlier iteration the result is from; "" for the current one.
     runs : tuple of ShownRun
-        Those ticked for comparison, at most four.
+        Runs ticked for comparison, at most four.
     earlier : ShownRun or None
-        The kept run before the present result.
+        The stored run before the current result.
     chosen_sides : (str, str)
-        Depths that are compared, as they were chosen; "" for the best choice.
+        Selected depths to compare; "" for automatic.
     looks_at_a : bool
-        Whether side A stands in for the result.
+        Whether side A is shown in place of the result.
     swiped_at : int or None
-        Column of the frame that parts side A from side B where the result is shown; None while it is not parted.
+        Column of the frame that divides side A from side B in the result; None while it is not divided.
     ranges : dict
         Kind of `KINDS` -> Range.
     """
@@ -89,7 +89,7 @@ class Material:
         self.forget()
 
     def forget(self) -> None:
-        """There is no frame."""
+        """Drop all data: no frame is open."""
         self.rgb: NDArray[np.uint8] | None = None
         self.measured: Depth | None = None
         self.depth_in: Depth | None = None
@@ -105,7 +105,7 @@ class Material:
         self.forget_result()
 
     def forget_result(self) -> None:
-        """Nothing is completed."""
+        """Drop the result and its errors."""
         self.result: Layer | None = None
         self.moment = ""
         self.expected: Depth | None = None
@@ -114,7 +114,7 @@ class Material:
         self.looks_at_a = False
 
     def layer(self, depth: str) -> Layer | None:
-        """A depth by its name."""
+        """Depth by its name; None if it is not available."""
         if depth == "result":
             return self.layer(self.sides[0]) if self.looks_at_a and self.sides[0] != "result" else self.result
         if depth == "depth-in":
@@ -129,7 +129,7 @@ class Material:
         return None if run is None else Layer(run.depth, run.guessed)
 
     def swiped(self, column: int) -> Layer | None:
-        """Side A left of a column, side B from there on; None if one of them is missing."""
+        """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
         first, second = (self.layer(side) for side in self.sides)
         if first is None or second is None:
             return None
@@ -146,12 +146,12 @@ class Material:
 
     @property
     def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
-        """Blocks of the two sides, where they are others than the present ones."""
+        """Blocks of the two sides, where they differ from the current ones."""
         first, second = (None if (run := self.run(side)) is None else run.blocks for side in self.sides)
         return first, second
 
     def run(self, depth: str) -> ShownRun | None:
-        """The run that a depth is of; None if it is of none."""
+        """The run that a depth belongs to; None if it is not a run's."""
         if depth == EARLIER:
             return self.earlier
         number = RUNS.index(depth) if depth in RUNS else len(self.runs)
@@ -159,7 +159,7 @@ class Material:
 
     @property
     def names(self) -> dict[str, str]:
-        """Names of the depths that are of runs."""
+        """Names of the depths that belong to runs."""
         return {depth: run.name for depth in (*RUNS, EARLIER) if (run := self.run(depth)) is not None}
 
     @property
@@ -169,7 +169,7 @@ class Material:
         return first or self._other(("run-1", EARLIER), "depth-in"), second or "result"
 
     def concrete(self, content: str) -> str:
-        """What a content stands for as things are."""
+        """Resolve a content to the concrete one that it currently stands for."""
         if content in SIDES:
             return self.sides[SIDES.index(content)]
         if content == JUDGEMENT:
@@ -179,12 +179,12 @@ class Material:
         return content
 
     def comparable(self) -> list[str]:
-        """Depths that there are to compare, the result among them."""
+        """Depths available for comparison, including the result."""
         there = {"depth-in", "result", INTERPOLATED}
         return [depth for depth in COMPARABLE if depth in there or self.layer(depth) is not None]
 
     def _other(self, depths: tuple[str, ...], otherwise: str) -> str:
-        """The first of some depths that there is, beside the result."""
+        """The first available one of some depths."""
         return next((depth for depth in depths if self.layer(depth) is not None), otherwise)
 
 
@@ -193,20 +193,20 @@ def _plain(depth: Depth | None) -> Layer | None:
 
 
 NO_RESULT = "No result yet"
-NO_GUIDE = "No guide: this frame has none"
+NO_GUIDE = "This frame has no guide"
 
 
 class Painter:
-    """Draws one content into a cell, and takes from it what it has added when it leaves.
+    """Draws one content into a cell, and removes its items from the cell on `leave`.
 
     Attributes
     ----------
     uses : frozenset of str
-        Parts of the material that it draws from; when another one changes, it need not draw.
+        Parts of the material that it depends on.
     range_kind : str
-        Which of the ranges its colours have; "" for none.
+        Kind of its colour range; "" for none.
     unit : str
-        Of the colour bar.
+        Unit of the colour bar.
     """
 
     uses: frozenset[str] = frozenset()
@@ -222,36 +222,36 @@ class Painter:
 
     @property
     def title(self) -> str:
-        """What stands in the cell's title strip."""
+        """Title in the cell's title strip."""
         return TITLES[self.content]
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Take the colours of the theme; `draw` follows."""
+        """Apply the theme's colours; `draw` is called next."""
 
     def draw(self) -> None:
-        """Draw what there is, as far as it is not drawn already."""
+        """Draw the content, as far as it is not drawn already."""
         raise NotImplementedError
 
     def value_at(self, x: int, y: int) -> float | None:
-        """The number at a pixel, in the unit of the colour bar; None if there is none."""
+        """Value at a pixel, in the unit of the colour bar; None if there is none."""
         return None
 
     def values(self) -> NDArray[np.floating] | None:
-        """Numbers that are shown, in the unit of the colour bar, NaN for none: all or a fair sample; None for none."""
+        """Values shown, or a sample of them, in the unit of the colour bar, NaN = missing; None if there are none."""
         return None
 
     def leave(self) -> None:
-        """Take back what this content alone has in the cell."""
+        """Remove this content's own items from the cell."""
 
     def show_nothing(self, message: str) -> None:
-        """No picture, but why there is none."""
+        """Show a message in place of the picture."""
         self.cell.view.set_message(message)
         self.cell.view.set_picture(None)
         self.cell.bar.set_levels(None)
 
 
 def number_at(values: NDArray[Any] | None, x: int, y: int, factor: float = 1.0) -> float | None:
-    """A number of an array (H, W) or None: None where it is NaN or there is no such pixel."""
+    """Value of an array (H, W) or None at a pixel; None where it is NaN or outside."""
     if values is None or not (0 <= y < values.shape[0] and 0 <= x < values.shape[1]):
         return None
     value = factor * float(values[y, x])
@@ -264,12 +264,12 @@ def levels_of(
     robust: Callable[[], Levels],
     values: Callable[[], NDArray[np.floating]],
 ) -> Levels:
-    """The levels of a kind for some values, in its unit, whose robust ones are these."""
+    """Colour range of a kind for some values, in its unit, with this robust range."""
     return material.ranges[kind].find(robust, lambda: full_levels(values()))
 
 
 def full_levels(values: NDArray[np.floating]) -> Levels:
-    """Least and largest of the known values, a little apart; (0, 1) where none is known."""
+    """Minimum and maximum of the finite values, at least slightly apart; (0, 1) if there are none."""
     known = values[np.isfinite(values)]
     if not known.size:
         return 0.0, 1.0
@@ -278,7 +278,7 @@ def full_levels(values: NDArray[np.floating]) -> Levels:
 
 
 def mark_table(*colours: QColor) -> NDArray[np.uint8]:
-    """Table that shows 1, 2, ... in these colours and 0 not at all."""
+    """Table that maps 1, 2, ... to these colours, and 0 to transparent."""
     table = np.zeros((256, 4), np.uint8)
     for index, colour in enumerate(colours, 1):
         table[index] = colour.red(), colour.green(), colour.blue(), colour.alpha()

@@ -1,4 +1,4 @@
-"""A picture in the scene whose pixels are changed in place: what changes in a small box costs no more than that."""
+"""Scene pictures whose pixels are changed in place: a change in a small box only costs that box."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from .scene_items import ViewItem
 
 
 def rgb_image(rgb: NDArray[np.uint8]) -> QImage:
-    """An image that owns its pixels, from uint8 (H, W, 3), red first."""
+    """QImage that owns its pixels, from uint8 (H, W, 3), red first."""
     pixels = np.ascontiguousarray(rgb)
     height, width = pixels.shape[:2]
     return QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
 
 
 def image_over(pixels: NDArray[np.uint32], form: QImage.Format) -> QImage:
-    """An image over the very memory of an array (H, W), which has to live as long, of a format of 4 bytes a pixel."""
+    """QImage that shares the memory of an array (H, W), which must outlive it; 4 bytes per pixel."""
     height, width = pixels.shape
     return QImage(pixels.data, width, height, 4 * width, form) if pixels.size else QImage()
 
 
 _FORMAT = QImage.Format.Format_RGBA8888_Premultiplied
-"""One that Qt scales exactly, pixel by pixel; of others it has quicker ways that are off by one here and there."""
+"""Qt scales this format exactly; its faster code for other formats is off by one pixel in places."""
 Pixels = NDArray[np.uint32]
 """Premultiplied colours, each at most as large as alpha."""
 
@@ -44,9 +44,9 @@ class PixelItem(ViewItem):
     Attributes
     ----------
     image : ndarray or None
-        What the picture was made of: colour (H, W, 3), indices (H, W) or numbers as `packed`; None for no picture.
+        Source of the picture: colour (H, W, 3), indices (H, W) or `packed` colours; None for no picture.
     pixels : ndarray of uint32, shape (H, W)
-        What is drawn. After a change in place, `note_change` says where.
+        Pixels drawn. Call `note_change` after a change in place.
     """
 
     def __init__(self, z: float) -> None:
@@ -69,12 +69,12 @@ class PixelItem(ViewItem):
         """Show indices, uint8 (H, W), through a table of RGBA, uint8 (256, 4), in grey where `faded`, bool (H, W)."""
         self._table = packed(table)
         self._grey = greyed(self._table)
-        # a copy, to be changed in place by `update_indices`
+        # a copy: `update_indices` changes it in place
         own = np.array(indices)
         self._show(own, self._coloured(own, faded))
 
     def update_indices(self, box: Box, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None = None) -> None:
-        """Other indices inside a box (rows, columns), through the same table."""
+        """Replace the indices inside a box (rows, columns), with the same table."""
         if self.image is not None:
             self.image[box] = indices
             self.pixels[box] = self._coloured(indices, faded)
@@ -91,13 +91,13 @@ class PixelItem(ViewItem):
         self._show(pixels, pixels)
 
     def set_span(self, span: tuple[int, int] | None) -> None:
-        """Show just the columns from the first to before the second; None for all."""
+        """Show only the columns [start, stop); None for all."""
         if span != self._span:
             self._span = span
             self.update()
 
     def note_change(self, box: Box) -> None:
-        """The pixels have changed inside a box (rows, columns)."""
+        """Repaint after the pixels changed inside a box (rows, columns)."""
         rows, columns = box
         self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
 
@@ -108,7 +108,7 @@ class PixelItem(ViewItem):
             self.set_extent(None)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        # all of it: what need not be drawn is clipped, and a part would be rounded to other places on the screen
+        # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
         rect = self.boundingRect()
         if self._span is None:
             painter.drawImage(rect, self._drawn)
@@ -126,7 +126,7 @@ class PixelItem(ViewItem):
 
 
 def packed(table: NDArray[np.uint8]) -> Pixels:
-    """Colours, uint8 (N, 4) RGBA, as the N numbers that `PixelItem.pixels` are made of: premultiplied, red lowest."""
+    """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
     colours = table.astype(np.uint32)
     alpha = colours[:, 3]
     red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
@@ -134,7 +134,7 @@ def packed(table: NDArray[np.uint8]) -> Pixels:
 
 
 def greyed(colours: Pixels) -> Pixels:
-    """Opaque or clear colours with most of their hue taken out, a little towards the middle."""
+    """Desaturate opaque or transparent colours, slightly towards mid-grey."""
     red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
     grey = (red * 2 + green * 5 + blue) // 8
     faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
@@ -142,38 +142,38 @@ def greyed(colours: Pixels) -> Pixels:
     return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
 
 
-# The label map as a picture: the blocks' fills, and how blocks are to be shown.
+# The label map as a picture: the fills of the blocks.
 
 
 class BlockOverlay:
-    """Fills of the blocks of a label map, in items of as many scenes as want them. Edits only touch the pixels of their
+    """Fills of the blocks of a label map, in items for any number of scenes. Edits only touch the pixels of their
     box."""
 
     def __init__(self, z: float) -> None:
         self._z = z
         self._items: list[PixelItem] = []
         self.pixels: Pixels | None = None
-        """Colours of all fills, uint32 (H, W), as `packed`; None where nothing is filled."""
+        """Colours of all fills, uint32 (H, W), as `packed`; None if nothing is filled."""
         self.labels: NDArray[np.int32] | None = None
         self.colours = np.zeros((1, 4), np.uint8)
-        """RGBA by label, uint8 (N + 1, 4): alpha 0 is a hidden block."""
+        """RGBA by label, uint8 (N + 1, 4); alpha 0 hides a block."""
         self._fills = np.zeros(1, np.uint32)
         self._opacity = 0.45
         self._is_filled = True
 
     def new_item(self) -> PixelItem:
-        """An item that shows the fills, for another scene."""
+        """Create an item that shows the fills in another scene."""
         item = PixelItem(self._z)
         self._items.append(item)
         self._show(item)
         return item
 
     def drop_item(self, item: PixelItem) -> None:
-        """Show nothing in an item any more."""
+        """Stop showing the fills in an item."""
         self._items.remove(item)
 
     def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
-        """What other blocks would look like, with the same opacity: uint32 (H, W)."""
+        """Fills of other blocks with the same opacity, uint32 (H, W)."""
         return self._find_fills(colour_table)[labels]
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
@@ -182,7 +182,7 @@ class BlockOverlay:
         Raises
         ------
         ValueError
-            If shapes do not fit or a label has no colour.
+            If shapes differ or a label has no colour.
         """
         if labels.ndim != 2 or colour_table.ndim != 2 or colour_table.shape[1] != 4:
             raise ValueError(f"need labels (H, W) and colours (N + 1, 4), not {labels.shape}, {colour_table.shape}")
@@ -192,19 +192,19 @@ class BlockOverlay:
         self._rebuild()
 
     def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
-        """Take a table that begins as the present one and has colours for further labels, which no block has yet."""
+        """Set a colour table that extends the current one to further labels, which no block has yet."""
         self.colours = np.array(colour_table, np.uint8)
         self._fills = self._find_fills(self.colours)
         if self.pixels is None:
             self._rebuild()
 
     def set_opacity(self, opacity: float) -> None:
-        """Opacity of the fills, 0-1."""
+        """Set the opacity of the fills, 0-1."""
         self._opacity = min(max(opacity, 0.0), 1.0)
         self._rebuild()
 
     def set_filled(self, on: bool) -> None:
-        """Whether blocks are filled at all."""
+        """Set whether blocks are filled."""
         self._is_filled = on
         self._rebuild()
 
@@ -254,9 +254,9 @@ class BlockOverlay:
 
 
 def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPath:
-    """Path along the pixel edges between inside and outside of a mask, bool (h, w), whose corner is at (x, y).
+    """Outline of a mask, bool (h, w), with its corner at (x, y).
 
-    It follows pixel edges rather than centres, so it never covers half a pixel of a neighbouring block.
+    The path follows pixel edges, not centres, so it never covers half a pixel of a neighbouring block.
     """
     padded = np.pad(mask, 1)
     rows, left, right = _runs(padded[1:, 1:-1] != padded[:-1, 1:-1])
@@ -271,16 +271,16 @@ def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPa
 def _runs(edges: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Row, start and stop of every run of True along the rows."""
     padded = np.pad(edges, ((0, 0), (1, 1)))
-    # in a row, runs begin and end in turn
+    # in a row, starts and stops alternate
     rows, columns = np.divmod(np.flatnonzero(padded[:, 1:] != padded[:, :-1]), edges.shape[1] + 1)
     return rows[::2], columns[::2], columns[1::2]
 
 
-# Where two arrays of one shape differ, so that no more than that is drawn anew.
+# Boxes of changed pixels, so that only those are redrawn.
 
 
 def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
-    """Smallest box (rows, columns) outside of which two arrays (H, W) are equal, NaN being equal to NaN; None for none.
+    """Smallest box (rows, columns) that contains all differences of two arrays (H, W); None if equal (NaN == NaN).
 
     Both have the same shape and type: bool, or a number of 4 bytes.
     """
@@ -289,7 +289,7 @@ def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
 
 
 def box_of(mask: NDArray[np.bool_]) -> Box | None:
-    """Smallest box (rows, columns) that holds all True values of a mask (H, W); None for none."""
+    """Smallest box (rows, columns) that contains all True values of a mask (H, W); None if there are none."""
     rows = np.flatnonzero(mask.any(axis=1))
     if not rows.size:
         return None
@@ -299,7 +299,7 @@ def box_of(mask: NDArray[np.bool_]) -> Box | None:
 
 
 def union(*boxes: Box | None) -> Box | None:
-    """Smallest box that holds all of some boxes; None where all are None."""
+    """Smallest box that contains all boxes; None if all are None."""
     given = [box for box in boxes if box is not None]
     if not given:
         return None
@@ -310,7 +310,7 @@ def union(*boxes: Box | None) -> Box | None:
 
 
 def grown(box: Box, shape: tuple[int, ...], margin: int) -> Box:
-    """A box with a margin on each side, as far as an array of this shape has room."""
+    """Grow a box by a margin on each side, clipped to an array of this shape."""
     rows, columns = (
         slice(max(span.start - margin, 0), min(span.stop + margin, size))
         for span, size in zip(box, shape, strict=False)
@@ -319,5 +319,5 @@ def grown(box: Box, shape: tuple[int, ...], margin: int) -> Box:
 
 
 def whole(shape: tuple[int, ...]) -> Box:
-    """The box of all of an array."""
+    """Box of a whole array."""
     return slice(0, shape[0]), slice(0, shape[1])

@@ -1,4 +1,4 @@
-"""Brings the present frame, its blocks and its completed depth to the linked views."""
+"""Shows the current frame, its blocks and its completed depth in the linked views."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .linked_views import LinkedViews
 
 
 class ViewsPresenter(QObject):
-    """Pictures of the frame, overlay and lines of its blocks, depth out.
+    """Presenter of the frame's pictures, the block overlay and lines, and depth out.
 
     Signals
     -------
     names_switched()
-        `show_blocks` would write names, or none.
+        Block names were switched on or off: call `show_blocks`.
     """
 
     names_switched = Signal()
@@ -36,17 +36,17 @@ class ViewsPresenter(QObject):
         self._names_hold = False
         self._shows_names = False
         self._looks_back = False
-        """Whether the views show something else for a while."""
+        """Whether the views temporarily show other blocks and depth."""
         for signal in (workspace.labels_changed, workspace.stroke_changed):
             signal.connect(self._boxes.append)
         for doubtful in (workspace.infos_changed, workspace.session_changed):
             doubtful.connect(self._doubt_colours)
             doubtful.connect(self._doubt_names)
-        workspace.selection_changed.connect(self._doubt_colours)  # a block that is yet to be painted is chosen first
+        workspace.selection_changed.connect(self._doubt_colours)  # a new block is selected before it is painted
         workspace.labels_changed.connect(self._doubt_names)
 
     def show_frame(self) -> None:
-        """Colour and depth in, if they are not there yet; the rest of the pictures goes with the frame before."""
+        """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._shown:
             self._shown, self._table, self._distrusted = session, None, None
@@ -61,7 +61,7 @@ class ViewsPresenter(QObject):
             self._views.set_distrusted(self._distrusted)
 
     def show_blocks(self) -> None:
-        """The blocks: all of them if colours have changed, else the boxes that have; which are chosen; their names."""
+        """Show the blocks (all if colours changed, else the changed boxes), the selection and the names."""
         if self._looks_back:
             return
         boxes = self._boxes.copy()
@@ -86,13 +86,13 @@ class ViewsPresenter(QObject):
             self._views.set_block_names(names)
 
     def show_names(self, on: bool) -> None:
-        """Write the blocks' names over the pictures, or not."""
+        """Show or hide the blocks' names."""
         self._shows_names = on
         self._names_hold = False
         self.names_switched.emit()
 
     def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
-        """The table as it was where nothing can have changed it, as in a stroke with a block that has a colour."""
+        """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
         if self._table is None:
             top, known = int(session.labels.max()), 0
         else:
@@ -109,8 +109,8 @@ class ViewsPresenter(QObject):
         self._names_hold = False
 
     def show_depth(self) -> None:
-        """The depth as far as it is completed, with that of the blocks that run, and what of it is stale; or as it was
-        in the past, if somebody looks back."""
+        """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
+        being viewed."""
         if self._workspace.has_session and not self._looks_back:
             session, past = self._workspace.session, self._workspace.past
             self._views.set_moment("" if past is None else past.text)
@@ -123,7 +123,7 @@ class ViewsPresenter(QObject):
             self._views.set_result(depth, guessed, None if depth is None else session.stale)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
-        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none,
+        """Show other blocks of the current frame, int32 (H, W), and other completed depth [m], None for none,
         until `show_present`."""
         self._looks_back = True
         table = colour_table(self._workspace.session, int(labels.max()))
@@ -132,14 +132,14 @@ class ViewsPresenter(QObject):
         self._table = None
 
     def show_present(self) -> None:
-        """Show the blocks and the depth that there are, of another frame if there is one by now."""
+        """Show the blocks and the depth of the current frame again."""
         self._looks_back = False
         self.show_frame()
         self.show_blocks()
         self.show_depth()
 
     def zoom_to_blocks(self) -> None:
-        """Show the chosen blocks large."""
+        """Zoom to the selected blocks."""
         session = self._workspace.session
         rows, columns = np.nonzero(np.isin(session.labels, session.selected))
         if rows.size:
@@ -149,7 +149,7 @@ class ViewsPresenter(QObject):
 
 
 def colour_table(session: Session, least: int) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, up to `least` or any chosen label; hidden blocks are transparent."""
+    """RGBA by label for the overlay, up to a label and any selected one; hidden blocks are transparent."""
     top = max([*session.selected, least])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):

@@ -1,4 +1,4 @@
-"""Small scene items whose widths are screen pixels at every zoom."""
+"""Small scene items with line widths in screen pixels at every zoom."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _TILE = 8
 
 
 class ViewItem(QGraphicsItem):
-    """Item of a view: an extent in image coordinates, and a margin around it in pixels of the screen.
+    """Scene item with an extent in image coordinates and a margin around it in screen pixels.
 
     Parameters
     ----------
     z : float
-        Its height among the others.
+        Stacking order.
     """
 
     def __init__(self, z: float) -> None:
@@ -28,13 +28,13 @@ class ViewItem(QGraphicsItem):
         self.setZValue(z)
 
     def set_extent(self, extent: QRectF | None, margin: float = 0.0) -> None:
-        """Draw something else, no farther than `margin` screen pixels from this rectangle; None for nothing."""
+        """Set the rectangle drawn in, plus `margin` screen pixels around it; None for nothing."""
         self._leave()
         self._extent, self._margin = extent, margin
         self.update()
 
     def set_pixel_size(self, pixel_size: float) -> None:
-        """Image pixels per screen pixel: what the margin means."""
+        """Set the image pixels per screen pixel, for the margin."""
         if pixel_size != self._pixel_size:
             self._leave()
             self._pixel_size = pixel_size
@@ -46,10 +46,10 @@ class ViewItem(QGraphicsItem):
         return self._extent.adjusted(-reach, -reach, reach, reach)
 
     def _leave(self) -> None:
-        """Have the place painted anew where the item is drawn now.
+        """Repaint the area where the item is drawn now.
 
-        Qt would do so by where it painted the item last, but only later: if part of the view is painted before, because
-        another view or something that lies over this one has changed, it takes the new place for the one to be left.
+        Qt repaints the area where it last painted the item, but only later: if part of the view is painted before,
+        because another view or an item above has changed, Qt takes the new area for the old one.
         """
         scene, bounds = self.scene(), self.boundingRect()
         if scene is not None and self.isVisible() and not bounds.isEmpty():
@@ -58,7 +58,7 @@ class ViewItem(QGraphicsItem):
 
 
 class HaloPath(ViewItem):
-    """Path in image coordinates: a bright line on a wider dark one, so that it shows on any picture."""
+    """Path in image coordinates: a bright line on a wider dark one, visible on any picture."""
 
     def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
         super().__init__(z)
@@ -85,20 +85,20 @@ class HaloPath(ViewItem):
 
 
 class Hatch(ViewItem):
-    """Rectangle of diagonal stripes of fixed size on the screen: what shows through where depth is missing."""
+    """Rectangle of diagonal stripes of fixed size on the screen, visible where depth is missing."""
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
         self._brush = QBrush()
 
     def set_brush(self, brush: QBrush) -> None:
-        # a copy: painting turns it
+        # a copy: painting changes its transform
         self._brush = QBrush(brush)
         self.update()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         inverse, _ = painter.worldTransform().inverted()
-        # scaled back to the screen, but moving with the picture
+        # in screen scale, but moving with the picture
         self._brush.setTransform(inverse)
         painter.fillRect(self.boundingRect(), self._brush)
 
@@ -117,12 +117,12 @@ def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
 
 
 def missing_brush(colours: Colours) -> QBrush:
-    """The stripes that show through where depth is missing."""
+    """Brush of the stripes that are visible where depth is missing."""
     return hatch_brush(mix(colours.background, colours.text, 0.12), mix(colours.background, colours.text, 0.3))
 
 
 def mix(first: QColor, second: QColor, share: float) -> QColor:
-    """A colour between two others, at a share of the way to the second."""
+    """Blend two colours; `share` is the weight of the second."""
     pairs = zip(_rgb(first), _rgb(second), strict=True)
     return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
 

@@ -1,4 +1,4 @@
-"""Which image pixel is painted on which pixel of the screen, for lines and stripes that are as wide at every zoom."""
+"""Mapping of image pixels to screen pixels, for lines and stripes with the same width at every zoom."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Rims = tuple[tuple[bool, bool], tuple[bool, bool]]
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a frame lies on the device pixels of a view.
+    """Mapping of a frame to the device pixels of a view.
 
     Parameters
     ----------
     scale : float
         Device pixels per image pixel.
     x, y : int
-        Device pixel that the frame's corner is at; may lie outside the view.
+        Device pixel of the frame's corner; may lie outside the view.
     size : (int, int)
         Width and height of the view in device pixels.
     frame : (int, int)
@@ -73,7 +73,7 @@ class Sampling:
 
     @property
     def rims(self) -> Rims:
-        """Whether the frame's rim is to be seen: above and below, at the left and right."""
+        """Whether the frame's rim is visible: above and below, at the left and right."""
         width, height = self.frame
         if 0 in self.shape:
             return (False, False), (False, False)
@@ -86,7 +86,7 @@ class Sampling:
         return np.take(np.take(values, rows, axis=0), columns, axis=1)
 
     def box_of(self, box: Box) -> Box:
-        """Device pixels that show a box of the image; empty where it is out of sight."""
+        """Device pixels that show a box of the image; empty if it is not visible."""
         rows, columns = (
             slice(int(np.searchsorted(shown, span.start)), int(np.searchsorted(shown, span.stop)))
             for shown, span in zip((self.rows, self.columns), box, strict=True)
@@ -99,13 +99,13 @@ class Sampling:
         return pixels[pixels < frame]
 
 
-# A picture in the scene that is made of pixels of the screen, not of the image.
+# A picture in the scene made of screen pixels, not image pixels.
 
 _FORMAT = QImage.Format.Format_ARGB32_Premultiplied
 
 
 class ScreenItem(ViewItem):
-    """Device pixels over those of the view that show the frame, for one way in which the frame lies there."""
+    """Overlay of device pixels over the visible part of the frame, for one sampling."""
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
@@ -123,7 +123,7 @@ class ScreenItem(ViewItem):
         self.set_extent(QRectF(0, 0, *sampling.frame))
 
     def note_change(self, box: Box) -> None:
-        """The pixels have changed inside a box of the array."""
+        """Repaint after the pixels changed inside a box of the array."""
         where = self._sampling
         if where is not None:
             rows, columns = box

@@ -1,4 +1,4 @@
-"""What lies over the pictures in pixels of the screen: lines around blocks, and stripes. Views alike share the work."""
+"""Screen-resolution overlays: lines around blocks, and stripes. Views with the same sampling share them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .image_view import ImageView
 from .pixel_items import box_of, grown, whole
 from .screen_items import Argb, Rims, Sampling
 
-# Lines around blocks, in pixels of the screen: as wide at every zoom, and to be seen on any picture. No Qt.
+# Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.
 
 _LINE = 0xC0C0C0C0
 _HALO = 0x58000000
@@ -23,17 +23,17 @@ _CHOSEN = 0xFFFFFFFF
 _RIM_HALO = 0xDC000000
 _DOUBTFUL = 0xFFFFA020
 _REACH = 4
-"""Device pixels that a label reaches: what its lines cover, and those of its neighbours, at a ratio of 1."""
+"""Distance [device px at ratio 1] up to which a label affects its own and its neighbours' lines."""
 _SQUARE = np.ones((3, 3), np.uint8)
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
 
 class BlockLines:
-    """What the lines around blocks look like, for any way in which the frame lies on the screen.
+    """Draws the lines around blocks for any sampling of the frame on the screen.
 
-    A bright line with a dark halo parts blocks from each other and from what is no block; chosen blocks have a wider
-    one all around, which lies inside them, and so have those that need a look, in another colour. With `in_colours`
-    each block's side of the line has its own colour.
+    A bright line with a dark halo separates blocks from each other and from pixels without block. Selected blocks have
+    a wider outline inside them, and so have blocks that need checking, in another colour. With `in_colours`, each
+    block's side of the line has its own colour.
     """
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class BlockLines:
         self._chosen = self._doubtful = np.zeros(1, np.uint8)
 
     def set_colours(self, colours: NDArray[np.uint8]) -> None:
-        """Colours of blocks, RGBA uint8 (N + 1, 4) by label; those of alpha 0 have no line of their own."""
+        """Set the colours of blocks, RGBA uint8 (N + 1, 4) by label; alpha 0 means no line."""
         self._colours = colours
         visible = colours[:, 3] > 0
         visible[0] = False
@@ -56,19 +56,19 @@ class BlockLines:
         self._mark()
 
     def set_selected(self, labels: Iterable[int]) -> list[int]:
-        """These blocks are the chosen ones; returned are those that are chosen, or are not, other than before."""
+        """Set the selected blocks; return the labels whose selection changed."""
         before, self._selected = self._selected, tuple(labels)
         self._mark()
         return sorted(set(before) ^ set(self._selected))
 
     def set_doubtful(self, labels: Iterable[int]) -> list[int]:
-        """These blocks need a look; returned are those that do, or do not, other than before."""
+        """Set the blocks that need checking; return the labels that changed."""
         before, self._doubtful_ones = self._doubtful_ones, tuple(labels)
         self._mark()
         return sorted(set(before) ^ set(self._doubtful_ones))
 
     def mask_of(self, here: NDArray[np.int32], labels: Iterable[int]) -> NDArray[np.bool_]:
-        """Where an array of labels has any of some labels that have colours."""
+        """Mask of an array of labels: where it has any of these labels (with a colour)."""
         wanted = np.zeros(len(self._colours), bool)
         wanted[[label for label in labels if label < len(wanted)]] = True
         return wanted[here]
@@ -83,32 +83,32 @@ class BlockLines:
         return marked
 
     def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
-        """Draw what labels inside a box have to do with.
+        """Draw the lines that depend on the labels inside a box.
 
         Parameters
         ----------
         here : ndarray of int32, shape (h, w)
             Labels at the device pixels that show the frame.
         drawn : ndarray of uint32, shape (h, w)
-            What is drawn there; changed in place.
+            Pixels drawn there; changed in place.
         box : (slice, slice)
-            Rows and columns of those where labels, or what is shown of them, have changed.
+            Rows and columns where labels or their appearance changed.
         rims : ((bool, bool), (bool, bool))
             Whether the frame's own rim is at the first and last row, and column, of `here`.
         ratio : int
-            How many device pixels make one of the screen's.
+            Device pixels per screen pixel.
 
         Returns
         -------
         (slice, slice)
-            Where it has been drawn anew, which is a little more.
+            The box that was redrawn, slightly larger.
         """
         inner = grown(box, here.shape, _REACH * ratio)
         outer = grown(inner, here.shape, _REACH * ratio)
         rows, columns = (
             slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
         )
-        if 0 in here[inner].shape:  # the frame is out of sight
+        if 0 in here[inner].shape:  # the frame is not visible
             return inner
         at_rims = tuple(
             (rim[0] and span.start == 0, rim[1] and span.stop == size)
@@ -141,7 +141,7 @@ class BlockLines:
     def _draw_rim(
         self, inside: NDArray[np.uint8], rims: tuple[tuple[bool, bool], ...], drawn: Argb, colour: int, ratio: int
     ) -> None:
-        """A wide line inside some blocks; the frame's rim is a border, too."""
+        """Draw a wide line inside some blocks; the frame's rim also counts as border."""
         padded = np.pad(inside, [(int(first), int(last)) for first, last in rims])
         within = cv2.erode(padded, _CROSS, iterations=2 * ratio)
         inner = cv2.erode(within, _SQUARE, iterations=ratio)
@@ -152,7 +152,7 @@ class BlockLines:
         drawn[((inside > 0) & (within[part] == 0))] = colour
 
 
-# Stripes over part of a picture, in pixels of the screen, moving with the picture. No Qt.
+# Stripes over part of a picture, in screen pixels, moving with the picture. No Qt.
 
 _PERIOD = 8
 _WIDTH = 2
@@ -161,12 +161,12 @@ MISSING = np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1
 DISTRUSTED = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
 UNVOUCHED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
 OUTSIDE = np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1
-"""Colours of a stripe and of the dark one beside it, and which way they lean."""
+"""Colours of a stripe and of the dark one beside it, and the direction of their slope."""
 Style = tuple[np.uint32, np.uint32, int]
 
 
 def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style, ratio: int = 1) -> Argb:
-    """Stripes where a mask, bool (H, W), holds, on a box of the device pixels that show the frame; clear elsewhere."""
+    """Stripes in a mask, bool (H, W), on a box of the frame's device pixels; transparent elsewhere."""
     stripe, shade, lean = style
     period, width = _PERIOD * ratio, _WIDTH * ratio
     down = np.arange(box[0].start, box[0].stop) + sampling.top - sampling.y
@@ -188,7 +188,7 @@ class _Lines(NamedTuple):
 
 
 class ScreenLayers:
-    """Lines and stripes of the views that are to be seen."""
+    """Lines and stripes of the visible views."""
 
     def __init__(self) -> None:
         self._views: Sequence[ImageView] = ()
@@ -202,7 +202,7 @@ class ScreenLayers:
         self._stripes: dict[tuple[Sampling, bool, bool], Argb | None] = {}
 
     def show(self, views: Sequence[ImageView]) -> None:
-        """Draw for these views, as the frame lies in them now."""
+        """Draw for these views with their current sampling."""
         self._views = views
         wanted = {view.sampling for view in views}
         self._lines = {sampling: lines for sampling, lines in self._lines.items() if sampling in wanted}
@@ -212,18 +212,18 @@ class ScreenLayers:
             self._show_stripes(view)
 
     def set_blocks(self, labels: NDArray[np.int32] | None, colours: NDArray[np.uint8] | None = None) -> None:
-        """Draw a label map, int32 (H, W), which the caller changes in place, with RGBA by label; None for none."""
+        """Set a label map, int32 (H, W), which the caller changes in place, and RGBA by label; None for none."""
         self._labels = labels
         if colours is not None:
             self._blocks.set_colours(colours)
         self._draw_lines()
 
     def add_colours(self, colours: NDArray[np.uint8]) -> None:
-        """Take RGBA by label that begins as the present ones; no block has the further labels yet."""
+        """Set RGBA by label that extends the current table; no block has the further labels yet."""
         self._blocks.set_colours(colours)
 
     def update_region(self, box: Box) -> None:
-        """The label map has changed inside a box (rows, columns)."""
+        """Redraw after the label map changed inside a box (rows, columns)."""
         if self._labels is None:
             return
         for sampling, lines in self._lines.items():
@@ -233,11 +233,11 @@ class ScreenLayers:
                 self._redraw(sampling, part)
 
     def set_selected(self, labels: Iterable[int]) -> None:
-        """These blocks are the chosen ones."""
+        """Set the selected blocks."""
         self._redraw_blocks(self._blocks.set_selected(labels))
 
     def set_doubtful(self, labels: Iterable[int]) -> None:
-        """These blocks need a look."""
+        """Set the blocks that need checking."""
         self._redraw_blocks(self._blocks.set_doubtful(labels))
 
     def _redraw_blocks(self, others: Sequence[int]) -> None:
@@ -254,28 +254,29 @@ class ScreenLayers:
                 view.lines.note_change(drawn)
 
     def set_in_colours(self, on: bool) -> None:
-        """Whether lines have the colours of their blocks."""
+        """Set whether lines have the colours of their blocks."""
         self._blocks.in_colours = on
         self._draw_lines()
 
     def set_missing(self, mask: Mask | None) -> None:
-        """Pixels, bool (H, W), to be striped as missing where a view shows it; None for none."""
+        """Set the pixels, bool (H, W), striped as missing in views that show missing depth; None for none."""
         self._missing = mask
         self._draw_stripes()
 
     def set_outside(self, mask: Mask | None) -> None:
-        """Pixels, bool (H, W), to be striped as outside the depth camera's view: in all views but those that show what
-        is missing, and there with it; None for none."""
+        """Set the pixels, bool (H, W), striped as outside the depth camera's view; None for none.
+
+        Views that show missing depth stripe them only together with it."""
         self._outside = mask
         self._draw_stripes()
 
     def set_distrusted(self, mask: Mask | None) -> None:
-        """Pixels, bool (H, W), to be striped as distrusted in all views; None for none."""
+        """Set the pixels, bool (H, W), striped as invalid in all views; None for none."""
         self._distrusted = mask
         self._draw_stripes()
 
     def set_unvouched(self, mask: Mask | None) -> None:
-        """Pixels, bool (H, W), to be striped as vouched for by nothing where a view shows it; None for none."""
+        """Set the pixels, bool (H, W), striped as unsupported in views that show it; None for none."""
         self._unvouched = mask
         self._draw_stripes()
 

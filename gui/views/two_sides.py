@@ -1,4 +1,4 @@
-"""Two depths that are compared in the views: which they are, parted by a handle, or one in place of the other."""
+"""Comparison of two depths in the views: their selection, a draggable divider, and one in place of the other."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .image_view import ImageView
 from .painter import Material
 from .scene_items import ViewItem
 
-# A line over the result that parts two depths: what is left of it is side A, what is right of it side B.
+# A line over the result that divides two depths: side A is left of it, side B right of it.
 
 _NEAR = 8
-"""Pixels of the screen on either side of the line in which it can be grasped."""
+"""Distance from the line [screen px] within which it can be dragged."""
 _GRIP = 11.0
 _PAD = 4.0
 _LINE, _HALO = QColor(255, 255, 255), QColor(0, 0, 0, 150)
 _PLATE = QColor(0, 0, 0, 170)
 
 Label = tuple[str, tuple[int, int, int] | None]
-"""What a side is called, and its own colour (R, G, B) if it has one."""
+"""Name of a side, and its own colour (R, G, B) if it has one."""
 
 
 class SwipeItem(ViewItem):
-    """The line, a grip in the middle of what is to be seen of it, and what stands on either side."""
+    """The divider: a line with a grip in the middle of its visible part, and a label on either side."""
 
     def __init__(self, z: float) -> None:
         super().__init__(z)
@@ -39,7 +39,7 @@ class SwipeItem(ViewItem):
         self.hide()
 
     def place(self, frame: QRectF, x: float, labels: tuple[Label, Label] | None) -> None:
-        """Stand at a column x of a frame, both in image coordinates; without labels, a thin line alone does."""
+        """Set the column x in a frame, both in image coordinates; without labels, only a thin line is drawn."""
         self._frame, self._x, self._labels = frame, x, labels
         self.set_extent(frame, _GRIP + 2)
 
@@ -95,7 +95,7 @@ class SwipeItem(ViewItem):
 
 
 class Swipe(QObject):
-    """One handle over several views.
+    """One divider shared by several views.
 
     Parameters
     ----------
@@ -103,12 +103,12 @@ class Swipe(QObject):
     takes_part : callable
         Whether a view shows the two sides.
     has_grip : callable
-        Whether such a view has grip and labels, too; others have a line that covers as little as can be.
+        Whether such a view also has grip and labels; others have a thin line.
 
     Signals
     -------
     moved()
-        The handle is elsewhere, or is shown or not.
+        The divider was moved, shown or hidden.
     """
 
     moved = Signal()
@@ -130,31 +130,31 @@ class Swipe(QObject):
         self._items: dict[ImageView, SwipeItem] = {}
         self.on = False
         self.x = 0.0
-        """Where the handle is, in image coordinates."""
+        """Position of the divider, in image coordinates."""
         for view in views:
             self._items[view] = SwipeItem(6.5)
             view.add_overlay(self._items[view])
 
     def set_frame(self, width: int, height: int) -> None:
-        """Stand in the middle of another frame."""
+        """Set the frame's size and put the divider in the middle."""
         self._frame = QRectF(0, 0, width, height)
         self.x, self._dragged = width / 2, None
         self.show()
 
     def set_on(self, on: bool) -> None:
-        """Show the handle, or do not."""
+        """Show or hide the divider."""
         if on != self.on:
             self.on, self._dragged = on, None
             self.show()
             self.moved.emit()
 
     def set_labels(self, labels: tuple[Label, Label]) -> None:
-        """What stands at the left and at the right."""
+        """Set the labels at the left and at the right."""
         self._labels = labels
         self.show()
 
     def show(self) -> None:
-        """Draw it where it belongs."""
+        """Update the divider in all views."""
         for view, item in self._items.items():
             is_shown = self.on and self._takes_part(view)
             item.setVisible(is_shown)
@@ -162,7 +162,7 @@ class Swipe(QObject):
                 item.place(self._frame, self.x, self._labels if self._has_grip(view) else None)
 
     def move_to(self, x: float) -> None:
-        """Put the handle at a column of the frame."""
+        """Move the divider to a column of the frame."""
         x = float(min(max(round(x), self._frame.left()), self._frame.right()))
         if x != self.x:
             self.x = x
@@ -170,7 +170,7 @@ class Swipe(QObject):
             self.moved.emit()
 
     def handle(self, view: ImageView, event: QEvent) -> bool:
-        """Take an event of a view that means the handle."""
+        """Handle an event of a view if it concerns the divider; True if it did."""
         if not self.on or not isinstance(event, QMouseEvent):
             return False
         kind, at = event.type(), view.to_image(event.position())
@@ -190,7 +190,7 @@ class Swipe(QObject):
         return False
 
     def _show_near(self, view: ImageView | None) -> None:
-        """Another cursor over the handle; the tool's own comes back beside it."""
+        """Show another cursor over the divider, and restore the tool's cursor beside it."""
         if view is self._near:
             return
         if self._near is not None:
@@ -202,7 +202,7 @@ class Swipe(QObject):
 
 
 class TwoSides(QObject):
-    """Sides A and B: at first what is compared, or depth in, and the result.
+    """Sides A and B of the comparison: by default the compared run, or depth in, and the result.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ class TwoSides(QObject):
     Signals
     -------
     changed(str)
-        Other pixels are to be shown: the part of the material that has changed.
+        The part of the material that changed.
     """
 
     changed = Signal(str)
@@ -230,21 +230,21 @@ class TwoSides(QObject):
 
     @property
     def names(self) -> tuple[str, str]:
-        """Names of the two depths, of `contents.names.COMPARABLE`."""
+        """Names of the two depths, from `contents.COMPARABLE`."""
         return self._material.sides
 
     @property
     def chosen(self) -> tuple[str, str]:
-        """The two as they were chosen; "" for what is best as things are."""
+        """The two selected depths; "" for automatic."""
         return self._material.chosen_sides
 
     def choose(self, first: str = "", second: str = "") -> None:
-        """Compare two depths by their names; "" stands for what is best as things are.
+        """Select the two depths to compare by their names; "" for automatic.
 
         Raises
         ------
         ValueError
-            If there is no such depth.
+            If a depth does not exist.
         """
         for name in (first, second):
             if name not in ("", *COMPARABLE):
@@ -254,22 +254,22 @@ class TwoSides(QObject):
         self._follow_handle()
 
     def set_swiping(self, on: bool) -> None:
-        """Part the result by a handle: side A left of it, side B right of it."""
+        """Show or hide the divider in the result: side A left of it, side B right of it."""
         self.swipe.set_on(on)
 
     def look_at_a(self, on: bool) -> None:
-        """Let side A stand in for the result for a while."""
+        """Show side A in place of the result, or the result again."""
         if on != self._material.looks_at_a:
             self._material.looks_at_a = on
             self.changed.emit("result")
 
     def set_frame(self, width: int, height: int) -> None:
-        """Take another frame, all of which is to be drawn: the handle stands in its middle."""
+        """Set the size of a new frame; the divider moves to its middle."""
         self.swipe.set_frame(width, height)
         self._place()
 
     def write_labels(self) -> None:
-        """Say at the handle what its sides are."""
+        """Write the names of the sides at the divider."""
         first, second = (self._label(depth) for depth in self.names)
         self.swipe.set_labels((first, second))
 
@@ -278,7 +278,7 @@ class TwoSides(QObject):
         return capital(short_title(depth, self._material.names)), None if run is None else run.colour
 
     def _is_swiped(self, view: ImageView) -> bool:
-        """The result, and blocks where the two sides have others; nothing while one of them is missing."""
+        """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
         if any(self._material.layer(side) is None for side in self.names):
             return False
         shown = {"result", "colour"} if any(self._material.side_blocks) else {"result"}

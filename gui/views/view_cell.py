@@ -12,29 +12,29 @@ from ..base.theme import Colours
 from .colour_bar import ColourBar
 from .image_view import ImageView
 
-# The strip over a picture: what it shows, and a menu to choose that by; a legend, and what there is to say of it.
+# The strip over a picture: title with content menu, legend, and a text about the picture.
 
 _PAD = 6
 _SWATCH = 10
 _ARROW = 7
 _LEAST_TITLE = 40
-"""Pixels that the title has at least, however long the text at the right is."""
+"""Minimum width of the title [px], however long the text at the right is."""
 _FOR_TEXT = 110
-"""Pixels that a guest leaves to the text at the right."""
+"""Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class TitleStrip(QWidget):
-    """Small muted title with an arrow, and a legend at the right.
+    """Small muted title with a menu arrow, and a legend at the right.
 
     Signals
     -------
     titled(str)
-        There is another title.
+        The title changed.
     doubleClicked()
     menuWished(QPoint)
-        The title was clicked: the menu is to open at this place on the screen.
+        The title was clicked: open the menu at this position on the screen.
     """
 
     titled = Signal(str)
@@ -55,15 +55,15 @@ class TitleStrip(QWidget):
         self.setFont(font)
         self.setFixedHeight(self.fontMetrics().height() + 3)
         self.setMouseTracking(True)
-        self.setToolTip("Click on the title to choose what is shown here; double-click to show it large or alone")
+        self.setToolTip("Click the title to select what is shown; double-click to enlarge the view or show it alone")
 
     def set_colours(self, colours: Colours) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         self._colours = colours
         self.update()
 
     def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
-        """What the picture shows, and its own colour (R, G, B) if it has one."""
+        """Set the title of the picture, and its own colour (R, G, B) if it has one."""
         colour = None if swatch is None else QColor(*swatch)
         if (title, colour) != (self.title, self._swatch):
             self.title, self._swatch = title, colour
@@ -74,25 +74,25 @@ class TitleStrip(QWidget):
 
     @property
     def caption_end(self) -> int:
-        """Where the title ends and other things may begin, in pixels from the left."""
+        """Right end of the title [px from the left], where other items may begin."""
         swatch = _SWATCH + _PAD if self._swatch is not None else 0
         wanted = 2 * _PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + _PAD
         text = self.fontMetrics().horizontalAdvance(self._text) + 2 * _PAD if self._text else 0
         return min(wanted, max(self.width() - text, _LEAST_TITLE + swatch))
 
     def set_text(self, text: str) -> None:
-        """What there is to say of the picture, at the right."""
+        """Set the text about the picture, at the right."""
         if text != self._text:
             self._text = text
             self.update()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """Swatches and what they stand for, from left to right; those that there is no room for are left out."""
+        """Set swatches with their meaning, from left to right; those without room are omitted."""
         self._legend = legend
         self.update()
 
     def set_guest(self, guest: QWidget | None) -> None:
-        """A widget beside the title, with a method `set_room(width)`; None for none: the former one goes."""
+        """Put a widget with a method `set_room(width)` beside the title and delete the former one; None for none."""
         if self._guest is not None:
             self._guest.hide()
             self._guest.setParent(None)
@@ -108,7 +108,7 @@ class TitleStrip(QWidget):
             self._guest.setGeometry(self.caption_end, 1, self._guest.sizeHint().width(), self.height() - 2)
 
     def menu_place(self) -> QPoint:
-        """Where a menu of the title opens, on the screen."""
+        """Screen position at which the menu of the title opens."""
         return self.mapToGlobal(QPoint(0, self.height()))
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -123,7 +123,7 @@ class TitleStrip(QWidget):
         painter.drawText(self.rect().adjusted(0, 0, -_PAD, 0), _RIGHT, self._text)
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + _PAD + 2
-        # other things in the strip stand right of the title
+        # other items in the strip are right of the title
         taken = max(self.caption_end, self.childrenRect().right() + _PAD)
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text)
@@ -187,18 +187,18 @@ _OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
 _UNVOUCHED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
-"""Most of the picture's height that the colour bar takes."""
+"""Maximum height of the colour bar, as a share of the picture's."""
 _BAR_HEIGHTS = (84, 240)
-"""Least and largest height of the colour bar; a view with less room has none."""
+"""Minimum and maximum height of the colour bar; a smaller view has none."""
 
 _BAR_ROOM = 260
 """Width of a view [px] below which a bar would cover too much of the picture."""
 
 
 class ViewCell(QWidget):
-    """Title strip over an image view, whose colour bar lies over the picture's right side.
+    """Title strip over an image view with a colour bar over its right side.
 
-    The bar goes away while the cursor is at what it covers, in whichever view, and where the picture is small.
+    The bar is hidden while the cursor, in any view, is at pixels that it covers, and on small pictures.
     """
 
     def __init__(self, on_event: EventHandler) -> None:
@@ -217,23 +217,23 @@ class ViewCell(QWidget):
         self._overlaid: list[tuple[QBrush, str]] = []
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Take the colours of the theme."""
+        """Apply the theme's colours."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
         self.bar.set_colours(colours)
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """What the picture's own colours stand for."""
+        """Set the meaning of the picture's own colours."""
         self._legend = legend
         self.strip.set_legend([*self._overlaid, *legend])
 
     def set_marks(self, missing: bool, outside: bool, distrusted: bool, unvouched: bool) -> None:
-        """Which stripes lie over the picture, for the legend."""
+        """Set which stripes lie over the picture, for the legend."""
         marks = (
             (missing, _MISSING, "missing"),
             (outside, _OUTSIDE, "outside view"),
-            (distrusted, _DISTRUSTED, "distrusted"),
-            (unvouched, _UNVOUCHED, "nothing vouches"),
+            (distrusted, _DISTRUSTED, "invalid"),
+            (unvouched, _UNVOUCHED, "unsupported"),
         )
         self._overlaid = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
         self.set_legend(self._legend)
@@ -248,7 +248,7 @@ class ViewCell(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        # at once, and not when Qt comes to it: what the view shows depends on its size
+        # at once, not in a later Qt event: what the view shows depends on its size
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))

@@ -1,4 +1,4 @@
-"""What is shown of the frame: opacity of the blocks and layout, at the side of the views' tab."""
+"""View controls beside the tab of the views: opacity of the blocks, and layout."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _SPACE = 6
 
 
 class ViewBar(QWidget):
-    """Slider and box that go with the linked views, and buttons for actions.
+    """Opacity slider and layout box of the linked views, and buttons for actions.
 
     Parameters
     ----------
     views : LinkedViews
     actions : iterable of QAction or None
-        A button for each, None for some space.
+        One button each; None for a space.
     """
 
     def __init__(self, views: LinkedViews, actions: Iterable[QAction | None]) -> None:
@@ -41,7 +41,7 @@ class ViewBar(QWidget):
         self.layouts.setAccessibleName("Views")
         for name, text in LAYOUT_TEXTS.items():
             self.layouts.addItem(text, name)
-        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one large or alone")
+        self.layouts.setToolTip("Layout of the views; double-click a title to enlarge a view or show it alone")
         self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
         views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         layout = QHBoxLayout(self)
@@ -71,18 +71,18 @@ class ViewBar(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        # in a narrow window the opacity is done without
+        # a narrow window has no opacity slider
         for widget in self._spare:
             widget.setVisible(event.size().width() >= self._full.width())
 
 
-# The menu that chooses the two depths to compare.
+# The menus that select the two depths to compare.
 
 _TEXTS = "Side &A", "Side &B"
 
 
 class SidesMenu(QMenu):
-    """One of the two sides; filled when it opens, since runs come and go."""
+    """Menu of one of the two sides; filled when it opens, since runs change."""
 
     def __init__(self, views: LinkedViews, side: int, parent: QWidget) -> None:
         super().__init__(_TEXTS[side], parent)
@@ -92,11 +92,11 @@ class SidesMenu(QMenu):
         self.fill()
 
     def fill(self) -> None:
-        """All depths that there are, with the present one marked."""
+        """Fill the menu with all available depths, with the current one checked."""
         self.clear()
         material, group = self._views.material, QActionGroup(self)
         for depth in ("", *material.comparable()):
-            text = short_title(depth, material.names) if depth else "what is best"
+            text = short_title(depth, material.names) if depth else "automatic"
             action = self.addAction(capital(text).replace("&", "&&"))
             action.setProperty(PASSING, True)
             action.setCheckable(True)

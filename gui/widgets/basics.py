@@ -1,4 +1,4 @@
-"""Small parts that the dialogs share."""
+"""Small widgets and functions that the dialogs share."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QAbstractItemView, QGroupBox, QLabel, QVBoxLayout,
 
 from ..base import theme
 
-# Text of anyone's, shown letter by letter: Qt takes what looks like HTML for rich text unless it is told otherwise.
+# Plain text from outside the program: Qt would treat text that looks like HTML as rich text.
 
 
 class PlainLabel(QLabel):
-    """A label that shows names, paths and notes of files as they are. A QLabel itself is for rich text alone."""
+    """A label for plain text, such as names, paths and notes. Use QLabel only for rich text."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -25,15 +25,14 @@ class PlainLabel(QLabel):
 
 
 def as_it_is(text: str) -> str:
-    """Text for message boxes and tool tips that shows just that: what Qt could take for rich text is made rich text
-    that does."""
+    """Return text for message boxes and tool tips that Qt shows literally: escaped if it looks like rich text."""
     if "<" not in text and "&lt;" not in text:
         return text
     return f'<p style="white-space: pre-wrap">{html.escape(text)}</p>'
 
 
 class Message(PlainLabel):
-    """Wrapped text in one of the theme's colours."""
+    """A label with wrapped text in one of the theme's colours."""
 
     def __init__(self, lines: int = 1, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -44,19 +43,19 @@ class Message(PlainLabel):
         self._paint()
 
     def say(self, text: str, tone: str = "muted") -> None:
-        """Show `text` in the colour of that name in `theme.Colours`."""
+        """Show `text` in the colour named `tone` in `theme.Colours`."""
         # long paths have no spaces to wrap at
         self.setText(text.replace("/", "/\u200b"))
         self._tone = tone
         self._paint()
 
     def tone(self) -> str:
-        """Name of the present colour."""
+        """Return the name of the current colour."""
         return self._tone
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        # a new application style sheet, too, takes the label's own palette away
+        # a new application style sheet also resets the label's own palette
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
             self._paint()
 
@@ -67,7 +66,7 @@ class Message(PlainLabel):
 
 
 def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
-    """A titled box and the column in it."""
+    """Return a titled box and the column layout in it."""
     box = QGroupBox(title)
     column = QVBoxLayout(box)
     column.setContentsMargins(12, 10, 12, 12)
@@ -76,12 +75,12 @@ def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
 
 
 def last_folder(key: str) -> str:
-    """The folder that a file dialog of this kind was last in, if it is still there; else the home folder."""
+    """Return the last folder of this kind of file dialog if it still exists; else the home folder."""
     folder = str(QSettings().value(key, ""))
     return folder if os.path.isdir(folder) else str(Path.home())
 
 
-# What an empty list says instead of nothing.
+# Placeholder text of empty lists.
 
 
 def paint_hint(view: QAbstractItemView, text: str) -> None:

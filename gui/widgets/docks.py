@@ -1,4 +1,4 @@
-"""Where the window's panels stand, which are open, and how the window fits the screen."""
+"""The dock panels of the window: places, visibility and sizes; the size of the window on the screen."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..base import theme
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
-"""Room for what the system puts around a window."""
+"""Space for the window frame of the system."""
 _VERSION = 1
-"""Of the arrangement that is remembered: that of another version is not taken up."""
+"""Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
-"""Width of the column of panels: share of the window, and bounds [px]."""
+"""Width of the panel column: share of the window, minimum and maximum [px]."""
 _BELOW = 110
-"""Height of panels below the pictures [px], times their own."""
+"""Height of panels below the images [px], times their relative height."""
 _LEAST = 100
-"""Height of a window [px] that a panel of a column needs to be of use, times its own; with less, panels share a place
-in tabs."""
+"""Minimum window height [px] per panel of a column, times its relative height; with less, panels share a place in
+tabs."""
 _ROOMY = 760
-"""Height of a window [px] in which panels may open by themselves."""
+"""Minimum height of a window [px] in which panels open automatically."""
 
 _RAIL_ICON = 20
 
@@ -36,17 +36,17 @@ class _Panel(NamedTuple):
 
 
 class Docks(QObject):
-    """The panels around the centre of a window, and the rail of icons at its side that opens and folds them.
+    """The panels around the centre of a window, and the icon bar at its side that shows and hides them.
 
-    What the user has folded does not open by itself any more, until the user opens it.
+    A panel that the user has hidden does not open automatically until the user shows it again.
 
     Parameters
     ----------
     window : QMainWindow
     fold : QAction
-        What folds all panels; the first icon of the rail.
+        Hides all panels; the first icon of the bar.
     remembers : bool
-        Whether the window's size, and what the user has folded, are those of the last time, and are kept for the next.
+        Whether window size and hidden panels are restored from the last session and stored for the next.
     """
 
     def __init__(self, window: QMainWindow, fold: QAction, remembers: bool) -> None:
@@ -61,7 +61,7 @@ class Docks(QObject):
         self._sized: set[str] = set()
         self._declared = QByteArray()
         self._wanted: tuple[list[str] | None, bytes] = None, b""
-        """What was to be taken before the window was shown."""
+        """Panels and layout that were requested before the window was shown."""
         window.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
         self.rail = QToolBar("Panels", window)
         self.rail.setObjectName("Panels")
@@ -87,13 +87,13 @@ class Docks(QObject):
         ----------
         title : str
         widget : QWidget
-            What it holds.
+            Its content.
         area : Qt.DockWidgetArea
-            Where it stands until the user moves it.
+            Its default place.
         icon : str
-            Of the rail ("ph.stack").
+            Icon in the icon bar ("ph.stack").
         height : float
-            Its share of a column that it stands in with others, over theirs; below the pictures, over the usual one.
+            Relative height: to other panels of its column; below the images, to the default height.
         is_open : bool
             Whether it is open at the first start.
         """
@@ -107,40 +107,39 @@ class Docks(QObject):
             self._first.append(title)
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
-        action.setToolTip(f"{title}: open or fold this panel")
-        action.triggered.disconnect()  # the dock's own way shows it before it has found its place
+        action.setToolTip(f"Show or hide the panel {title}")
+        action.triggered.disconnect()  # the default handler shows the dock before it has its place
         action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.addAction(action)
 
     def toggles(self) -> list[QAction]:
-        """What opens and folds the panels, in the order in which they were added."""
+        """Return the actions that show and hide the panels, in the order in which they were added."""
         return [panel.dock.toggleViewAction() for panel in self._panels.values()]
 
     def draw_icons(self, palette: QPalette) -> None:
-        """Take the icons in the colours of a palette."""
+        """Redraw the icons in the colours of a palette."""
         for panel in self._panels.values():
             panel.dock.toggleViewAction().setIcon(theme.icon(panel.icon, palette))
 
     @property
     def open(self) -> list[str]:
-        """Titles of the open panels, those behind others in tabs included."""
+        """Titles of the open panels, including those behind other tabs."""
         return [title for title, panel in self._panels.items() if not panel.dock.isHidden()]
 
     def offer(self, title: str) -> None:
-        """Open a panel for what goes on, unless the user has folded it before, or has folded all of them, or there is
-        too little room beside those that are open."""
+        """Show a panel automatically, unless the user has hidden it or all panels, or the window is too small."""
         if title not in self._declined and self.open and self._window.height() >= _ROOMY:
             self._show([*self.open, title])
 
     def reveal(self, title: str) -> None:
-        """Open a panel, as the user has asked for it, in front of those that it shares its place with."""
-        self._share_place(title)  # before it is shown: a column that is too high for the window makes that larger
+        """Show a panel on request of the user, in front of other tabs of its place."""
+        self._share_place(title)  # before it is shown: a column higher than the window would enlarge the window
         self._show([*self.open, title])
         self._decide(title, True)
 
     def toggle_all(self) -> None:
-        """Fold all panels, or open those again that were folded so."""
+        """Hide all panels, or show those again that were hidden so."""
         if self.open:
             self._folded = self.open
             self._show([])
@@ -148,18 +147,18 @@ class Docks(QObject):
             self._show(self._folded or self._first)
 
     def places(self) -> bytes:
-        """Where the panels stand, how large they are, and which are open."""
+        """Return the layout: places, sizes and visibility of the panels."""
         return bytes(self._window.saveState(_VERSION).data()) if self._arranged else self._wanted[1]
 
     def take(self, titles: Iterable[str] | None, places: bytes = b"") -> None:
-        """Open these panels and no others; None for those that are open from the first.
+        """Show only these panels; None for the default ones.
 
         Parameters
         ----------
         titles : iterable of str, optional
-            Those that there are not are passed over.
+            Unknown titles are ignored.
         places : bytes
-            As `places` gave them; empty, or of another version, for where the panels were added.
+            A layout from `places`; if empty or of another version, the default places are used.
         """
         wanted = self._first if titles is None else list(titles)
         if not self._arranged:  # docks take sizes only in a shown window
@@ -175,11 +174,11 @@ class Docks(QObject):
         self._show(wanted)
 
     def forget_folded(self) -> None:
-        """Let panels open by themselves again, whatever the user has folded."""
+        """Let all panels open automatically again."""
         self._declined.clear()
 
     def size_window(self) -> None:
-        """Give the window the size and place of the last time, or the default one, as far as the screen has room."""
+        """Restore the window's last size and place, or use the default ones, limited to the screen."""
         geometry = QSettings().value("window/geometry") if self.remembers else None
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
@@ -190,7 +189,7 @@ class Docks(QObject):
                 self._window.setGeometry(fitted)
 
     def arrange(self) -> None:
-        """Arrange the panels as was asked for before the window was shown. Once."""
+        """Apply the layout that was requested before the window was shown. Works only once."""
         if self._arranged:
             return
         self._arranged = True
@@ -200,19 +199,19 @@ class Docks(QObject):
         self.take(*self._wanted)
 
     def remember(self) -> None:
-        """Keep the window's size, and what the user has folded, for the next time."""
+        """Store window size and hidden panels for the next session."""
         if self.remembers:
             QSettings().setValue("window/geometry", self._window.saveGeometry())
             QSettings().setValue("panels/declined", sorted(self._declined))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Hear of panels that are folded by the button in their title."""
+        """Note panels that the user hides by the button in their title."""
         if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget):
             self._decide(watched.objectName(), False)
         return super().eventFilter(watched, event)
 
     def _decide(self, title: str, is_open: bool) -> None:
-        """The user has opened or folded a panel."""
+        """Note that the user showed or hid a panel."""
         if not is_open:
             self._declined.add(title)
             return
@@ -222,7 +221,7 @@ class Docks(QObject):
         self._size_new()
 
     def _share_place(self, title: str) -> None:
-        """Put a panel of a column behind a tab with the one above it, if all of them would be too low to be of use."""
+        """Tab a panel with the one above it in its column if the panels would be too low otherwise."""
         dock, window = self._panels[title].dock, self._window
         area = window.dockWidgetArea(dock)
         if dock.isFloating() or area == Qt.DockWidgetArea.BottomDockWidgetArea or window.tabifiedDockWidgets(dock):
@@ -249,8 +248,7 @@ class Docks(QObject):
         self._size_new()
 
     def _size_new(self) -> None:
-        """Sizes for panels that are open for the first time as things are arranged, and for their neighbours; others
-        keep theirs, and so does a column its width."""
+        """Set default sizes if panels are open for the first time in this layout; a column keeps its width."""
         if self._arranged and not self._sized.issuperset(self.open):
             self._set_sizes(self.open)
 
@@ -272,19 +270,19 @@ class Docks(QObject):
 
 
 def _titles(value: object) -> list[str]:
-    """A list of strings as settings give it: one alone comes as such, and none as nothing."""
+    """Return a list of strings from settings, which store a single one as a string and none as nothing."""
     if isinstance(value, str):
         return [value]
     return [str(title) for title in value] if isinstance(value, list) else []
 
 
 def available_geometry(window: QWidget) -> QRect:
-    """What the system leaves of the screen for windows."""
+    """Return the part of the screen that is available to windows."""
     return window.screen().availableGeometry()
 
 
 def fit(window: QRect, room: QRect) -> QRect:
-    """The window's inside, no larger than the room less its frame, and moved into it."""
+    """Return the window's inner geometry, limited to the room minus its frame and moved into it."""
     size = window.size().boundedTo(room.size() - _FRAME)
     left = min(max(window.left(), room.left()), room.right() + 1 - size.width())
     top = min(max(window.top(), room.top() + _FRAME.height()), room.bottom() + 1 - size.height())

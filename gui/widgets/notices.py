@@ -1,4 +1,4 @@
-"""The one way by which the window says something: in passing, in the log, and a box where it must not be missed."""
+"""Messages of the window: temporary notes, the log, and message boxes."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from ..base import theme
 from ..base.versions import versions_text
 from .basics import PlainLabel
 
-# The log: what happened, with the time of day.
+# The log: messages with the time of day.
 
 MAXIMUM_LINES = 2000
 
 
 class LogPanel(QWidget):
-    """Messages in the order they came; they can be selected, copied and cleared."""
+    """The log: messages in order of time, which can be selected, copied and cleared."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -43,9 +43,9 @@ class LogPanel(QWidget):
         self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.text.setPlaceholderText("Messages appear here.")
         self.text.setAccessibleName("Log")
-        self.copy_button = _button("Copy", "Copy the whole log, or what is selected in it")
+        self.copy_button = _button("Copy", "Copy the log, or the selected part of it")
         self.copy_button.clicked.connect(self.copy)
-        self.clear_button = _button("Clear", "Empty the log")
+        self.clear_button = _button("Clear", "Clear the log")
         self.clear_button.clicked.connect(self.text.clear)
         buttons = QVBoxLayout()
         buttons.setContentsMargins(4, 4, 4, 4)
@@ -65,7 +65,7 @@ class LogPanel(QWidget):
         self.text.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
 
     def copy(self) -> None:
-        """Take what is selected to the clipboard, or all."""
+        """Copy the selected text, or all, to the clipboard."""
         cursor = self.text.textCursor()
         chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
         QGuiApplication.clipboard().setText(chosen)
@@ -80,25 +80,25 @@ def _button(text: str, hint: str) -> QToolButton:
     return button
 
 
-# What the window says in passing: small notes over the lower right corner of the pictures, each for a while.
+# Temporary notes over the lower right corner of the images.
 
 MOST = 3
-"""How many notes there are at a time; the oldest makes way."""
+"""Maximum number of notes at a time; a new one replaces the oldest."""
 
 _MARGIN = 10
 _GAP = 6
 _WIDTH = 400
 _LEFT_ALONE_MS = 2000
-"""For how long a note stays at least when the pointer has left it."""
+"""Minimum time [ms] that a note stays after the pointer has left it."""
 
 
 class Toast(QFrame):
-    """One note, with a button for its command, if it has one, and a cross. It never takes the focus.
+    """A note with a button for its command, if any, and a close button. It never takes the focus.
 
     Signals
     -------
     gone()
-        Its time is over, or it has been closed.
+        Its time is over, or it was closed.
     """
 
     gone = Signal()
@@ -126,7 +126,7 @@ class Toast(QFrame):
             self.command.setText(action.text().replace("&", "").rstrip("…"))
             self.command.setToolTip(action.toolTip())
             self.command.clicked.connect(action.trigger)
-            action.triggered.connect(self._go)  # also if it is given in another way
+            action.triggered.connect(self._go)  # also if it is triggered elsewhere
             self._grid.addWidget(self.command, 1, 0, 1, 2, Qt.AlignmentFlag.AlignRight)
             buttons.append(self.command)
         for button in buttons:
@@ -138,18 +138,18 @@ class Toast(QFrame):
         self._paint()
 
     def say(self, message: str) -> None:
-        """Show this text."""
+        """Show a text."""
         self.message = message
         self.label.setText(message.replace("/", "/\u200b"))  # long paths have no spaces to wrap at
         self.setAccessibleName(message)
         QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
 
     def stay(self, milliseconds: int) -> None:
-        """Stay for so long; longer while the pointer is on it."""
+        """Stay for a time; longer while the pointer is over it."""
         self._over.start(milliseconds)
 
     def fit(self, width: int) -> None:
-        """Take the size that the text asks for, no wider than this."""
+        """Resize to the text, with at most this width."""
         self.ensurePolished()
         margins = self._grid.contentsMargins()
         taken = margins.left() + margins.right() + self._grid.horizontalSpacing() + self.close_button.sizeHint().width()
@@ -159,24 +159,24 @@ class Toast(QFrame):
         self.resize(self.width(), self._grid.totalHeightForWidth(self.width()))
 
     def enterEvent(self, event: QEnterEvent) -> None:
-        """Stay while it is being read."""
+        """Stay while the pointer is over it."""
         super().enterEvent(event)
         self._over.setInterval(max(self._over.remainingTime(), _LEFT_ALONE_MS))
         self._over.stop()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Go after a while."""
+        """Restart the timer."""
         super().leaveEvent(event)
         if self.isVisible():
             self._over.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """A window that is closed leaves nothing waiting."""
+        """Stop the timer."""
         super().hideEvent(event)
         self._over.stop()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Take the colours of another theme."""
+        """Update the colours after a change of theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._paint()
@@ -197,14 +197,14 @@ class Toast(QFrame):
 
 
 class Toasts(QObject):
-    """The notes that are to be seen, the newest below the others.
+    """The visible notes, the newest at the bottom.
 
     Parameters
     ----------
     window : QWidget
-        What they lie in.
+        Their parent.
     places : sequence of QWidget
-        Over the lower right corner of the first that is visible; over that of the window if none is.
+        They are over the lower right corner of the first visible one, or of the window if none is.
     """
 
     def __init__(self, window: QWidget, places: Sequence[QWidget] = ()) -> None:
@@ -217,12 +217,11 @@ class Toasts(QObject):
 
     @property
     def message(self) -> str:
-        """What was said last and is still to be seen; "" for nothing."""
+        """Text of the newest visible note; "" for none."""
         return self.shown[-1].message if self.shown else ""
 
     def tell(self, message: str, milliseconds: int, action: QAction | None = None) -> None:
-        """Say something for so long, and offer a command. What is said twice, or offers the same, stands
-        there once, and anew."""
+        """Show a note for a time, optionally with a command; it replaces notes with the same text or command."""
         for former in list(self.shown):
             if former.message == message or (action is not None and former.action is action):
                 self._drop(former)
@@ -235,7 +234,7 @@ class Toasts(QObject):
         self._place()
 
     def change(self, message: str, milliseconds: int) -> None:
-        """Say something else in the place of what was said last."""
+        """Change the text of the newest note, or show a note if there is none."""
         if not self.shown:
             self.tell(message, milliseconds)
             return
@@ -244,14 +243,14 @@ class Toasts(QObject):
         self._place()
 
     def clear(self) -> None:
-        """Take all away."""
+        """Remove all notes."""
         for toast in list(self.shown):
             self._drop(toast)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep to the corner."""
+        """Keep the notes in the corner."""
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.Hide, QEvent.Type.Move) and self.shown:
-            QTimer.singleShot(0, self, self._place)  # when everything has its new place
+            QTimer.singleShot(0, self, self._place)  # after the layout is updated
         return False
 
     def _drop(self, toast: Toast) -> None:
@@ -273,19 +272,19 @@ class Toasts(QObject):
             bottom -= toast.height() + _GAP
 
 
-# The box that says what went wrong, or came out otherwise, with the technical text folded and a button that copies.
+# Message box for errors and warnings, with collapsed technical details and a copy button.
 
 
 class ProblemBox(QMessageBox):
-    """A title, what to tell of it, and details, which are folded at first; *Copy* takes all with the versions.
+    """A message box with collapsed details; *Copy* copies all of it with the versions.
 
     Parameters
     ----------
     title, text : str
     details : str
-        Technical; "" for none.
+        Technical details; "" for none.
     parent : QWidget
-        In front of which it opens, without holding up what goes on there.
+        The widget in front of which it opens, without blocking it.
     """
 
     def __init__(self, title: str, text: str, details: str, parent: QWidget | None) -> None:
@@ -298,7 +297,7 @@ class ProblemBox(QMessageBox):
         if details:
             self.setDetailedText(details)
         self.copy_button = QPushButton("&Copy")
-        self.copy_button.setToolTip("Copy what is said here, with the details and all versions, as for a report")
+        self.copy_button.setToolTip("Copy this message, its details and all versions, for a bug report")
         self.addButton(self.copy_button, QMessageBox.ButtonRole.ActionRole)
         self.copy_button.clicked.disconnect()  # it would close the box
         self.copy_button.clicked.connect(self._copy)
@@ -311,17 +310,17 @@ class ProblemBox(QMessageBox):
 
 
 def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:
-    """Show a warning beside the work that goes on."""
+    """Show a warning without blocking."""
     ProblemBox(title, text, details, parent).open()
 
 
 def error_text(error: Exception) -> str:
-    """What to tell of an error. What IlfError and the operating system say is meant for people."""
+    """Return the text of an error for the user; with its type if it is unexpected."""
     return in_words(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
 
 
 def error_details(error: Exception) -> str:
-    """Where an error comes from, for those who mend the program; "" of one that is expected to happen."""
+    """Return the traceback of an unexpected error; "" for an expected one (IlfError, OSError)."""
     return "" if _is_expected(error) else "".join(traceback.format_exception(error))
 
 
@@ -335,12 +334,12 @@ _OFFERED_MS = 15_000
 
 
 class Notes(QObject):
-    """Says things to the user, and keeps in the log what may be wanted later.
+    """Shows messages to the user and adds them to the log.
 
     Signals
     -------
     reported(str)
-        Something went wrong; a sentence that says what.
+        The text of an error.
     """
 
     reported = Signal(str)
@@ -353,23 +352,22 @@ class Notes(QObject):
         self._glimpsed = ""
 
     def tell(self, message: str) -> None:
-        """Something that needs no answer."""
+        """Show a message and add it to the log."""
         self._toasts.tell(message, _TOLD_MS)
         self._log.add(message)
 
     def offer(self, message: str, action: QAction) -> None:
-        """Something that a command could be given for; it stays for a good while."""
+        """Show a message with a command, for a longer time."""
         self._toasts.tell(message, _OFFERED_MS, action)
 
     def glimpse(self, message: str) -> None:
-        """Something that is of no interest any more when it has been read, as it comes at every move of a slider; nor
-        while anything else is said."""
+        """Show a short-lived message that is not logged, as at every move of a slider; not over other messages."""
         if self._toasts.message in ("", self._glimpsed):
             self._glimpsed = message
             self._toasts.change(message, _GLIMPSE_MS)
 
     def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
-        """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""
+        """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
         texts = list(notes)
         for text in texts:
             self._log.add(f"{what}: {text}")
@@ -377,7 +375,7 @@ class Notes(QObject):
             warn(self._window, what, "\n\n".join(texts), details)
 
     def report(self, what: str, error: Exception) -> None:
-        """Something that went wrong."""
+        """Show and log an error."""
         details = error_details(error)
         text = note_fault(error) if details else error_text(error)
         self.warn(what, [text], details)

@@ -31,10 +31,10 @@ from ilf.data.declarations import Declaration, ParameterSet, Value
 from ..base import theme
 from .basics import PlainLabel, as_it_is
 
-# A slider for a parameter: which ones get it, and how its positions stand for values.
+# Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
 _LINEAR_STEPS = 200
-"""More steps than this cannot be told apart by hand."""
+"""Maximum number of steps that can be set by hand."""
 
 _LOG_STEPS = 240
 _FINEST = 0.1
@@ -42,14 +42,14 @@ _FINEST = 0.1
 
 
 def wants_slider(declaration: Declaration) -> bool:
-    """Whether a slider makes sense: a number between two bounds that a hand can find its way between."""
+    """Return whether a slider makes sense: a number with two bounds and not too many steps between them."""
     if declaration.choices or declaration.kind is bool or declaration.minimum is None or declaration.maximum is None:
         return False
     return declaration.scale == "log" or declaration.maximum - declaration.minimum <= _LINEAR_STEPS * declaration.step
 
 
 class ValueScale:
-    """Positions 0, 1, ..., `last` of a slider and the values they stand for: rising, whole numbers for an int.
+    """The mapping of slider positions 0, 1, ..., `last` to ascending values; whole numbers for an int.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class ValueScale:
         self._step = declaration.step
         self._log = declaration.scale == "log"
         if self._log:
-            # what has no ratio to the rest, as 0, has a position of its own at the left end
+            # 0 has no logarithm: it gets a separate position at the left end
             self._apart = int(self._low <= 0)
             finest = 1.0 if self._kind is int else _FINEST * self._step
             self._first = finest if self._apart else self._low
@@ -75,7 +75,7 @@ class ValueScale:
             self.last = max(round((self._high - self._low) / self._step), 1)
 
     def value(self, position: int) -> Value:
-        """The value at a position, rounded as one would write it."""
+        """Return the value at a position, rounded to a readable number."""
         if position <= 0:
             found = self._low
         elif position >= self.last:
@@ -89,7 +89,7 @@ class ValueScale:
         return round(found) if self._kind is int else found
 
     def position(self, value: Value) -> int:
-        """The position nearest to a value."""
+        """Return the position nearest to a value."""
         number = float(value)
         if not self._log:
             return round((number - self._low) / self._step)
@@ -99,7 +99,7 @@ class ValueScale:
 
 
 class ValueSlider(QSlider):
-    """Slider over a `ValueScale`; `valueChanged` tells positions, `shown_value` what they stand for."""
+    """A slider over a `ValueScale`; `valueChanged` carries positions, `shown_value` is the value."""
 
     def __init__(self, declaration: Declaration) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -110,11 +110,11 @@ class ValueSlider(QSlider):
 
     @property
     def shown_value(self) -> Value:
-        """The value at the present position."""
+        """The value at the current position."""
         return self._scale.value(self.value())
 
     def show_value(self, value: Value) -> None:
-        """Move to a value without a signal; a handle that already stands for it stays, also while it is dragged."""
+        """Move to a value without a signal; the handle does not move if its position already has that value."""
         if self.shown_value != value:
             with QSignalBlocker(self):
                 self.setValue(self._scale.position(value))
@@ -127,24 +127,24 @@ _RESET_SIZE = 18
 
 
 class ParameterForm(QScrollArea):
-    """Edits one ParameterSet; what it shows and allows comes from the declarations alone.
+    """A form that edits one ParameterSet; editors and limits come from the declarations.
 
-    Parameters that have no effect with the other values as they are do not show.
+    Parameters that have no effect with the current values of others are hidden.
 
-    The set itself is the truth and the editors only show it: a value that an editor cannot show to its last
-    digit survives unless the user changes it.
+    The editors only display the set: a value with more digits than an editor shows is preserved unless the user
+    changes it.
 
     Parameters
     ----------
     set_class : type of ParameterSet
-        The form starts with this class's defaults, which also are the first base values.
+        The form starts with this class's defaults, which are also the first base values.
 
     Signals
     -------
     changed(ParameterSet)
         After every change by the user, with the new values.
     menu_wished(str, QPoint)
-        The user wants to know what can be done with a parameter, by the right button at this place of the screen.
+        The user right-clicked a parameter, at this screen position.
     """
 
     changed = Signal(object)
@@ -159,7 +159,7 @@ class ParameterForm(QScrollArea):
         self._wheel_guard = _WheelGuard(self)
         declarations = set_class.declarations()
         self._deciding = {item.when[0] for item in declarations.values() if item.when}
-        """Parameters on which it depends whether others matter."""
+        """Parameters that determine whether others have an effect."""
 
         content = QWidget()
         column = QVBoxLayout(content)
@@ -180,17 +180,17 @@ class ParameterForm(QScrollArea):
         self._style()
 
     def parameters(self) -> ParameterSet:
-        """The values as they stand."""
+        """Return the current values."""
         return self._parameters
 
     def set_parameters(self, parameters: ParameterSet) -> None:
-        """Show other values; `changed` is not emitted."""
+        """Show new values; `changed` is not emitted."""
         if parameters != self._parameters:
             self._parameters = parameters
             self._show()
 
     def set_base(self, parameters: ParameterSet, source: str = "the preset") -> None:
-        """Set the values that rows are marked against and reset to, and whose they are."""
+        """Set the base values, which rows are compared with and reset to, and their name."""
         if (parameters, source) != (self._base, self._source):
             self._base, self._source = parameters, source
             for name, row in self._rows.items():
@@ -287,7 +287,7 @@ class ParameterForm(QScrollArea):
 
     def _edited(self, name: str, value: Value) -> None:
         current = getattr(self._parameters, name)
-        # Enter in a field that nobody touched reports the value as the field shows it
+        # Enter in an unchanged field reports the rounded value that it shows
         if isinstance(current, float) and isinstance(value, float) and round(current, _DECIMALS) == value:
             self._rows[name].show(current)
             return
@@ -310,13 +310,13 @@ class ParameterForm(QScrollArea):
         row.show(value)
         if row.slider is not None:
             row.slider.show_value(value)
-        # not by palette, which a new application style sheet would take away
+        # not by palette, which a new application style sheet would reset
         accent = theme.colours(self.palette()).accent.name()
         style = "" if value == base else f"color: {accent}"
-        if row.caption.styleSheet() != style:  # setting one is slow, even the same
+        if row.caption.styleSheet() != style:  # setting a style sheet is slow, even the same one
             row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
-        row.reset.setToolTip(as_it_is(f"Back to {row.declaration.in_words(base)}"))
+        row.reset.setToolTip(as_it_is(f"Reset to {row.declaration.in_words(base)}"))
 
     def _show_what_matters(self) -> None:
         shown = {name for name in self._rows if self._parameters.matters(name)}
@@ -344,7 +344,7 @@ class _Row:
 
 
 class _WheelGuard(QObject):
-    """Leaves the wheel to the scroll area unless the editor under it has the focus."""
+    """Event filter that passes the wheel to the scroll area unless the editor has the focus."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
@@ -354,12 +354,12 @@ class _WheelGuard(QObject):
 
 
 class _FloatBox(QDoubleSpinBox):
-    """Shows as many decimals as its step has, and more only where the value has more."""
+    """A spin box that shows the decimals of its step, and more only if the value has more."""
 
     def __init__(self, step: float) -> None:
         super().__init__()
         self._step_decimals = _decimals(step)
-        # one way to write numbers, the same as on the command line and in files
+        # same number format as on the command line and in files
         self.setLocale(QLocale.c())
         self.setDecimals(_DECIMALS)
         self.setSingleStep(step)
@@ -369,7 +369,7 @@ class _FloatBox(QDoubleSpinBox):
 
 
 class _OfferBox(QComboBox):
-    """Chooses among values that come and go; it asks for them anew whenever it shows one or opens.
+    """A combo box with a changing list of values, which is updated whenever it shows one or opens.
 
     Signals
     -------
@@ -395,8 +395,8 @@ class _OfferBox(QComboBox):
             if missing:
                 self.addItem(f"missing: {value}", value)
             self.setCurrentIndex(self.findData(value))
-        # without one of its own it is that of the row
-        self.setToolTip(as_it_is(f"{value} is not on this computer. Choose another, or add it.") if missing else "")
+        # without its own tooltip it shows that of the row
+        self.setToolTip(as_it_is(f"{value} is not on this computer. Select another, or add it.") if missing else "")
 
     def showPopup(self) -> None:
         self.show_value(self.currentData())
@@ -408,7 +408,7 @@ class _OfferBox(QComboBox):
 
 
 def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Value], None]]:
-    """The editor of one parameter and the function that shows a value in it without a signal."""
+    """Return the editor of one parameter and the function that shows a value in it without a signal."""
     if declaration.choices:
         combo = QComboBox()
         combo.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -451,12 +451,12 @@ def _silently(widget: QWidget, setter: Callable[[Any], None]) -> Callable[[Value
 
 
 def _decimals(value: float) -> int:
-    """Decimals that `value` needs, up to what an editor can hold."""
+    """Return the number of decimals that `value` needs, up to the maximum of an editor."""
     return len(f"{value:.{_DECIMALS}f}".rstrip("0").partition(".")[2])
 
 
 def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
-    """Help, the usual value and source as rich text, which wraps."""
+    """Return help, base value and source as rich text, which wraps."""
     facts = [html.escape(f"In {whose}: {declaration.in_words(usual)}")]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")

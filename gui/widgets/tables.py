@@ -1,4 +1,4 @@
-"""Rows of a table that are given anew as a whole, and change only where they differ."""
+"""Table models that update only changed rows, and the common style of tables."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Row = TypeVar("Row")
 
 
 class RowModel(QAbstractTableModel, Generic[Row]):
-    """Base of models with one object per row; a proxy sorts them.
+    """Base of table models with one object per row; a proxy sorts them.
 
     Parameters
     ----------
     columns : int
-        How many there are.
+        Number of columns.
     """
 
     def __init__(self, columns: int, parent: QWidget) -> None:
@@ -29,15 +29,15 @@ class RowModel(QAbstractTableModel, Generic[Row]):
         self._columns = columns
 
     def key(self, row: Row) -> Hashable:
-        """What a row is of: it stays the same row as long as this does."""
+        """Return the identity of a row: rows with equal keys are the same row."""
         raise NotImplementedError
 
     def look(self, row: Row, column: int) -> object:
-        """All that decides how a cell looks and where it is sorted."""
+        """Return everything that determines a cell's appearance and sort position."""
         raise NotImplementedError
 
     def set_rows(self, rows: Sequence[Row]) -> None:
-        """Show these rows; those that stay must be in the same order as before."""
+        """Show these rows; remaining rows must be in the same order as before."""
         wanted = {self.key(row) for row in rows}
         for number in reversed(range(len(self.rows))):
             if self.key(self.rows[number]) not in wanted:
@@ -53,7 +53,7 @@ class RowModel(QAbstractTableModel, Generic[Row]):
                 self._change(number, row)
 
     def announce_all(self) -> None:
-        """Everything looks different."""
+        """Announce a change of all cells."""
         if self.rows:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, self._columns - 1))
 
@@ -64,28 +64,28 @@ class RowModel(QAbstractTableModel, Generic[Row]):
         return 0 if parent.isValid() else self._columns
 
     def _change(self, number: int, row: Row) -> None:
-        """Announce just the columns that change: a name that is being typed must not be reset by the others."""
+        """Announce only the columns that change: other changes must not reset a name that is being edited."""
         before, self.rows[number] = self.rows[number], row
         if before == row:
             return
         for column in range(self._columns):
-            # NaN is not equal to itself, its text is
+            # by repr: NaN is not equal to itself
             if repr(self.look(before, column)) != repr(self.look(row, column)):
                 index = self.index(number, column)
                 self.dataChanged.emit(index, index)
 
 
-# How rows of tables look: a soft selection that leaves colours readable, and icons in the middle of their columns.
+# Appearance of rows: a soft selection colour that keeps colours readable, and centred icons.
 
 ICON_SIZE = 16
 _ROW_HEIGHT = 26
 _FILLED = "ilf_filled"
-"""Property of editors that have the cell's text."""
+"""Property of editors that already contain the cell's text."""
 
 
 def lay_out(view: QTableView, least_width: int = _ROW_HEIGHT) -> None:
-    """Give a table what all of ours have: whole rows to choose, a menu, smooth scrolling, no lines between rows, and
-    columns of this least width to sort by, or by none."""
+    """Set up a table like all others: row selection, a context menu, smooth scrolling, no grid, and sortable columns of
+    this minimum width."""
     view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
     view.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
     view.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -107,14 +107,14 @@ def lay_out(view: QTableView, least_width: int = _ROW_HEIGHT) -> None:
 
 
 class SoftRows(QStyledItemDelegate):
-    """Paints rows.
+    """Delegate that paints rows.
 
     Parameters
     ----------
     icon_columns : collection of int
-        Columns that show nothing but an icon or a colour, in the middle.
+        Columns with only a centred icon or colour.
     elided_within : collection of int
-        Columns where the ends of a text that is too long are shown, and not its beginning alone.
+        Columns where long texts are elided in the middle.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class SoftRows(QStyledItemDelegate):
         self._elided_within = elided_within
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
-        """What is being typed stays, whatever becomes of the cell meanwhile."""
+        """Set the text only once, so that changes of the cell do not overwrite the user's input."""
         if not editor.property(_FILLED):
             editor.setProperty(_FILLED, True)
             super().setEditorData(editor, index)
@@ -163,7 +163,7 @@ class SoftRows(QStyledItemDelegate):
 
 @lru_cache(maxsize=8)
 def _soft(accent: int, base: int) -> QColor:
-    """What marks selected rows, of the palette's colours as numbers: asked for once for every cell."""
+    """Return the background of selected rows; colours as numbers so that the cache works, used for every cell."""
     return _blend(QColor(accent), QColor(base), 0.28)
 
 

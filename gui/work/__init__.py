@@ -1,1 +1,1 @@
-"""Work off the window's thread: jobs, questions of which the latest counts, runs, the loading of frames."""
+"""Background work: worker threads, job queues, runs, loading of frames, and deferred refresh of widgets."""

@@ -1,4 +1,4 @@
-"""An extraction together with what it was made from, and the seconds that it took."""
+"""An extraction with its frame, parameters and duration."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ilf.segmentation.extraction import Extraction, extract
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What EBS gave for a frame."""
+    """The result of EBS for a frame; `seconds` is its duration [s]."""
 
     frame: RGBDFrame
     parameters: BlockParameters
@@ -36,5 +36,5 @@ def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
 
 
 def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
-    """How many blocks there are in a label map, and how much of the frame they cover."""
+    """Return the number of blocks in a label map and their share of the frame, as text."""
     return covered(count, float((labels > 0).mean()))

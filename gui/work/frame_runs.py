@@ -1,4 +1,4 @@
-"""Running ILF on one frame of the window: one run at a time, off the GUI's thread; and solving blocks anew, live."""
+"""Runs of ILF on one frame, one at a time in a background thread, and live re-solving of changed blocks."""
 
 from __future__ import annotations
 
@@ -26,45 +26,45 @@ from .jobs import Worker, spare_cores
 Step = tuple[Progress, list[Preview] | None]
 
 _PATIENCE_MS = 150
-"""A re-solve whose values have changed meanwhile may end if it takes no longer: during a drag, slightly old results
-show more than none."""
+"""Time [ms] that a re-solve may still take after its parameters changed: during a drag, slightly outdated results are
+better than none."""
 
 _PREVIEWS_S = 0.15
-"""Least interval between previews of the blocks that run."""
+"""Minimum interval [s] between previews of running blocks."""
 
 _FIRST_PREVIEW_S = 0.03
-"""Age at which a re-solve may take the place of the block's former result before it has ended."""
+"""Age [s] from which previews of a re-solve replace the block's former result."""
 
 
 class RunState(Enum):
-    """What the run is doing."""
+    """The state of a frame's run."""
 
     IDLE = "idle"
     RUNNING = "running"
     PAUSED = "paused"
     STOPPING = "stopping"
-    GUESSING = "guessing the rest"
-    """What no block vouches for, after a run."""
-    RESOLVING = "solving anew"
-    """Some blocks, because they or their values have changed: they give way to a run."""
+    GUESSING = "extrapolating"
+    """Extrapolation of what no block could complete, after a run."""
+    RESOLVING = "re-solving"
+    """Blocks are solved again because they or their parameters changed; a run has priority."""
 
 
 class Ended(NamedTuple):
-    """How a run or a re-solve has ended.
+    """The outcome of a run or a re-solve.
 
     Attributes
     ----------
     session : Session
     run : Run
-        What it was made of.
+        Its input.
     done : frozenset of int
-        Blocks that have come to a result.
+        Blocks with a result.
     seconds : float
-        How long it took [s].
+        Duration [s].
     how : str
         "finished", "cancelled" or "failed".
     resolved : bool
-        Whether some blocks were solved anew, because they or their values had changed.
+        Whether it was a re-solve of changed blocks.
     """
 
     session: Session
@@ -77,33 +77,32 @@ class Ended(NamedTuple):
 
 @dataclass(frozen=True)
 class _FollowUp:
-    """What is to be done when a re-solve has ended: solve blocks anew, or something else, whose place no re-solve
-    takes."""
+    """What follows the current re-solve: another re-solve, or an action, which no re-solve replaces."""
 
     blocks: tuple[int, ...] = ()
     action: Callable[[], None] | None = None
 
 
 class FrameRuns(QObject):
-    """Starts, pauses, steps and cancels what goes on for one frame; brings records, previews and results to the
-    workspace as they come.
+    """Starts, pauses, steps and cancels the work on one frame, and adds its records, previews and results to the
+    workspace.
 
     Signals
     -------
     state_changed()
-        `state` has changed, or which blocks are queued.
+        `state` or `queued` has changed.
     records(int, list)
         New records of a block, in batches.
     ended(str)
-        The run is over; a sentence that says how.
+        The run has ended; a message with its outcome.
     resolved(str)
-        A block has been solved anew; a sentence that says how fast.
+        Blocks were re-solved; a message with the duration.
     run_ended(object)
-        A run or a re-solve has ended, its results are there, and nothing of it runs any more; an `Ended`.
+        A run or a re-solve has ended and its results are stored; an `Ended`.
     finished(object)
-        A run has gone to its end, the guess of the rest included if there is one; its session.
+        A run has finished, including the extrapolation if there is one; its session.
     failed(object)
-        The run broke on an exception.
+        The run failed with an exception.
     """
 
     state_changed = Signal()
@@ -140,7 +139,7 @@ class FrameRuns(QObject):
 
     @property
     def state(self) -> RunState:
-        """What goes on."""
+        """The state of the work on the frame."""
         if self._resolving:
             return RunState.RESOLVING
         if not self._worker.busy:
@@ -158,12 +157,12 @@ class FrameRuns(QObject):
 
     @property
     def resolving(self) -> tuple[int, ...]:
-        """The blocks that are being solved anew."""
+        """The blocks that are being re-solved."""
         return self._resolving
 
     @property
     def queued(self) -> set[int]:
-        """Blocks of the run that have not been reached yet."""
+        """Blocks of the run that have not started yet."""
         if self._run is None or self._steps is None or self._resolving:
             return set()
         return set(self._steps.blocks) - self._begun - self._done
@@ -177,11 +176,11 @@ class FrameRuns(QObject):
 
     @property
     def seconds(self) -> float:
-        """How long what goes on has taken so far [s]."""
+        """Duration of the current work so far [s]."""
         return time.perf_counter() - self._started if self._worker.busy else 0.0
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
-        """Run all blocks, or just some; with `stepwise`, one by one, and hold after a step."""
+        """Run all blocks, or some; with `stepwise`, one block at a time, pausing after each step."""
         if self._resolving:
             self._follow_up(lambda: self.start(only, stepwise))
             return
@@ -191,25 +190,25 @@ class FrameRuns(QObject):
         self._start(lambda: steps, stepwise)
 
     def start_changed(self) -> None:
-        """Run the blocks that have no result of their present state and parameters."""
+        """Run the blocks without an up-to-date result."""
         changed = self.session.changed_blocks()
         if changed:
             self.start(set(changed))
         else:
-            self.ended.emit(f"{self.session.name}: all blocks are up to date. The menu Run runs them all again.")
+            self.ended.emit(f"{self.session.name}: all blocks are up to date. Use Run all blocks to run them again.")
 
     def start_chosen(self) -> None:
-        """Run the chosen blocks."""
+        """Run the selected blocks."""
         self.start(self._chosen())
 
     def _chosen(self) -> set[int]:
         return set(self.session.selected) & set(self.session.counts())
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
-        """Solve blocks anew, as they are now, in this order; False if a run comes first.
+        """Re-solve blocks in their current state, in this order; False if a run has priority.
 
-        Of what comes while a re-solve is under way only the latest counts: it is taken up when that ends, which is at
-        once if blocks have been edited, and otherwise soon. Blocks that had been left then are solved after it.
+        During a re-solve only the latest request is kept. It starts when the current re-solve ends: at once if blocks
+        were edited, otherwise soon. Blocks that were not finished then are solved after it.
         """
         if self.state is RunState.IDLE:
             self._begin_resolve(blocks)
@@ -223,7 +222,7 @@ class FrameRuns(QObject):
         return True
 
     def _follow_up(self, action: Callable[[], None]) -> None:
-        """Do something else when the re-solve has ended, which is at once."""
+        """Cancel the re-solve and call an action when it has ended."""
         self._next = _FollowUp(action=action)
         self._end_resolve_in(0)
 
@@ -252,14 +251,14 @@ class FrameRuns(QObject):
             with make() as steps:
                 for progress in steps:
                     if progress.result is None:
-                        check_stopped()  # records after that are of no interest
+                        check_stopped()  # later records are not needed
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
         self.state_changed.emit()
 
     def guess(self) -> None:
-        """Guess what the blocks leave missing."""
+        """Extrapolate what the blocks leave missing."""
         completion = self.session.completion()
         if self._resolving:
             self._follow_up(self.guess)
@@ -283,28 +282,28 @@ class FrameRuns(QObject):
         self.state_changed.emit()
 
     def _due_previews(self, steps: RunSteps) -> list[Preview] | None:
-        """Called off the GUI's thread, which says when it has taken the last."""
+        """Called in the background thread; the GUI's thread sets when the next preview is due."""
         if time.perf_counter() < self._preview_time:
             return None
         self._preview_time = math.inf
         return steps.preview()
 
     def pause(self) -> None:
-        """Hold after the present iteration."""
+        """Pause after the current iteration."""
         self._worker.pause()
         self.state_changed.emit()
 
     def resume(self) -> None:
-        """Go on."""
+        """Resume the run."""
         self._worker.resume()
         self.state_changed.emit()
 
     def toggle_pause(self) -> None:
-        """Hold the run, or let it go on."""
+        """Pause the run, or resume it."""
         (self.resume if self.state is RunState.PAUSED else self.pause)()
 
     def step(self) -> None:
-        """One iteration, then hold: of the run under way, or of a new one over the chosen blocks, or all."""
+        """Run one iteration, then pause: of the current run, or of a new one over the selected blocks, or all."""
         if self.free:
             self.start(self._chosen() or None, stepwise=True)
         else:
@@ -312,7 +311,7 @@ class FrameRuns(QObject):
             self.state_changed.emit()
 
     def cancel(self) -> None:
-        """Stop after the present iteration; blocks that are done keep their results."""
+        """Cancel after the current iteration; completed blocks keep their results."""
         if self._worker.busy:
             self._stopping = True
             self._next = None
@@ -320,14 +319,14 @@ class FrameRuns(QObject):
             self.state_changed.emit()
 
     def clear_results(self) -> None:
-        """Forget all results, also what a re-solve or a guess under way is about to give."""
+        """Remove all results, also those of a re-solve or an extrapolation in progress."""
         if self._resolving or self._guessing is not None:
             self._abandoned = self._guessing is None
             self.cancel()
         self._workspace.clear_results()
 
     def shutdown(self) -> bool:
-        """Stop for good. True if the thread has ended."""
+        """Stop permanently. True if the thread has ended."""
         self._patience.stop()
         return self._worker.shutdown()
 
@@ -350,7 +349,7 @@ class FrameRuns(QObject):
                 self._preview_time = time.perf_counter() + _PREVIEWS_S
         if results:
             self._done.update(result.block.label for result in results)
-            # other depth may be distrusted since the run began
+            # the invalid mask may have changed since the run started
             self._workspace.store_results(self.session, results, run.frame)
 
     def _end(self, how: str, guess: Completion | None = None) -> None:
@@ -364,13 +363,13 @@ class FrameRuns(QObject):
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
-            # what has been iterated on stays, though it has not been corrected
+            # blocks that were iterated keep their results, though they are not corrected yet
             self._workspace.store_results(self.session, list(steps.uncorrected.values()), run.frame)
             done.update(steps.uncorrected)
         self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
-        # another re-solve takes its place: what it shows may stay until then
+        # another re-solve follows: the previews stay until then
         again = following is not None and following.action is None
         self._workspace.end_run(self.session, previews_stay=again)
         if following is None:
@@ -393,23 +392,23 @@ class FrameRuns(QObject):
         done = [label for label in done if label in results]
         if done:
             count = sum(results[label].outcome.iterations for label in done)
-            what = self.session.info(done[0]).name if len(done) == 1 else f"{len(done)} blocks"
-            self.resolved.emit(f"{what}: {count} iterations in {1000 * seconds:.0f} ms")
+            what = self.session.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
+            self.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
     def _tell_ended(self, steps: RunSteps, how: str, done: set[int], seconds: float) -> None:
         session = self.session
-        text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
+        text = f"{session.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
         if lost:
-            text += f" {lost} had been edited meanwhile: run them again."
+            text += f" {counted(lost, 'block')} edited meanwhile: run again (F5)."
         if uncorrected := len(done & steps.uncorrected.keys()):
-            text += f" {counted(uncorrected, 'block')} still without the learned correction: run what changed."
+            text += f" {counted(uncorrected, 'block')} without the learned correction: run again (F5)."
         self.ended.emit(" ".join((text, *steps.notes)))
         if how == "finished":
             self._go_on()
 
     def _go_on(self) -> None:
-        """A run has gone to its end: guess the rest if that belongs to it."""
+        """After a finished run, extrapolate the rest if that is part of it."""
         completion = self.session.completion()
         if self.session.dense and completion is not None and self.state is RunState.IDLE:
             self._begin_guess(completion)
@@ -420,18 +419,19 @@ class FrameRuns(QObject):
         base, self._guessing = self._guessing, None
         self._stopping = False
         session = self.session
-        text = f"{session.name}: guess of the rest {how}."
+        text = f"{session.name}: extrapolation {how}."
         holds = guess is not None and session.completion() is base
         if base is not None and guess is not None:
             if holds:
                 self._workspace.store_guess(session, base, guess)
             seconds = time.perf_counter() - self._started
             count = np.count_nonzero(guess.guessed)
-            text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
+            pixels = counted(count, "pixel")
+            text = f"{session.name}: {pixels} extrapolated in {seconds:.1f} s (unsupported by measurements)."
             if count == 0:
-                text = f"{session.name}: nothing is missing, so there is nothing to guess."
+                text = f"{session.name}: no depth is missing; nothing to extrapolate."
             elif not holds:
-                text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
+                text = f"{session.name}: blocks were edited during the extrapolation: extrapolate again."
             text = " ".join((text, *(note for note in guess.notes if note not in base.notes)))
         self.state_changed.emit()
         self.ended.emit(text)

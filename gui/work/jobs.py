@@ -1,4 +1,4 @@
-"""The one worker pattern: a thread drives a generator, a timer brings what it yields to the GUI in batches."""
+"""Background workers: a thread drives a generator, a timer passes its items to the GUI in batches."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from ilf._runtime.cancellation import heed
 from ilf._runtime.threads import available_cores
 
-# A generator that is driven in a thread of its own, at the pace that somebody orders.
+# A thread that drives a generator and can be paused, stepped and cancelled.
 
 Make = Callable[[], Generator[Any, None, Any]]
 
 
 class Command(Enum):
-    """What a job is to do."""
+    """A command to a job."""
 
     RUN = "run"
     PAUSE = "pause"
@@ -30,31 +30,31 @@ class Command(Enum):
 
 
 class JobThread:
-    """Drives a generator to its end, or as far as it is ordered to.
+    """A thread that drives a generator to its end, under commands.
 
     Parameters
     ----------
     make : callable
-        Gives the generator; called in the thread.
+        Returns the generator; called in the thread.
     command : Command
-        The first.
+        The first command.
     rests : callable
-        Takes what the generator has yielded, and says whether the job may pause after it.
+        Given a yielded item, returns whether the job may pause after it.
     tell : callable
-        Called in the thread when it has ended, and when something has been yielded after a silence.
+        Called in the thread when it ends, and when an item is yielded after a silence.
     silence : float
-        How long that is [s].
+        Duration of such a silence [s].
     stoppable : bool
-        Whether a step that is under way stops when the job is cancelled.
+        Whether the current step is interrupted when the job is cancelled.
 
     Attributes
     ----------
     items : deque
-        What has been yielded and not taken yet.
+        Items that were yielded and not fetched yet.
     end : tuple of str and object, or None
-        "finished" and what the generator has returned, "failed" and an exception, or "cancelled".
+        "finished" and the generator's return value, "failed" and an exception, or "cancelled".
     waiting : bool
-        Whether it is paused, in fact.
+        Whether it is paused at this moment.
     """
 
     def __init__(
@@ -81,11 +81,11 @@ class JobThread:
 
     @property
     def command(self) -> Command:
-        """The last order."""
+        """The last command."""
         return self._command
 
     def order(self, command: Command) -> bool:
-        """Do this from now on; False if the job has been cancelled before."""
+        """Set the command; False if the job was cancelled before."""
         with self._state:
             obeyed = self._command is not Command.CANCEL
             if obeyed:
@@ -96,12 +96,12 @@ class JobThread:
         return obeyed
 
     def leave(self) -> None:
-        """Let it end by itself: it tells nothing any more."""
+        """Detach the job: it ends by itself and no longer reports."""
         with self._listening:
             self._heard = False
 
     def join(self, limit: float | None = None) -> bool:
-        """Wait for the thread, for so many seconds at most; whether it has ended."""
+        """Wait for the thread, for at most `limit` seconds; True if it has ended."""
         self._thread.join(limit)
         return not self._thread.is_alive()
 
@@ -111,8 +111,8 @@ class JobThread:
             self.end = self._driven()
         except Exception as error:
             self.end = "failed", error
-        except BaseException as error:  # SystemExit, say: whoever waits for the job is to hear of its end
-            failure = RuntimeError(f"The work has ended by {error!r}.")
+        except BaseException as error:  # such as SystemExit: the end must still be reported
+            failure = RuntimeError(f"The work was ended by {error!r}.")
             failure.__cause__ = error
             self.end = "failed", failure
         finally:
@@ -141,7 +141,7 @@ class JobThread:
                 self._tell()
 
     def _may_go_on(self, whole: bool) -> bool:
-        """Wait while paused, if the last step is whole; False once cancelled."""
+        """Wait while paused, if the last step is complete; False once cancelled."""
         with self._state:
             while whole and self._command is Command.PAUSE:
                 self.waiting = True
@@ -154,11 +154,11 @@ class JobThread:
 
 DRAIN_INTERVAL_MS = 33
 LET_GO_MS = 100
-"""How long a job that was cancelled is waited for; a library that is busy hears nothing meanwhile."""
+"""Time [ms] to wait for a cancelled job; a busy library cannot be interrupted."""
 SHUTDOWN_LIMIT_S = 0.1
-"""The same when the window closes."""
+"""The same [s] when the window closes."""
 FINISH_LIMIT_S = 10.0
-"""The same of a job that is to finish."""
+"""The same [s] for a job that must finish."""
 
 
 def _always(_: Any) -> bool:
@@ -166,17 +166,16 @@ def _always(_: Any) -> bool:
 
 
 class Worker(QObject):
-    """Drives one generator at a time, off the GUI's thread.
+    """Drives one generator at a time in a background thread.
 
-    What the generator yields comes in lists through `progressed`; its return value through `finished`; whatever it
-    ends by otherwise through `failed`. After `cancel`, what was yielded before still comes, and then `cancelled`: very
-    soon, also if the thread is in the middle of something that cannot be stopped. It is left alone then, and nothing is
-    heard of it any more. All signals are emitted in the GUI's thread.
+    Yielded items are emitted in lists by `progressed`, the return value by `finished`, an exception by `failed`. After
+    `cancel`, remaining items are emitted, and soon after `cancelled`, even if the thread cannot be interrupted; the
+    thread is then detached and no longer reports. All signals are emitted in the GUI's thread.
 
     Parameters
     ----------
     finishes : bool
-        Whether a step that is under way is finished in any case, and waited for: what is stored has to be.
+        Whether the current step is always finished and waited for, as writing to disk must be.
     """
 
     progressed = Signal(list)
@@ -185,7 +184,7 @@ class Worker(QObject):
     cancelled = Signal()
     paused = Signal()
     _told = Signal()
-    """From the job's thread: the end, and what comes after a silence, is not left to wait for the timer."""
+    """From the job's thread: its end, and items after a silence, do not wait for the timer."""
 
     def __init__(self, parent: QObject | None = None, finishes: bool = False) -> None:
         super().__init__(parent)
@@ -200,7 +199,7 @@ class Worker(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a job is under way, paused ones included."""
+        """Whether a job is in progress, paused ones included."""
         return self._job is not None
 
     @property
@@ -209,12 +208,12 @@ class Worker(QObject):
         return self._job is not None and self._job.command is Command.PAUSE
 
     def start(self, job: Make, paused: bool = False, rests: Callable[[Any], bool] = _always) -> None:
-        """Run a job; RuntimeError if one is under way. With `paused`, it takes one step and waits.
+        """Start a job; RuntimeError if one is in progress. With `paused`, it pauses after one step.
 
-        It waits after what `rests` says yes to; what it yields otherwise is part of a step.
+        A step ends with an item for which `rests` returns True.
         """
         if self.busy:
-            raise RuntimeError("a job is under way")
+            raise RuntimeError("a job is already in progress")
         self._announced_pause = False
         command = Command.STEP if paused else Command.RUN
         silence = DRAIN_INTERVAL_MS / 1000
@@ -222,19 +221,19 @@ class Worker(QObject):
         self._timer.start()
 
     def pause(self) -> None:
-        """Wait after the present step."""
+        """Pause after the current step."""
         self._order(Command.PAUSE)
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Resume after a pause."""
         self._order(Command.RUN)
 
     def step(self) -> None:
-        """One more step, then wait."""
+        """Run one more step, then pause."""
         self._order(Command.STEP)
 
     def cancel(self) -> None:
-        """Stop; `cancelled` follows."""
+        """Cancel the job; `cancelled` follows."""
         self._order(Command.CANCEL)
         if self.busy and not self._finishes and not self._patience.isActive():
             self._patience.start()
@@ -260,13 +259,13 @@ class Worker(QObject):
         job = self._job
         if job is None:
             return
-        end = job.end  # looked at first: what is in the buffer by then belongs before the end
+        end = job.end  # read first: items in the buffer by then belong before the end
         self._pass_on(job)
         if end is None:
             if job.waiting and not self._announced_pause and self.is_paused:
                 self._announced_pause = True
                 self.paused.emit()
-        elif self._job is job:  # who took the last batch may have shut down
+        elif self._job is job:  # a receiver of the last batch may have shut down
             job.join()
             self._forget()
             kind, value = end
@@ -278,7 +277,7 @@ class Worker(QObject):
                 self.failed.emit(value)
 
     def _let_go(self) -> None:
-        """It has been cancelled, and does not end."""
+        """Detach a cancelled job that does not end."""
         job = self._job
         if job is None:
             return
@@ -299,21 +298,21 @@ class Worker(QObject):
         self._job = None
 
 
-# How long what is under way will still take.
+# Estimate of the remaining time.
 
 _NOT_BEFORE_S = 1.0
 _LEAST_SHARE = 0.02
 _STEPS = ((10, 1), (60, 5))
-"""Up to so many seconds, in steps of so many; above, in minutes."""
+"""(limit, step) [s]: rounding of times up to a limit; longer times are in minutes."""
 
 
 class Pace:
-    """Estimates the rest of some work from the share that is done and the time that it was really going.
+    """Estimates the remaining time of some work from the share that is done and the time spent, without pauses.
 
     Parameters
     ----------
     clock : callable
-        Gives seconds.
+        Returns the time [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -322,7 +321,7 @@ class Pace:
         self._last: float | None = None
 
     def note(self, share: float, going: bool = True) -> None:
-        """So much, 0-1, is done now; with `going` false it is held from now on. Less than before is other work."""
+        """Note the share done, 0-1; `going` is False while paused. A smaller share than before starts new work."""
         now = self._clock()
         if share < self._share:
             self._gone, self._last = 0.0, None
@@ -332,18 +331,18 @@ class Pace:
         self._last = now if going else None
 
     def forget(self) -> None:
-        """The work is over."""
+        """Reset after the work has ended."""
         self._share, self._gone, self._last = 0.0, 0.0, None
 
     @property
     def left(self) -> float | None:
-        """Seconds that are left; None as long as that cannot be said."""
+        """Remaining time [s]; None while it cannot be estimated."""
         if self._gone < _NOT_BEFORE_S or not _LEAST_SHARE <= self._share < 1:
             return None
         return self._gone * (1 - self._share) / self._share
 
     def text(self) -> str:
-        """The same in round numbers, as "12 s left"; "" as long as it cannot be said."""
+        """Return the rounded remaining time, as "12 s left"; "" while it cannot be estimated."""
         left = self.left
         if left is None:
             return ""
@@ -354,9 +353,9 @@ class Pace:
         return f"{math.ceil(left / 60)} min left"
 
 
-# How many cores long work may have.
+# Number of threads for long work.
 
 
 def spare_cores() -> int:
-    """Threads for work in the background, at least one: one core stays the window's."""
+    """Return the number of threads for background work, at least one: one core is left to the window."""
     return max(available_cores() - 1, 1)

@@ -1,4 +1,4 @@
-"""Keeping what runs have given: every run, and what blocks that are solved anew have come to when values rest."""
+"""Adds runs to the run history: every run, and re-solves once the parameters have not changed for a moment."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from .frame_runs import Ended, RunState
 from .runs import RunController
 
 REST_MS = 400
-"""How long no block may have been solved anew for values to be at rest."""
+"""Time [ms] without a re-solve after which its results are stored."""
 
 
 _Step = ReferenceType[QUndoCommand] | None
-"""A step of the history, None for none. Steps hold their session, and end with its history."""
+"""An undo step, None for none. A weak reference, because steps reference their session."""
 
 
 class _Solved(NamedTuple):
-    """A re-solve, the step of the history that it came after, and what an edit that it came of is called."""
+    """A re-solve, the undo step before it, and the name of the edit that started it."""
 
     ended: Ended
     step: _Step
@@ -38,7 +38,7 @@ class _Solved(NamedTuple):
 
 
 class _LiveRow(NamedTuple):
-    """The kept run of the latest step that had blocks solved anew, and the name that it was given."""
+    """The stored run of the latest undo step with a re-solve, and its default name."""
 
     step: _Step
     kept: KeptRun
@@ -46,13 +46,15 @@ class _LiveRow(NamedTuple):
 
 
 class RunKeeper(QObject):
-    """Keeps runs as they end. Blocks that are solved anew after one step of the history make one run, which follows as
-    long as the step goes on; a state that undo brings back is none.
+    """Stores runs in the history as they end.
+
+    Re-solves after the same undo step are one run, which is updated while the step continues; a state that undo
+    restores is not stored again.
 
     Signals
     -------
     message(str)
-        Something that needs no answer.
+        A message for the status bar.
     """
 
     message = Signal(str)
@@ -71,11 +73,11 @@ class RunKeeper(QObject):
 
     @property
     def waits(self) -> bool:
-        """Whether blocks have been solved anew that are to be kept when values rest."""
+        """Whether re-solved blocks wait to be stored."""
         return bool(self._waiting)
 
     def shutdown(self) -> bool:
-        """Keep nothing any more. True, since no thread is left."""
+        """Stop storing runs. Always True: there is no thread."""
         self._rest.stop()
         return True
 
@@ -99,7 +101,7 @@ class RunKeeper(QObject):
         for session, solved in list(self._waiting.items()):
             if session not in self._workspace.sessions:
                 del self._waiting[session]
-            elif self._runs.of(session).state is RunState.IDLE:  # else it is heard of when that ends
+            elif self._runs.of(session).state is RunState.IDLE:  # else `run_ended` follows
                 del self._waiting[session]
                 self._keep_solved(session, solved)
 
@@ -109,7 +111,7 @@ class RunKeeper(QObject):
             return
         same = next((kept for kept in reversed(session.kept_runs) if kept.equals(results)), None)
         if same is not None:
-            same.results = dict(results)  # those that are present, so that others need not be held
+            same.results = dict(results)  # the current objects, so that the equal ones can be freed
             self._workspace.note_run_changed(session, same)
             return
         ended, step, edit = solved
@@ -147,7 +149,7 @@ class RunKeeper(QObject):
         return kept
 
     def _drop_oldest(self, session: Session) -> None:
-        """Beyond a number, or a size, the oldest runs go that have no note and are not compared."""
+        """Remove the oldest runs without a note that are not compared, beyond a number or a size."""
         dropped = 0
         for kept in session.kept_runs[:-1]:
             if len(session.kept_runs) <= MOST_KEPT and memory_of(session.kept_runs) <= MOST_MEMORY:
@@ -158,8 +160,8 @@ class RunKeeper(QObject):
         if dropped and session not in self._warned:
             self._warned.add(session)
             self.message.emit(
-                f"{session.name}: {len(session.kept_runs)} runs are kept, as many as there is room for. From now on "
-                "the oldest go for new ones; those with a note stay."
+                f"{session.name}: the run history is full ({len(session.kept_runs)} runs). New runs replace the "
+                "oldest ones; runs with a note are kept."
             )
 
     def _take_guess(self, session: Session) -> None:
@@ -179,5 +181,5 @@ def _last_step(session: Session) -> QUndoCommand | None:
 
 
 def _edit(step: QUndoCommand | None) -> str:
-    """What an edit is called; values say themselves what they are."""
+    """Return the name of an edit; "" for a change of parameters, which the run's name lists anyway."""
     return "" if step is None or isinstance(step, EditParameters) else step.text()

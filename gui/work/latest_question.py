@@ -1,4 +1,4 @@
-"""Answering the latest question off the GUI's thread: what somebody who moves a slider wants to know."""
+"""Background computation of the latest request, as while a slider is moved."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ Answer = TypeVar("Answer")
 
 
 class LatestQuestion(QObject, Generic[Question, Answer]):
-    """Answers one question at a time; those that come meanwhile replace the one that waits.
+    """Computes answers to one question at a time; a new question replaces the one that waits.
 
-    A question that has been overtaken while it was being answered is answered all the same, so that something moves
-    during a drag; after `forget`, nothing is heard of older ones any more.
+    A question in progress is still answered when a newer one arrives, so that the window is updated during a drag;
+    after `forget`, older questions are not answered any more.
 
     Parameters
     ----------
     answer : callable
-        Takes a question and gives its answer; called off the GUI's thread.
+        Given a question, returns its answer; called in the background thread.
 
     Signals
     -------
     answered(object, object)
         A question and its answer.
     failed(object, object)
-        A question and the exception that kept it from being answered.
+        A question and the exception that was raised.
     """
 
     answered = Signal(object, object)
@@ -43,25 +43,25 @@ class LatestQuestion(QObject, Generic[Question, Answer]):
         self._worker.failed.connect(self._fail)
         self._waiting: list[Question] = []
         self._present: list[Question] = []
-        """The question under way; empty once nobody wants its answer."""
+        """The question in progress; empty once its answer is no longer needed."""
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is to come."""
+        """Whether an answer is pending."""
         return self._worker.busy or bool(self._waiting)
 
     def ask(self, question: Question) -> None:
-        """Find the answer; `answered` or `failed` follows, once for all who ask the same while it is looked for."""
+        """Compute an answer; `answered` or `failed` follows, once for equal questions asked meanwhile."""
         self._waiting = [] if question in self._present else [question]
         self._start()
 
     def forget(self) -> None:
-        """Answer none of the questions asked so far."""
+        """Drop all questions asked so far."""
         self._waiting = []
         self._present = []
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently, before the window closes. True if the thread has ended."""
         self.forget()
         return self._worker.shutdown()
 

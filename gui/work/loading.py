@@ -1,4 +1,4 @@
-"""Opening frames and extracting their blocks, off the GUI's thread: reading in one line, extracting in another."""
+"""Opens frames and extracts their blocks in the background: one queue for reading, one for extraction."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ from ..state.workspace import Workspace
 from .found_blocks import Found, describe_blocks, find
 from .queue import Job, JobLine
 
-# Folders of frames and recordings: what frames they have, and a look at the first. Without Qt.
+# Folders of frames and recordings: their frames, and a preview of the first. Without Qt.
 
 
 @dataclass(frozen=True, eq=False)
 class FirstLook:
-    """What is seen of a folder of frames or a recording before it is opened.
+    """A preview of a folder of frames or a recording before it is opened.
 
     Attributes
     ----------
     listing : Listing
         Its frames.
     frame : RGBDFrame or None
-        The first of them; None if it cannot be read.
+        The first frame; None if it cannot be read.
     problem : str
         Why it cannot be read; "" if it can.
     doubts : tuple of Doubt
-        What speaks against the way that its depth is read.
+        Plausibility warnings about the way its depth is read.
     """
 
     listing: Listing
@@ -57,12 +57,13 @@ class FirstLook:
 
 
 def holds_frames(path: str) -> bool:
-    """Whether a path is a folder of frames or a recording, by names alone; a frame's own folder is not."""
+    """Return whether a path is a folder of frames or a recording, by names only; a single frame's folder is not."""
     return is_recording(path) or (Path(path).is_dir() and not (Path(path) / META_NAME).is_file())
 
 
 def frames_of(how: FrameSource) -> Listing:
-    """The frames of the folder or recording that `how.rgb` is, all read as it says; raises what `list_frames` does."""
+    """Return the frames of the folder or recording `how.rgb`, with the options of `how`; raises what `list_frames`
+    does."""
     return list_frames(
         how.rgb,
         depth_units=how.depth_units,
@@ -84,11 +85,11 @@ def look_into(how: FrameSource) -> FirstLook:
         return FirstLook(listing, None, str(error))
 
 
-# A frame that is open again as it was stored.
+# Restoring a frame from its stored state.
 
 
 def restore(state: FrameState, origin: object, key: str) -> Session:
-    """A session of a stored frame, to be added to the workspace. Its history is empty, and nothing of it is unsaved.
+    """Return a session of a stored frame, to be added to the workspace, with an empty history and no unsaved changes.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     origin : object
         What it is opened from.
     key : str
-        The path of that.
+        The path of the origin.
     """
     session = Session(state.frame, origin, key)
     session.id, session.note = state.id, state.note
@@ -130,7 +131,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
 
 
 class Decoded(Protocol):
-    """A frame's state as it was stored."""
+    """A frame's stored state after reading."""
 
     @property
     def state(self) -> FrameState:
@@ -138,55 +139,55 @@ class Decoded(Protocol):
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What of it could not be read, a sentence each."""
+        """Sentences about parts that could not be read."""
 
 
 class StoredFrames(Protocol):
-    """What holds the states of frames that are not open."""
+    """Storage of the states of frames that are not open."""
 
     def has(self, id: str) -> bool:
-        """Whether it has the state of a frame."""
+        """Whether it contains the state of a frame."""
 
     def read(self, id: str, source: FrameSource | None) -> Decoded:
-        """That state; called off the GUI's thread."""
+        """Read that state; called in the background thread."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Opened:
-    """What a session is made of, in the GUI's thread, where its undo stack must live."""
+    """Data for a session, which is made in the GUI's thread because of its undo stack."""
 
     run: Run
     origin: FrameSource | Path
     key: str
     again: Replay | None = None
-    """The record that the run comes from; None if its blocks are yet to be extracted."""
+    """The record that the run was read from; None if its blocks are not extracted yet."""
 
 
 class FrameLoader(QObject):
-    """Frames to open and extractions to make.
+    """Opens frames and extracts blocks.
 
-    A frame is shown as soon as it is read, whatever is being extracted meanwhile.
+    A frame is shown as soon as it is read, also while others are being extracted.
 
     Signals
     -------
     busy_changed()
         `busy` or `present` has changed.
     message(str)
-        What an opening or an extraction gave.
+        The result of opening a frame or of an extraction.
     extracted(object)
-        What has been Found for the frame that is the present one or about to become it.
+        The Found of the frame that is or becomes the current one.
     replayed(object)
-        A session that has been opened from a record.
+        A session that was opened from a record.
     listed(object, object)
-        The FrameSource of a folder, and the Listing of its frames, which are in the list.
+        The FrameSource of a folder, and the Listing of its frames, which are now in the list.
     not_opened(object, object)
-        An Entry, and the exception that kept it from being opened.
+        An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
-        A session that has been opened from its stored state, and sentences that say what could not be read.
+        A session that was opened from its stored state, and sentences about parts that could not be read.
     failed(str, object)
-        What was tried, and the exception.
+        A description of the work, and the exception.
     idle()
-        Nothing is under way or waiting any more.
+        All work has ended.
     """
 
     busy_changed = Signal()
@@ -203,11 +204,11 @@ class FrameLoader(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self.stored: StoredFrames | None = None
-        """Where the states of frames are that are not open."""
+        """Storage of the states of frames that are not open."""
         self._reading, self._extracting = self._lines = JobLine(self), JobLine(self)
         self._was_busy = False
         self._put_off = WeakSet[Session]()
-        """Frames that were left before their blocks were extracted."""
+        """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
             line.changed.connect(self._tell_busy)
         workspace.session_changed.connect(self._take_up)
@@ -215,17 +216,17 @@ class FrameLoader(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether anything is under way or waiting."""
+        """Whether anything is in progress or waiting."""
         return any(line.busy for line in self._lines)
 
     @property
     def present(self) -> str:
-        """What is being done; "" when idle."""
+        """Description of the work in progress; "" when idle."""
         return self._reading.present or self._extracting.present
 
     @property
     def share_done(self) -> float:
-        """Share of what was to be opened or extracted together that is done, 0-1; 0 where it is just one."""
+        """Share of the queued frames and extractions that is done, 0-1; 0 for a single one."""
         done, to_come = (
             sum(counts) for counts in zip(*((line.done, line.to_come) for line in self._lines), strict=True)
         )
@@ -236,8 +237,8 @@ class FrameLoader(QObject):
     def open(self, source: FrameSource) -> None:
         """Read a frame, show it, and extract its blocks.
 
-        A frame that is open already is just shown; one that is open with other units or intrinsics is read again
-        and takes its place.
+        A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
+        replaced.
         """
         entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.extraction_parameters
         if entry is not None and entry.session is None and entry.source == source:
@@ -246,8 +247,8 @@ class FrameLoader(QObject):
             self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
 
     def open_run(self, record: Path) -> None:
-        """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
-        record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
+        """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
+        record = Path(os.path.abspath(record))  # one key for all spellings of the path
         entry = self._workspace.entries.of_key(str(record))
         if entry is not None and entry.session is None:
             self.open_entry(entry)
@@ -255,16 +256,15 @@ class FrameLoader(QObject):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
     def open_folder(self, how: FrameSource, show: bool = True) -> None:
-        """Put the frames of a folder into the list, read with the units and intrinsics of `how`; with `show`, open the
-        first of them."""
+        """Add the frames of a folder to the list, with the units and intrinsics of `how`; with `show`, open the
+        first."""
         what = f"Look for frames in {Path(how.rgb).name}"
         self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
 
     def open_entry(self, entry: Entry) -> None:
-        """Show a frame of the list, as it was left or as it is read from its files.
+        """Show a frame of the list, in its stored state or read from its files.
 
-        If another is chosen before its turn has come, it is not opened. One that cannot be opened is marked in the
-        list.
+        If another frame is selected before, it is not opened. A frame that cannot be opened is marked in the list.
         """
         if entry.session is not None:
             self._workspace.show_session(entry.session)
@@ -294,8 +294,8 @@ class FrameLoader(QObject):
     def read(
         self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
     ) -> None:
-        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread, or `fail` is
-        called after `failed` has been sent."""
+        """Run `do` in the reading queue, in the background; then call `take` with its result in the GUI's thread, or
+        emit `failed` and call `fail`."""
 
         def tell(error: Exception) -> None:
             self.failed.emit(what, error)
@@ -311,7 +311,7 @@ class FrameLoader(QObject):
         return True
 
     def _take_entry(self, entry: Entry, opened: _Opened) -> None:
-        """A frame of the list has been read; others of the same files have nothing to do with it."""
+        """Show a frame of the list that was read; other frames of the same files are not affected."""
         session = Session.of(opened.run, opened.origin, opened.key)
         session.id = entry.id
         self._workspace.add_session(session)
@@ -356,7 +356,7 @@ class FrameLoader(QObject):
     def extract(self, session: Session, found: Found | None = None) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters.
 
-        With `found`, which must be what they give, it need not be done again: the blocks are there at once.
+        With `found`, which must be the extraction with these parameters, its blocks are set at once.
         """
         if found is not None:
             self._take_extraction(session, found)
@@ -367,15 +367,15 @@ class FrameLoader(QObject):
         )
 
     def is_at(self, session: Session) -> bool:
-        """Whether a frame's blocks are being extracted, or about to be."""
+        """Whether a frame's extraction is in progress or waiting."""
         return self._extracting.has(session)
 
     def is_waiting(self, session: Session) -> bool:
-        """Whether a frame's blocks have not been extracted yet, because it was left before that."""
+        """Whether a frame's extraction was postponed because another frame was shown."""
         return session in self._put_off
 
     def _extract_first(self, session: Session, passing: bool = False) -> None:
-        """Extract the blocks of a frame that has been opened without any; `passing`: if it is still looked at then."""
+        """Extract the blocks of a frame that was opened without any; `passing`: only if it is still the current one."""
         frame, parameters = session.frame, self._workspace.extraction_parameters
 
         def wanted() -> bool:
@@ -410,18 +410,18 @@ class FrameLoader(QObject):
         )
 
     def _take_up(self) -> None:
-        """A frame that was left before its blocks were extracted is looked at again."""
+        """Start the postponed extraction of the current frame."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not None and session in self._put_off:
             self._put_off.discard(session)
             self._extract_first(session, passing=True)
 
     def _give_up_closed(self) -> None:
-        """The extraction of a frame that has been closed need not go on."""
+        """Cancel extractions of closed frames."""
         self._extracting.give_up(lambda session: session not in self._workspace.sessions)
 
     def _take_first(self, session: Session, found: Found) -> None:
-        """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""
+        """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
         if session.notes.carried_from:
             return
         if self._workspace.is_present(session):
@@ -443,7 +443,7 @@ class FrameLoader(QObject):
     # both
 
     def shutdown(self) -> bool:
-        """Stop before the window closes. True if the threads have ended."""
+        """Stop permanently, before the window closes. True if the threads have ended."""
         ended = [line.shutdown() for line in self._lines]
         return all(ended)
 
@@ -455,13 +455,13 @@ class FrameLoader(QObject):
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
-    """What an extraction has left as it was; "" for nothing."""
+    """Return a sentence about the blocks that an extraction kept; "" for none."""
     counts = [f"{locked} locked"] * (locked > 0) + [f"{by_hand} made by hand"] * (by_hand > 0)
     if not counts:
         return ""
     text = f"Kept: {', '.join(counts)}."
     if all_kept and by_hand:
-        text += " Those are all blocks: switch off 'Keep blocks made by hand' to have them extracted anew."
+        text += " These are all blocks: switch off 'Keep blocks made by hand' to extract them again."
     return text
 
 
@@ -483,5 +483,5 @@ def _open_run(path: Path) -> _Opened:
 
 def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Found:
     found = find(frame, parameters)
-    prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
+    prepare(frame, preset(), parameters)  # in advance, so that the first slider move is fast
     return found

@@ -1,4 +1,4 @@
-"""Jobs that are done one after the other, off the GUI's thread."""
+"""A queue of jobs, executed one after the other in a background thread."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from .jobs import Worker
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What is to be done.
+    """A job of the queue.
 
     Attributes
     ----------
     what : str
-        As the user reads it while it is under way.
+        Description for the user while it is in progress.
     do : callable
-        Called off the GUI's thread.
+        Called in the background thread.
     take : callable
-        Takes what that has given, in the GUI's thread.
+        Called with its result in the GUI's thread.
     fail : callable
-        Takes the exception that has kept it from being done, in the GUI's thread.
+        Called with an exception in the GUI's thread.
     still_wanted : callable
-        Asked when its turn has come: False to leave it out.
+        Called before the job starts; the job is skipped if it returns False.
     passing : bool
-        Whether it gives way to the next of its kind, if that comes before its turn.
+        Whether a later job of this kind replaces it while it waits.
     about : object
-        What it is done to.
+        The object that it works on.
     """
 
     what: str
@@ -45,7 +45,7 @@ class Job:
 
 
 class JobLine(QObject):
-    """Jobs in a line.
+    """A queue of jobs.
 
     Signals
     -------
@@ -60,7 +60,7 @@ class JobLine(QObject):
         self._waiting: deque[Job] = deque()
         self._job: Job | None = None
         self.done = 0
-        """How many have ended since nothing was under way."""
+        """Number of jobs that have ended since the queue was last idle."""
         self._worker = Worker(self)
         self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
@@ -68,38 +68,38 @@ class JobLine(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether anything is under way or waiting."""
+        """Whether a job is in progress or waiting."""
         return self._job is not None or bool(self._waiting)
 
     @property
     def present(self) -> str:
-        """What is being done; "" when nothing is."""
+        """Description of the job in progress; "" for none."""
         return "" if self._job is None else self._job.what
 
     @property
     def to_come(self) -> int:
-        """How many have not ended."""
+        """Number of jobs that have not ended."""
         return len(self._waiting) + (self._job is not None)
 
     def has(self, about: object) -> bool:
-        """Whether something is being done, or to be done, to this."""
+        """Whether a job on this object is in progress or waiting."""
         jobs = self._waiting if self._job is None else (self._job, *self._waiting)
         return any(job.about is about for job in jobs)
 
     def add(self, job: Job) -> None:
-        """Do this after those that wait."""
+        """Append a job."""
         if job.passing:
             self._waiting = deque(other for other in self._waiting if not other.passing)
         self._waiting.append(job)
         self._next()
 
     def give_up(self, unwanted: Callable[[object], bool]) -> None:
-        """Stop what is being done to something that nobody wants any more; nothing is heard of it."""
+        """Cancel the current job if its object is no longer wanted; it does not report."""
         if self._job is not None and self._job.about is not None and unwanted(self._job.about):
             self._worker.cancel()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently, before the window closes. True if the thread has ended."""
         self._waiting.clear()
         return self._worker.shutdown()
 
@@ -126,5 +126,5 @@ class JobLine(QObject):
 
 
 def _steps(job: Job) -> Generator[None, None, Any]:
-    yield None  # so that it can be given up before it has begun
+    yield None  # so that it can be cancelled before it starts
     return job.do()

@@ -1,4 +1,4 @@
-"""Bringing the widgets up to date: what is stale is drawn once per turn of the event loop, however often it changed."""
+"""Deferred refresh of widgets: a stale widget is redrawn once per event loop turn, however often it changed."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
 
 _INTERVAL_S = 0.15
-"""Least time between drawings of what can wait."""
+"""Minimum time [s] between redraws of deferrable parts."""
 
 _COSTS = 6.0
-"""The same, in times that drawing takes, so that the window has most of its time for the user."""
+"""The same as a multiple of the redraw's duration, so that most time is left for user input."""
 
 
 class Refresh(QObject):
-    """The window's parts by name, each with what draws it.
+    """The parts of the window by name, each with its draw function.
 
-    Signals mark parts as stale. Those that matter to whoever has just done something are drawn at the next turn of
-    the event loop; those that change several times a second of themselves, as in a run, can wait. In a turn every part
-    is drawn at most once, in the order in which they were added.
+    Signals mark parts as stale. Parts that respond to user input are drawn at the next turn of the event loop; parts
+    that change several times a second by themselves, as in a run, can wait. In a turn every part is drawn at most
+    once, in the order in which they were added.
     """
 
     _wanted = Signal()
@@ -32,7 +32,7 @@ class Refresh(QObject):
         self._not_before = 0.0
         self._stopped = False
         self._coming = False
-        # not a timer of no time: what the user does next would come before it
+        # not a timer with interval 0: the next user input would be handled before it
         self._wanted.connect(self._turn, Qt.ConnectionType.QueuedConnection)
         self._later = QTimer(self, singleShot=True)
         self._later.timeout.connect(self._turn)
@@ -44,7 +44,7 @@ class Refresh(QObject):
         on: tuple[SignalInstance, ...],
         later_on: tuple[SignalInstance, ...] = (),
     ) -> None:
-        """Add a part, which these signals make stale: at once, or in a while."""
+        """Add a part; signals in `on` mark it for the next turn, those in `later_on` for later."""
         self._draw[part] = draw
         for signal in on:
             signal.connect(lambda *_: self.mark(part))
@@ -52,17 +52,17 @@ class Refresh(QObject):
             signal.connect(lambda *_: self.mark_later(part))
 
     def mark(self, *parts: str) -> None:
-        """These parts are stale; they are drawn at the next turn of the event loop."""
+        """Mark parts as stale, to be drawn at the next turn of the event loop."""
         self._stale.update(parts)
         self._schedule()
 
     def mark_later(self, *parts: str) -> None:
-        """These parts are stale; they are drawn when the window has had time for other things."""
+        """Mark parts as stale, to be drawn when the window has had time for other work."""
         self._patient.update(parts)
         self._schedule()
 
     def now(self) -> None:
-        """Draw at once what would be drawn at the next turn."""
+        """Draw now what would be drawn at the next turn."""
         if self._stale:
             self._turn()
 
@@ -72,7 +72,7 @@ class Refresh(QObject):
         self.now()
 
     def stop(self) -> None:
-        """Draw nothing any more."""
+        """Stop drawing permanently."""
         self._stopped = True
         self._later.stop()
 

@@ -1,4 +1,4 @@
-"""Running ILF from the window: each frame has a run of its own; commands are about that of the present frame."""
+"""Runs of all frames: each frame has its own run; commands apply to that of the current frame."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ __all__ = ["Ended", "RunController", "RunState"]
 
 
 class RunController(QObject):
-    """What goes on for the frames, side by side: whoever asks or commands means the present frame.
+    """The runs of all frames in parallel; properties and commands refer to the current frame.
 
     Signals
     -------
     state_changed()
-        `state` has changed, or which blocks are queued, of any frame.
+        `state` or `queued` has changed, of any frame.
     records(int, list)
-        New records of a block of the present frame, in batches.
+        New records of a block of the current frame, in batches.
     ended(str), resolved(str), run_ended(object), finished(object), failed(object)
-        As of `FrameRuns`, of any frame.
+        As in `FrameRuns`, of any frame.
     """
 
     state_changed = Signal()
@@ -42,12 +42,12 @@ class RunController(QObject):
         self._workspace = workspace
         self._all: dict[Session, FrameRuns] = {}
         self._left: list[FrameRuns] = []
-        """Of frames that have been closed, until they have ended."""
+        """Runs of closed frames that have not ended."""
         workspace.sessions_changed.connect(self._leave_closed)
         workspace.session_changed.connect(self.state_changed)
 
     def of(self, session: Session) -> FrameRuns:
-        """What goes on for a frame."""
+        """Return the runs of a frame."""
         if session not in self._all:
             self._all[session] = runs = FrameRuns(self._workspace, session, self)
             for signal in ("state_changed", "ended", "run_ended", "finished", "failed"):
@@ -70,95 +70,95 @@ class RunController(QObject):
 
     @property
     def running(self) -> list[Session]:
-        """Frames with a run, or a guess, that is not over."""
+        """Frames with a run or an extrapolation in progress."""
         return [session for session, runs in self._all.items() if not runs.free]
 
     @property
     def state(self) -> RunState:
-        """What goes on for the present frame."""
+        """The state of the current frame's run."""
         present = self._present
         return RunState.IDLE if present is None else present.state
 
     @property
     def free(self) -> bool:
-        """Whether a run of the present frame can be started."""
+        """Whether a run of the current frame can be started."""
         return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
     def resolving(self) -> tuple[int, ...]:
-        """The blocks of the present frame that are being solved anew."""
+        """The blocks of the current frame that are being re-solved."""
         present = self._present
         return () if present is None else present.resolving
 
     @property
     def queued(self) -> set[int]:
-        """Blocks of the present frame's run that have not been reached yet."""
+        """Blocks of the current frame's run that have not started yet."""
         present = self._present
         return set() if present is None else present.queued
 
     @property
     def share_done(self) -> float:
-        """Share of the blocks of the present frame's run that are done, 0-1."""
+        """Share of the blocks of the current frame's run that are done, 0-1."""
         present = self._present
         return 0.0 if present is None else present.share_done
 
     @property
     def seconds(self) -> float:
-        """How long what goes on for the present frame has taken so far [s]."""
+        """Duration of the current frame's work so far [s]."""
         present = self._present
         return 0.0 if present is None else present.seconds
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
-        """Run all blocks of the present frame, or just some; with `stepwise`, one by one, and hold after a step."""
+        """Run all blocks of the current frame, or some; with `stepwise`, one at a time, pausing after each step."""
         self.of(self._workspace.session).start(only, stepwise)
 
     def start_changed(self) -> None:
-        """Run the blocks of the present frame that have no result of their present state and parameters."""
+        """Run the blocks of the current frame without an up-to-date result."""
         self.of(self._workspace.session).start_changed()
 
     def start_chosen(self) -> None:
-        """Run the chosen blocks of the present frame."""
+        """Run the selected blocks of the current frame."""
         self.of(self._workspace.session).start_chosen()
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
-        """Solve blocks of the present frame anew, as they are now, in this order; False if a run comes first."""
+        """Re-solve blocks of the current frame in their current state, in this order; False if a run has priority."""
         return self.of(self._workspace.session).resolve(blocks, edited)
 
     def guess(self) -> None:
-        """Guess what the present frame's blocks leave missing."""
+        """Extrapolate what the current frame's blocks leave missing."""
         self.of(self._workspace.session).guess()
 
     def toggle_pause(self) -> None:
-        """Hold the present frame's run, or let it go on."""
+        """Pause the current frame's run, or resume it."""
         self.of(self._workspace.session).toggle_pause()
 
     def pause(self) -> None:
-        """Hold the present frame's run after its present iteration."""
+        """Pause the current frame's run after the current iteration."""
         self.of(self._workspace.session).pause()
 
     def resume(self) -> None:
-        """Let the present frame's run go on."""
+        """Resume the current frame's run."""
         self.of(self._workspace.session).resume()
 
     def step(self) -> None:
-        """One iteration of the present frame, then hold: of its run, or of a new one."""
+        """Run one iteration of the current frame, then pause: of its run, or of a new one."""
         self.of(self._workspace.session).step()
 
     def cancel(self) -> None:
-        """Stop the present frame's run; blocks that are done keep their results."""
+        """Cancel the current frame's run; completed blocks keep their results."""
         self.of(self._workspace.session).cancel()
 
     def clear_results(self) -> None:
-        """Forget all results of the present frame, also what is about to come."""
+        """Remove all results of the current frame, also those still being computed."""
         self.of(self._workspace.session).clear_results()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if all threads have ended."""
+        """Stop permanently, before the window closes. True if all threads have ended."""
         ended = [runs.shutdown() for runs in (*self._all.values(), *self._left)]
         return all(ended)
 
     def _leave_closed(self) -> None:
-        """Nothing goes on for a frame that is no longer open."""
+        """Cancel the runs of frames that are no longer open."""
         for session in [session for session in self._all if session not in self._workspace.sessions]:
             runs = self._all.pop(session)
             self._left.append(runs)
@@ -167,24 +167,24 @@ class RunController(QObject):
         self._forget_idle()
 
     def _forget_idle(self) -> None:
-        """What has ended of frames that are closed can go."""
+        """Delete the runs of closed frames that have ended."""
         for runs in [runs for runs in self._left if runs.state is RunState.IDLE]:
             self._left.remove(runs)
             runs.deleteLater()
 
 
-# Depth that follows edits: the blocks that an edit has touched are solved again by themselves.
+# Live depth: blocks that an edit has changed are re-solved automatically.
 
 
 class LiveSolver(QObject):
-    """Has blocks solved again that were edited since the frame was run, the chosen one first.
+    """Re-solves blocks that were edited since the frame was run, the selected one first.
 
-    What is touched during a run is solved after it. What undo brings back needs no solving.
+    Blocks edited during a run are re-solved after it. States that undo restores are not re-solved.
 
     Parameters
     ----------
     live : QAction
-        Whether that is wanted.
+        The action that switches it on.
     """
 
     def __init__(self, workspace: Workspace, runs: RunController, live: QAction) -> None:
@@ -193,9 +193,9 @@ class LiveSolver(QObject):
         self._runs = runs
         self._live = live
         self._touched: WeakKeyDictionary[Session, set[int]] = WeakKeyDictionary()
-        """Blocks that are to be solved again, also of frames that are not shown."""
+        """Blocks to re-solve, also of frames that are not shown."""
         self._asked: set[int] = set()
-        """Those of the present frame that have been asked for since they were touched last."""
+        """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
         workspace.distrusted_changed.connect(self._take_all)
         workspace.guide_changed.connect(self._take_all)
@@ -206,7 +206,7 @@ class LiveSolver(QObject):
         self._add(change.session, change.blocks)
 
     def _take_all(self) -> None:
-        """Edges, noise and guide are those of all known depth, so that it may have a part in any block."""
+        """Re-solve all blocks: edges, noise and guide depend on all known depth."""
         self._add(self._workspace.session, self._workspace.session.counts())
 
     def _add(self, session: Session, blocks: Collection[int]) -> None:
@@ -216,7 +216,7 @@ class LiveSolver(QObject):
             self._go_on()
 
     def _turn(self) -> None:
-        """What was asked for may be dropped when another frame is shown: it is asked for again when the first is."""
+        """Clear the requests when another frame is shown; they are made again when the frame is shown again."""
         self._asked.clear()
         self._go_on()
 
@@ -226,14 +226,14 @@ class LiveSolver(QObject):
             return
         session, chosen = workspace.session, workspace.chosen
         touched = self._touched.get(session, set())
-        if runs.state is RunState.IDLE:  # what was asked for has been solved, or given up
+        if runs.state is RunState.IDLE:  # requested blocks are solved or cancelled
             touched -= self._asked
             self._asked.clear()
         there = touched.intersection(session.counts()) - self._asked
         wanted = [label for label in there if not session.is_up_to_date(label)]
-        touched -= there.difference(wanted)  # other values set later are no edit
+        touched -= there.difference(wanted)  # parameters set later are no edit
         wanted.sort(key=lambda label: (label != chosen, label))
         if wanted:
-            self._asked.update(wanted)  # before: that the state has changed is heard at once
+            self._asked.update(wanted)  # before the call: it emits state_changed at once
             if not runs.resolve(wanted, edited=True):
                 self._asked.difference_update(wanted)

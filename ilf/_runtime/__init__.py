@@ -1,1 +1,1 @@
-"""What the process itself needs: cancellation, threads, processes, files, optional packages, networks."""
+"""Infrastructure of the process: cancellation, threads, processes, files, optional packages, networks."""

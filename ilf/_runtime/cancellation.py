@@ -1,4 +1,4 @@
-"""Work that stops soon after somebody has wished so: whoever does long work asks, now and then, whether it goes on."""
+"""Cooperative cancellation: long work regularly checks whether it has been cancelled."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ..errors import Cancelled
 T = TypeVar("T")
 
 _POLL_S = 0.02
-"""How often whoever waits for others looks whether to go on waiting."""
+"""Interval at which waiting threads check for cancellation [s]."""
 
 
 class _Here(threading.local):
-    """What is heeded in a thread."""
+    """Cancellation events of a thread."""
 
     wishes: tuple[threading.Event, ...] = ()
 
@@ -26,18 +26,18 @@ _here = _Here()
 
 
 def present_wishes() -> tuple[threading.Event, ...]:
-    """The wishes to stop that the work of this thread heeds, for threads that share it; see `heed`."""
+    """Return the cancellation events of this thread, to pass them to threads that share its work; see `heed`."""
     return _here.wishes
 
 
 def heed(*wishes: threading.Event) -> None:
-    """From now on, work in this thread stops when one of these events is set, and heeds no others."""
+    """Set the cancellation events of this thread: its work stops when one of these is set, and no others count."""
     _here.wishes = wishes
 
 
 @contextmanager
 def heeding(wish: threading.Event) -> Iterator[None]:
-    """Within the block, work in this thread stops when the event is set, too.
+    """Within the block, also cancel work in this thread when the event is set.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def heeding(wish: threading.Event) -> Iterator[None]:
     >>> with heeding(wish):
     ...     ilf.extract_blocks(frame)
     Traceback (most recent call last):
-    ilf.errors.Cancelled: The work was stopped.
+    ilf.errors.Cancelled: The work was cancelled.
     """
     before = _here.wishes
     _here.wishes = (*before, wish)
@@ -60,13 +60,13 @@ def heeding(wish: threading.Event) -> Iterator[None]:
 
 
 def check_stopped() -> None:
-    """Raise Cancelled if the work of this thread is to stop. It costs 0.1 us: call it every 50 ms of work or so."""
+    """Raise Cancelled if the work of this thread has been cancelled. It costs 0.1 us: call it about every 50 ms."""
     if any(wish.is_set() for wish in _here.wishes):
-        raise Cancelled("The work was stopped.")
+        raise Cancelled("The work was cancelled.")
 
 
 def stoppable(items: Iterable[T]) -> Iterator[T]:
-    """The same items; after each it is asked whether the work goes on."""
+    """Yield the same items, checking for cancellation before each."""
     for item in items:
         check_stopped()
         yield item
@@ -74,7 +74,7 @@ def stoppable(items: Iterable[T]) -> Iterator[T]:
 
 @contextmanager
 def taking(lock: Any) -> Iterator[None]:
-    """Hold a lock in the block; whoever waits for it stops waiting if the work is to stop."""
+    """Hold a lock within the block; waiting for it ends when the work is cancelled."""
     while not lock.acquire(timeout=_POLL_S):
         check_stopped()
     try:
@@ -84,9 +84,10 @@ def taking(lock: Any) -> Iterator[None]:
 
 
 def out_of_signals_way(work: Callable[[], T]) -> T:
-    """Do work that no exception may come into from outside: handlers of signals raise them in the main thread.
+    """Run work that must not be interrupted by exceptions of signal handlers, which are raised in the main thread.
 
-    There, it is done in a thread of its own, and stops when such an exception comes; elsewhere it is just done.
+    In the main thread, the work runs in a separate thread and is cancelled when such an exception comes; in other
+    threads it runs directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return work()
@@ -100,7 +101,7 @@ def out_of_signals_way(work: Callable[[], T]) -> T:
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
         try:
             future = thread.submit(heedful_work)
-            while not future.done():  # a signal just before a wait without end would not be heard
+            while not future.done():  # a signal just before an endless wait would go unnoticed
                 wait([future], _POLL_S)
             return future.result()
         finally:

@@ -1,4 +1,4 @@
-"""Python for a process of its own: the interpreter, or this program itself where it is frozen and has none."""
+"""Starting child processes: by the Python interpreter, or by this program itself if it is frozen."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import sys
 from importlib import import_module
 
 _CHILD = "--ilf-child"
-"""First argument of a frozen program that is such a process; the second is the module whose `main` it runs."""
+"""First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
 
 
 def child_command(module: str) -> list[str]:
-    """The command that runs the `main` of one of this program's modules in a process of its own.
+    """Return the command that runs the `main` of one of this program's modules in a separate process.
 
     Parameters
     ----------
@@ -19,13 +19,13 @@ def child_command(module: str) -> list[str]:
     """
     if _is_frozen():
         return [sys.executable, _CHILD, module]
-    # -P: none of the modules in the folder that happens to be the current one
+    # -P: do not import modules from the current folder
     return [sys.executable, "-P", "-c", f"from {module} import main; main()"]
 
 
 def serve_as_child() -> None:
-    """Called first by every entry point. In a frozen program that was started as a child of itself, by `child_command`
-    or by `multiprocessing`, it does that child's work and does not return."""
+    """Run the child's work if this is a frozen program started as a child of itself, by `child_command` or by
+    `multiprocessing`, and do not return. Every entry point calls this first."""
     if not _is_frozen():
         return
     import multiprocessing
@@ -37,5 +37,5 @@ def serve_as_child() -> None:
 
 
 def _is_frozen() -> bool:
-    """Whether a packager, such as PyInstaller, has made one program of this and Python."""
+    """Whether a packager, such as PyInstaller, has bundled this program with Python."""
     return bool(getattr(sys, "frozen", False))

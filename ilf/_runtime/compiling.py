@@ -1,4 +1,4 @@
-"""Inner loops as machine code where numba is installed, in numpy elsewhere: the same numbers but for rounding."""
+"""Inner loops compiled by numba if it is installed, else in numpy: the same results except for rounding."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _FLAGS = {"reassoc", "contract"}
-"""What rounding may be done otherwise than written: sums in several parts, products and sums in one."""
+"""Permitted changes of rounding: reassociated sums, and fused products and sums."""
 
 _loops_of: dict[Callable[..., Any], Callable[..., Any]] = {}
-"""The loops of functions of this kind that numba has not been told of."""
+"""Compiled functions whose loops are not yet registered with numba."""
 
 _making = Lock()
 
 
 def compiled(loops: Callable[..., Any] | None = None) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Let numba run a function in place of a plain one: decorates the plain one.
+    """Decorate a plain function so that numba runs a compiled one in its place.
 
-    The machine code is made when it is first called for, takes seconds, and is kept on disk. It runs without the
-    interpreter's lock, one thread a call, so that what comes out does not depend on the number of threads.
+    The machine code is compiled on the first call, which takes seconds, and cached on disk. It runs without the
+    interpreter's lock, one thread per call, so that results do not depend on the number of threads.
 
     Parameters
     ----------
     loops : callable, optional
-        The same function, with the same parameters, in terms that numba compiles. It may call other functions of this
-        kind. The plain function itself if left out: one that does nothing but that.
+        The same function, with the same parameters, in code that numba compiles. It may call other functions decorated
+        like this. If omitted, the plain function itself is compiled.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def compiled(loops: Callable[..., Any] | None = None) -> Callable[[Callable[P, T
 
 @cache
 def is_compiled() -> bool:
-    """Whether inner loops are machine code here; not where NUMBA_DISABLE_JIT asks for none."""
+    """Whether inner loops are compiled: numba is installed and NUMBA_DISABLE_JIT is not set."""
     if find_spec("numba") is None:
         return False
     import numba
@@ -85,13 +85,13 @@ def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     made = make(loops)
     try:
         made.enable_caching()
-    except RuntimeError:  # nowhere to keep it: it is made anew in every process
+    except RuntimeError:  # no cache folder: every process compiles it again
         return make(loops)
     return made
 
 
 def _tell_numba() -> None:
-    """What stands for functions of this kind where machine code calls them: their loops."""
+    """Register the loops of compiled functions, so that machine code calls these in their place."""
     from numba.extending import overload
 
     options: Any = {"error_model": "numpy", "fastmath": _FLAGS}
@@ -101,14 +101,14 @@ def _tell_numba() -> None:
             overload(run, jit_options=options, strict=False)(lambda *_, loops=loops: loops)
 
 
-# Sums of products that come out the same for any number of threads.
+# Sums of products that are the same for any number of threads.
 
 
 def inner(a: NDArray[np.inexact], b: NDArray[np.inexact]) -> float:
-    """Sum of products of two real arrays, or of real with real and imaginary with imaginary parts of complex ones.
+    """Return the sum of products of two real arrays; of complex ones, real with real and imaginary with imaginary.
 
-    Row by row, and the rows' sums in float64, so that float32 keeps its digits. Rows are too short for BLAS to use
-    threads on, whose number would show in the sums.
+    Rows are summed one by one, and their sums added in float64, to keep the precision of float32. Rows are too short
+    for BLAS to use several threads, whose number would change the sums.
     """
     if np.iscomplexobj(a):
         a, b = a.view(a.real.dtype), b.view(b.real.dtype)

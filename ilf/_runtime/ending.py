@@ -1,4 +1,4 @@
-"""How a command ends that is asked to: by Ctrl+C, a request to terminate, or a terminal that closes."""
+"""Termination of a command by signals: Ctrl+C, a request to terminate, or a closed terminal."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from .installation import __version__
 from .temporary_files import discard_unfinished, private_file, tighten
 
 LIMIT_S = 0.2
-"""What has not ended so long after it was asked to is cut short: a library may be busy for longer, and hears nothing
-meanwhile."""
+"""Time after a signal until the process is ended by force [s]: a library may be busy for longer without noticing the
+signal."""
 
 _allowed: list[float] = []
-"""What `allowing` grants at present [s]."""
+"""Time limits that `allowing` has set at present [s]."""
 
 _ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
 
-# at the end of a command, and of the window, what is in memory need not be searched for circles, for half a second
+# at exit, skip the search for reference cycles, which takes half a second
 atexit.register(gc.freeze)
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody wants the command to end."""
+    """A signal has requested the end of the command."""
 
     def __init__(self, number: int) -> None:
         super().__init__("interrupted" if number == signal.SIGINT else f"ended by {signal.Signals(number).name}")
@@ -47,16 +47,16 @@ class Interrupted(KeyboardInterrupt):
 
 
 def status_of(number: int) -> int:
-    """Exit status of a command that a signal has ended."""
+    """Return the exit status of a command ended by a signal."""
     return 128 + number
 
 
 @contextmanager
 def ending_when_asked() -> Iterator[None]:
-    """The block is left by `Interrupted` when the process is asked to end; what is not through with that within
-    `LIMIT_S`, or is asked a second time, is cut short, with nothing half written left behind.
+    """Raise `Interrupted` in the block on a signal. If the block has not ended within `LIMIT_S`, or on a second signal,
+    end the process by force, without leaving partly written files.
 
-    Outside the main thread, where no signal arrives, it does nothing.
+    Outside the main thread, where no signal arrives, this does nothing.
     """
     asked = threading.Event()
 
@@ -71,8 +71,8 @@ def ending_when_asked() -> Iterator[None]:
 
 @contextmanager
 def allowing(limit_s: float) -> Iterator[None]:
-    """A command that is asked to end within the block has so long for it [s], in place of `LIMIT_S`: to write down what
-    is done. A second request cuts it short all the same."""
+    """Within the block, allow the command this much time [s] to end after a signal, in place of `LIMIT_S`, so that it
+    can write finished results. A second signal still ends it by force."""
     _allowed.append(limit_s)
     try:
         yield
@@ -82,12 +82,13 @@ def allowing(limit_s: float) -> Iterator[None]:
 
 @contextmanager
 def ending_at_once(program: str) -> Iterator[None]:
-    """The same, but the process ends where it is: for what no exception should go through, as imports and Qt.
+    """Within the block, end the process immediately on a signal: for code that no exception should interrupt, such as
+    imports and Qt.
 
     Parameters
     ----------
     program : str
-        What it is called in its last line.
+        Name of the program in its last line.
     """
     with _heard(lambda number, _: None, program, 0.0):
         yield
@@ -95,13 +96,13 @@ def ending_at_once(program: str) -> Iterator[None]:
 
 @contextmanager
 def _heard(ask: Callable[[int, FrameType | None], None], program: str, limit_s: float) -> Iterator[None]:
-    """Within the block, signals call `ask`, and end the process so many seconds [s] later."""
+    """Within the block, call `ask` on a signal and end the process this many seconds later."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    # who was told to survive its terminal, as by nohup, does
+    # a process started to survive its terminal, as by nohup, does
     heard = [number for number in _ASKING if signal.getsignal(number) is not signal.SIG_IGN]
-    # a signal is told of here at once, even while the main thread is busy in a library
+    # a signal arrives here at once, even while the main thread is busy in a library
     watching, told = socket.socketpair()
     told.setblocking(False)
     woken = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
@@ -120,7 +121,7 @@ def _heard(ask: Callable[[int, FrameType | None], None], program: str, limit_s: 
 
 
 def _cut_short(watching: socket.socket, program: str, limit_s: float) -> None:
-    """End the process if it has been asked to and does not do it; until the other end is closed."""
+    """End the process by force if it does not end after a signal; return when the other end of the socket is closed."""
     number = 0
     while number not in _ASKING:
         told = watching.recv(1)
@@ -138,20 +139,20 @@ def _cut_short(watching: socket.socket, program: str, limit_s: float) -> None:
     os._exit(status_of(number))
 
 
-# Where unexpected errors are written down in full, so that one line can tell of them.
+# The log of unexpected errors, to which a one-line message refers.
 
 _LARGEST = 1_000_000
-"""Bytes from which on the log begins anew; the one before is kept beside it."""
+"""Size [bytes] above which a new log is started; the previous one is kept beside it."""
 
 
 def fault_log() -> Path:
-    """The log's file: `ILF_LOG`, or one in the user's folder for logs."""
+    """Return the path of the log: `ILF_LOG`, or a file in the user's log folder."""
     chosen = os.environ.get("ILF_LOG")
     return Path(chosen) if chosen else platformdirs.user_log_path("ilf-studio", appauthor=False) / "faults.log"
 
 
 def note_fault(error: BaseException) -> str:
-    """Write an unexpected error down with its traceback.
+    """Write an unexpected error with its traceback to the log.
 
     Parameters
     ----------
@@ -160,24 +161,24 @@ def note_fault(error: BaseException) -> str:
     Returns
     -------
     str
-        One line for the user: what it was, and where to read more.
+        One line for the user: the error, and where to read more.
     """
     said = " ".join(str(error).split())
     if isinstance(error, MemoryError):
-        return f"Memory has run out{f' ({said:.200})' if said else ''}. Close other programs, or take a smaller frame."
+        return f"Memory has run out{f' ({said:.200})' if said else ''}. Close other programs, or use a smaller frame."
     what = f"{type(error).__name__}: {said}"
     try:
         with _opened() as file:
             file.write(f"{_head()}\n{''.join(traceback.format_exception(error))}\n")
     except OSError as unwritable:
-        kept = f"its log could not be written ({cause(unwritable)})"
-        return f"An error that is a fault of the program ({what:.200}); {kept}."
-    return f"An error that is a fault of the program ({what:.200}). To report it, add {fault_log()}"
+        kept = f"the log could not be written ({cause(unwritable)})"
+        return f"Unexpected error in the program ({what:.200}); {kept}."
+    return f"Unexpected error in the program ({what:.200}). Please report it and attach {fault_log()}"
 
 
 def note_crashes() -> None:
-    """Have a crash of native code write down there where all threads were; if something else looks after crashes, or
-    the log cannot be written, nothing is done."""
+    """Log the stacks of all threads on a crash of native code. Do nothing if crashes are handled elsewhere, or the log
+    cannot be written."""
     if not faulthandler.is_enabled():
         with suppress(OSError):
             faulthandler.enable(_opened())

@@ -1,4 +1,4 @@
-"""Whole files in, with one clear message for everything that can be wrong with a path."""
+"""Reading and writing whole files, with a clear message for everything that can be wrong with a path."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_FILE_BYTES = 2**30
-"""Larger files cannot be frames of a size that this library takes."""
+"""Larger files cannot be frames of a supported size."""
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:
-    """The absolute path of a plain file that is there, is not empty and is not absurdly large.
+    """Return the absolute path of a regular file that exists, is not empty and is not implausibly large.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
         if not found.exists():
             raise InputError(f"{found}: there is no such file. Check the name.")
         if found.is_dir():
-            raise InputError(f"{found} is a folder, not a file. Name the file in it.")
+            raise InputError(f"{found} is a folder, not a file. Give the path of a file in it.")
         if not found.is_file():
             raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
         size = found.stat().st_size
@@ -76,16 +76,16 @@ class FileContent:
 
 
 FileSource = str | os.PathLike[str] | FileContent
-"""A path, or what was read from one."""
+"""A path, or the content read from one."""
 
 
 def read_file(source: FileSource) -> FileContent:
-    """The whole content of a file; of what was read already, that.
+    """Read the whole content of a file; return content that was read before unchanged.
 
     Raises
     ------
     InputError
-        If there is no such file, or it cannot be read, or it is empty.
+        If the file does not exist, cannot be read or is empty.
     """
     if isinstance(source, FileContent):
         return source
@@ -99,12 +99,12 @@ def read_file(source: FileSource) -> FileContent:
 
 
 def read_json(source: FileSource) -> Any:
-    """The content of a JSON file, or of one that was read already.
+    """Parse a JSON file, or the content of one that was read before.
 
     Raises
     ------
     InputError
-        If there is no such file or it cannot be read.
+        If the file does not exist or cannot be read.
     FormatError
         If it is not JSON.
     """
@@ -116,7 +116,7 @@ def read_json(source: FileSource) -> Any:
 
 
 def file_sha256(path: str | os.PathLike[str]) -> str:
-    """SHA-256 of a file's content, of whatever size; raises InputError if it cannot be read."""
+    """Return the SHA-256 of a file's content, of any size; raise InputError if it cannot be read."""
     try:
         with open(path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -124,43 +124,43 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
         raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
 
 
-# Writing a file as a whole or not at all.
+# Atomic writing: a file is written completely or not at all.
 
 _WAYS_OUT = {
     errno.ENOENT: "the folder does not exist. Create it first",
     errno.ENOTDIR: "the folder does not exist. Create it first",
-    errno.EACCES: "writing is not permitted there. Choose another folder",
-    errno.EPERM: "writing is not permitted there. Choose another folder",
+    errno.EACCES: "permission denied. Choose another folder",
+    errno.EPERM: "permission denied. Choose another folder",
     errno.EROFS: "the folder is read-only. Choose another folder",
     errno.ENOSPC: "the disk is full. Free some space or choose another folder",
     errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
-    errno.EEXIST: "there is a file of that name in the way. Move it, or choose another folder",
+    errno.EEXIST: "a file of that name already exists. Move it, or choose another folder",
     errno.EFBIG: "the file would be too large for its drive or a limit (ulimit -f). Choose another folder",
-    errno.ELOOP: "symbolic links lead in a circle. Choose another folder",
+    errno.ELOOP: "symbolic links form a loop. Choose another folder",
     errno.ENAMETOOLONG: "the name is too long. Choose a shorter one",
-    errno.EISDIR: "there is a folder of that name. Choose another name",
+    errno.EISDIR: "a folder of that name exists. Choose another name",
 }
 
 
 def way_out(error: OSError) -> str:
-    """Why a file could not be written, and what to do about it."""
+    """Describe why a file could not be written, and what to do about it."""
     return _WAYS_OUT.get(error.errno or 0) or cause(error)
 
 
 @contextmanager
 def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside `target` that takes its place when the block ends without an error.
+    """Provide a temporary path beside `target` that replaces it when the block ends without an error.
 
-    The temporary file exists (empty) when the block starts, has the suffix of `target`, and is gone
-    afterwards. What the block wrote is on the disk before it replaces what was there.
+    The temporary file exists (empty) when the block starts, has the suffix of `target`, and is removed
+    afterwards. Its content is on the disk before it replaces the old file.
 
     Raises
     ------
     ExportError
-        For every OSError, in the block or here: missing or read-only folder, full disk. A file that was there
-        before is as it was.
+        For every OSError, in the block or here: missing or read-only folder, full disk. An existing file is
+        unchanged.
     Cancelled
-        If the work was to stop before the file was whole; likewise.
+        If the work was cancelled before the file was complete; likewise.
 
     Examples
     --------
@@ -188,27 +188,27 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
-    """Write a whole file atomically; raises ExportError as `atomic_path` does."""
+    """Write a whole file atomically; raise ExportError as `atomic_path` does."""
     with atomic_path(target) as temporary:
         temporary.write_bytes(content)
 
 
 def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
-    """The same of a file that comes in parts, one after the other, and is never held as a whole."""
+    """Write a file atomically, part by part, without holding all of it in memory."""
     with atomic_path(target) as temporary, open(temporary, "wb") as file:
         for part in parts:
             check_stopped()
             file.write(part)
 
 
-# Folders to write into.
+# Output folders.
 
 
 def made_folder(folder: str | Path) -> Path:
-    """The folder, made if it was not there; raises ExportError if it cannot be."""
+    """Return the folder, created if it does not exist; raise ExportError if that fails."""
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{path} cannot be made a folder: {cause(error)}. Choose another one.") from error
+        raise ExportError(f"The folder {path} cannot be created: {cause(error)}. Choose another one.") from error
     return path

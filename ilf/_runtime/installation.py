@@ -1,4 +1,4 @@
-"""Packages that only some of the work needs: imported when it starts, named with their extra where they are missing."""
+"""Optional packages: imported when they are needed; error messages name the extra to install."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ SYSTEM_PACKAGES = {
     "libz.so.1": "zlib1g",
     "libzstd.so.1": "libzstd1",
 }
-"""Shared library -> package of Debian and Ubuntu, for all that the optional packages are linked against."""
+"""Shared library -> package of Debian and Ubuntu, for all libraries that the optional packages are linked against."""
 
 
 def optional(module: str, extra: str, purpose: str) -> ModuleType:
@@ -60,14 +60,14 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
     module : str
         Its name, such as "h5py".
     extra : str
-        Which installs it, such as "experiments".
+        The extra that installs it, such as "experiments".
     purpose : str
-        What needs it, as the beginning of a sentence: "NYU Depth V2's labelled file".
+        What needs it, as the subject of a sentence: "NYU Depth V2's labelled file".
 
     Raises
     ------
     InputError
-        If it is not installed, or a system library that it needs is missing; the message says what to install.
+        If it is not installed, or a system library that it needs is missing; the message states what to install.
     """
     try:
         return import_module(module)
@@ -77,8 +77,8 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
 
 
 def load_libusb() -> None:
-    """Load a copy of libusb-1.0, which some packages are linked against and bare machines lack: what is loaded first
-    satisfies them. Where there is none, they say what they miss."""
+    """Load a copy of libusb-1.0, which some packages are linked against and minimal systems lack. It must be loaded
+    before them. If there is no copy, importing these packages raises an error that names the library."""
     with suppress(ImportError, OSError):
         library = import_module("libusb_package").get_library_path()
         if library is not None:
@@ -86,16 +86,16 @@ def load_libusb() -> None:
 
 
 def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
-    """Why a package cannot be imported, and what to install: the end of a sentence.
+    """Describe why a package cannot be imported, and what to install: the end of a sentence.
 
     Parameters
     ----------
     module, extra : str
-        As `optional` takes them.
+        As for `optional`.
     error : ImportError or OSError
-        What importing it raised.
+        The error raised by the import.
     libraries : sequence of str
-        System libraries that it is linked against, so that all that are missing are named at once and not one by one.
+        System libraries that it is linked against, so that the message names all missing ones at once.
     """
     if isinstance(error, ModuleNotFoundError):
         return f"which is not installed. Install it: pip install 'ilf-studio[{extra}]'."
@@ -103,11 +103,11 @@ def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Se
     if missing and sys.platform.startswith("linux"):
         missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))
         return f"which cannot be loaded because system libraries are missing: {how_to_install(missing)}."
-    return f"which cannot be loaded ({error}). Install what that names, or {module} again."
+    return f"which cannot be loaded ({error}). Install what this message names, or reinstall {module}."
 
 
 def missing_libraries(libraries: Sequence[str]) -> list[str]:
-    """Those that cannot be loaded here."""
+    """Return those libraries that cannot be loaded here."""
     missing = []
     for library in libraries:
         try:
@@ -118,21 +118,21 @@ def missing_libraries(libraries: Sequence[str]) -> list[str]:
 
 
 def how_to_install(libraries: Sequence[str]) -> str:
-    """Libraries, and the command that installs the packages that have them, for a message."""
+    """Format a list of libraries with the command that installs their packages, for a message."""
     packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in libraries)
     return f"{', '.join(libraries)}. On Debian or Ubuntu: sudo apt install {' '.join(packages)}"
 
 
-# Files that come with the program.
+# Bundled files.
 
 _PACKAGE = Path(__file__).parents[1]
 
-# an installed package carries its assets inside, a checkout has them beside the package
+# an installed package contains its assets, a checkout has them beside the package
 _ROOTS = (_PACKAGE / "assets", _PACKAGE.parent / "assets")
 
 
 def asset_path(name: str) -> Path:
-    """Path of a bundled file or folder.
+    """Return the path of a bundled file or folder.
 
     Parameters
     ----------
@@ -152,9 +152,9 @@ def asset_path(name: str) -> Path:
     for root in _ROOTS:
         if (root / name).exists():
             return root / name
-    raise InputError(f"The bundled {name} is not part of this installation. Install ilf-studio again.")
+    raise InputError(f"The bundled {name} is not part of this installation. Reinstall ilf-studio.")
 
 
-# The version, in the one place that has it.
+# The version, defined only here.
 
 __version__ = "0.3.0.dev0"

@@ -1,4 +1,4 @@
-"""What a result may depend on beside the run itself: libraries and processor."""
+"""Versions of libraries, and the processor: what a result may depend on besides the run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import platform
 import cv2
 import numpy as np
 
-# what computes or writes the results -> the distributions that may hold it
+# library that computes or writes results -> distributions that may contain it
 _DISTRIBUTIONS = {
     "numpy": ("numpy",),
     "scipy": ("scipy",),
@@ -24,11 +24,11 @@ _DISTRIBUTIONS = {
 
 
 def library_versions() -> dict[str, str | None]:
-    """Versions of Python and of the libraries that a result may depend on; None for what is not installed."""
+    """Return versions of Python and of the libraries that a result may depend on; None if not installed."""
     versions: dict[str, str | None] = {"python": platform.python_version()}
     for library, distributions in _DISTRIBUTIONS.items():
         found = list(filter(None, map(_version, distributions)))
-        # where several are installed, all of them are the one module that came last
+        # if several are installed, all share the module installed last
         imported = cv2.__version__ if library == "opencv" else ""
         versions[library] = next(
             (version for version in found if version.startswith(imported)), next(iter(found), None)
@@ -37,7 +37,7 @@ def library_versions() -> dict[str, str | None]:
 
 
 def processor() -> str:
-    """Kind of the processor and its extensions that numpy uses: with others, the last digits may differ."""
+    """Return the processor architecture and the SIMD extensions that numpy uses; they may change the last digits."""
     found = np.show_config(mode="dicts") or {}
     extensions = found.get("SIMD Extensions", {})
     return " ".join([platform.machine(), *extensions.get("baseline", []), *extensions.get("found", [])])

@@ -1,4 +1,4 @@
-"""How much memory work on a frame takes, told before it begins; and what is free given back."""
+"""Memory: estimate of what a frame needs before work begins, and release of free memory."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from ..errors import FormatError, InputError, ParameterError
 from .formatting import as_float
 
 _PROGRAM = 0.35e9
-"""Bytes that the program takes for a tiny frame. These three are told by `python -m tests.bench.peaks`."""
+"""Bytes used by the program for a tiny frame. `python -m tests.bench.peaks` measures these three."""
 
 _NETWORKS, _NETWORKS_PER_PIXEL = 0.6e9, 1200
-"""What the networks take besides, at most and for each pixel of a small frame: they look at larger ones scaled down."""
+"""Additional bytes for the networks, maximum and per pixel of a small frame: they run on larger frames scaled down."""
 
 _PER_PIXEL = 120
-"""Bytes that completing takes besides for each pixel of the frame, all results and files included."""
+"""Additional bytes for completion per pixel of the frame, including all results and files."""
 
 _ADDRESSES, _ADDRESSES_PER_THREAD = 0.55e9, 0.25e9
-"""Bytes of address space that the libraries take to be loaded, most of which are never used, and those of the threads
-that OpenBLAS starts, one for each core unless told otherwise; without, they end the process or crash."""
+"""Address space [bytes] that the libraries need when loaded, most of it never used, and that of each thread that
+OpenBLAS starts, one per core by default; with less, they end the process or crash."""
 
 _MOST_THREADS = 64
-"""That OpenBLAS starts, on however many cores."""
+"""Maximum number of threads that OpenBLAS starts."""
 
 _USUAL_GB = 8.0
 
 _LARGE = 1 << 20
-"""Work on fewer pixels leaves too little behind to be worth the while."""
+"""Number of pixels below which releasing memory is not worth its time."""
 
 
 def memory_limit() -> float:
-    """Bytes that work on one frame may take: 8 GB, or as many GB as the environment variable ILF_MEMORY says.
+    """Return the bytes that work on one frame may use: 8 GB, or the environment variable ILF_MEMORY in GB.
 
     Raises
     ------
     ParameterError
-        If that is not a positive number.
+        If ILF_MEMORY is not a positive number.
     """
     said = os.environ.get("ILF_MEMORY")
     try:
@@ -48,13 +48,13 @@ def memory_limit() -> float:
     except ValueError:
         limit = math.nan
     if not limit > 0:
-        raise ParameterError(f"The environment variable ILF_MEMORY must be a number of GB, not {said!r:.40}.")
+        raise ParameterError(f"The environment variable ILF_MEMORY must be a positive number of GB, not {said!r:.40}.")
     return 1e9 * limit
 
 
 def check_address_space(cores: int) -> None:
-    """Raise InputError if this process is allowed less address space (`ulimit -v`) than its libraries take to be
-    loaded on so many cores: it must be asked before they are."""
+    """Raise InputError if this process is allowed less address space (`ulimit -v`) than its libraries need on this many
+    cores. Call it before they are loaded."""
     try:
         import resource
     except ImportError:  # on Windows there is no such limit
@@ -65,24 +65,24 @@ def check_address_space(cores: int) -> None:
     needed = _ADDRESSES + _ADDRESSES_PER_THREAD * threads
     if limit != resource.RLIM_INFINITY and limit < needed:
         raise InputError(
-            f"This process may take {limit / 1e6:.0f} MB of address space, and needs {needed / 1e6:.0f} MB to start "
+            f"This process may use {limit / 1e6:.0f} MB of address space but needs {needed / 1e6:.0f} MB to start "
             f"with {threads} threads of OpenBLAS. Raise the limit (ulimit -v), or set OPENBLAS_NUM_THREADS=1."
         )
 
 
 def memory_needed(width: int, height: int) -> float:
-    """Bytes that completing a frame of so many pixels takes at its peak, about; for any number of threads."""
+    """Estimate the peak memory [bytes] of completing a frame of this size, for any number of threads."""
     pixels = as_float(width * height)
     return _PROGRAM + min(_NETWORKS, _NETWORKS_PER_PIXEL * pixels) + _PER_PIXEL * pixels
 
 
 def check_fits(what: object, width: int, height: int) -> None:
-    """Refuse a frame that would take too much memory, before anything of it is read.
+    """Raise FormatError for a frame that would need too much memory, before any of it is read.
 
     Parameters
     ----------
     what : object
-        Named in the message.
+        The file or frame that the message names.
     width, height : int
 
     Raises
@@ -91,21 +91,20 @@ def check_fits(what: object, width: int, height: int) -> None:
     """
     needed, limit = memory_needed(width, height), memory_limit()
     if needed > limit:
-        # rounded up, so that what is told is enough
-        more = (
-            f": ILF_MEMORY={math.ceil(needed / 1e8) / 10:g} (GB, an environment variable)" if needed < math.inf else ""
-        )
+        # rounded up, so that the value in the message is enough
+        more = f": environment variable ILF_MEMORY={math.ceil(needed / 1e8) / 10:g} (GB)" if needed < math.inf else ""
         raise FormatError(
-            f"{what} says it has {width} x {height} pixels; completing such a frame takes about {needed / 1e9:.3g} GB "
-            f"of memory, and {limit / 1e9:g} GB are allowed. Resize or crop it first, or allow more{more}."
+            f"{what} has {width} x {height} pixels by its header; completing such a frame needs about "
+            f"{needed / 1e9:.3g} GB of memory, but only {limit / 1e9:g} GB are allowed. Resize or crop it first, or "
+            f"raise the limit{more}."
         )
 
 
 def give_back(pixels: int) -> None:
-    """Give memory that is free back to the system, where work on so many pixels has ended.
+    """Return free memory to the system after work on this many pixels has ended.
 
-    The GNU C library keeps arrays of up to 32 MB that have been freed for others of their size, of every thread apart:
-    of a frame of 3840 x 2160 px, more than the work itself needs at a time.
+    The GNU C library keeps freed arrays of up to 32 MB for reuse, separately for each thread: for a frame of
+    3840 x 2160 px, this is more than the work itself needs at a time.
     """
     trim = _trim()
     if pixels >= _LARGE and trim is not None:
@@ -114,5 +113,5 @@ def give_back(pixels: int) -> None:
 
 @cache
 def _trim() -> Callable[[int], int] | None:
-    """What does so; None where there is no such function, or no need."""
+    """Return the function malloc_trim; None where it does not exist or is not needed."""
     return getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None

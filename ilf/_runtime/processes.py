@@ -1,4 +1,4 @@
-"""Work shared by processes, none of which outlives whoever began it."""
+"""Pools of worker processes that end with the process that started them."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..errors import IlfError
 from .cancellation import check_stopped
 from .temporary_files import discard_unfinished
 
-# How a process notices that whoever began it has ended: a pipe on which nothing is sent closes then.
+# Parent watch: a worker process notices the end of its parent because a pipe on which nothing is sent closes.
 
 
 def live_by(closed: Callable[[], object]) -> None:
-    """Called in a process that has just begun: it ends when something returns, or raises EOFError or OSError, as
-    reading from a pipe does whose other end is only in the process that began this one."""
-    # Ctrl+C reaches every process of a terminal; it is answered once, by whoever began them
+    """End this process, which has just started, when a function returns, or raises EOFError or OSError, as reading from
+    a pipe does whose other end is only in the parent process."""
+    # Ctrl+C reaches every process of a terminal; only the parent handles it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(closed,), name="ilf-lifeline", daemon=True).start()
 
@@ -39,16 +39,16 @@ def _end_with(closed: Callable[[], object]) -> None:
 
 
 _GRACE_S = 0.3
-"""What processes are given to take away what they were writing."""
+"""Time for processes to remove files that they were writing [s]."""
 
 Result = TypeVar("Result")
 
 
 class _Process(SpawnProcess):
-    """A process that does not hear Ctrl+C, as `live_by` has it, from its first moment on."""
+    """A process that ignores Ctrl+C from its start, before `live_by` takes effect."""
 
     def start(self) -> None:
-        """As any process is started; what is blocked here meanwhile stays so there."""
+        """Start the process; it inherits the signals that are blocked here meanwhile."""
         if not hasattr(signal, "pthread_sigmask"):  # Windows
             super().start()
             return
@@ -60,25 +60,25 @@ class _Process(SpawnProcess):
 
 
 class ProcessContext(SpawnContext):
-    """How this program has other processes made: anew, with nothing of this one in them."""
+    """Context that spawns fresh processes, which inherit no state from this one."""
 
     Process = _Process
 
 
 @contextmanager
 def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that take work as long as the block lasts; the values of their futures are had by `result_of`.
+    """Provide worker processes for the duration of the block; get the values of their futures by `result_of`.
 
-    A block that is left by an exception gives up at once what has not been done by then. The processes end, too, if
-    this one is killed. What they were writing, they do not leave half done.
+    If the block is left by an exception, pending work is abandoned at once. The processes also end if this one is
+    killed. They leave no partly written files.
 
     Parameters
     ----------
     jobs : int
-        How many there are.
+        Number of processes.
     """
     context = ProcessContext()
-    # nothing is ever sent: its other end is only in this process, and closes with it
+    # nothing is ever sent: the other end is only in this process, and closes when it ends
     lifeline, held = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline.recv_bytes,))
     others = set(multiprocessing.active_children())
@@ -95,21 +95,21 @@ def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def result_of(future: Future[Result]) -> Result:
-    """What came of some work that a process of a pool was given.
+    """Return the result of work submitted to a pool.
 
     Raises
     ------
     IlfError
-        If the process has ended instead of doing it.
+        If the process has ended before the work was done.
     Exception
-        What the work itself raised.
+        Any exception that the work itself raised.
     """
     try:
         return future.result()
     except (BrokenProcessPool, SystemExit) as error:
         raise IlfError(
-            "One of the processes that share the work has ended before its time. Memory may have run out: close other "
-            "programs, or take fewer --jobs."
+            "One of the worker processes ended unexpectedly. Memory may have run out: close other programs, or use "
+            "fewer --jobs."
         ) from error
 
 
@@ -120,7 +120,7 @@ def run_units(
     jobs: int = 1,
     on_done: Callable[[int], None] | None = None,
 ) -> list[Result]:
-    """What a function makes of every unit, in the units' order.
+    """Apply a function to every unit and return the results in the order of the units.
 
     Parameters
     ----------
@@ -129,14 +129,14 @@ def run_units(
     units : sequence of tuple
         Its arguments, once per unit.
     jobs : int
-        Processes that share the units; with 1 all is done in this one.
+        Number of processes; 1 runs everything in this process.
     on_done : callable, optional
-        Called with a unit's number whenever one is done, in any order. What it raises ends the work at once.
+        Called with the index of each finished unit, in any order. An exception that it raises ends the work at once.
 
     Raises
     ------
     IlfError
-        If a process has ended instead of doing its work.
+        If a process has ended before its work was done.
     """
     report = on_done or (lambda number: None)
     results: dict[int, Result] = {}
@@ -154,7 +154,7 @@ def run_units(
 
 
 def _end(processes: Collection[BaseProcess]) -> None:
-    """See to it that processes end which have lost their lifeline; one that is still being started does not notice."""
+    """Make sure that processes end whose pipe is closed; one that is still starting does not notice by itself."""
     end = time.monotonic() + _GRACE_S
     for process in processes:
         process.join(max(end - time.monotonic(), 0))
@@ -162,10 +162,10 @@ def _end(processes: Collection[BaseProcess]) -> None:
         process.kill()
 
 
-# Work on many things in processes of their own, of which one that dies costs only what it was working on.
+# Work on many items in worker processes: if one crashes, only the item that it was working on is lost.
 
 _POLL_S = 0.05
-"""How often is asked whether to go on."""
+"""Interval of the checks for cancellation [s]."""
 
 Item = TypeVar("Item")
 
@@ -177,25 +177,25 @@ def done_apart(
     jobs: int = 1,
     tidy: Callable[[Item], object] = lambda item: None,
 ) -> Generator[tuple[Item, Result | None], None, None]:
-    """Every thing and what came of it, in the order of their ends; None if its process died.
+    """Yield every item with its result, in the order in which they finish; None if its process crashed.
 
-    What was under way when a process died is begun once more at the end, one thing at a time: what dies then has none
-    but itself to blame. When this generator ends or is closed, so have the processes.
+    Items in progress when a process crashed are repeated at the end, one at a time, so that a second crash is caused by
+    the item itself. When this generator ends or is closed, the processes have ended.
 
     Parameters
     ----------
     work : callable
-        At the top level of a module, so that other processes find it; what it raises comes out here.
+        At the top level of a module, so that other processes find it; exceptions that it raises are raised here.
     items : sequence
     jobs : int
-        Processes at a time.
+        Number of processes.
     tidy : callable
-        Called here for everything that was under way when its process ended.
+        Called in this process for every item in progress when its process ended.
 
     Raises
     ------
     Cancelled
-        If the work of this thread is to stop.
+        If the work of this thread is cancelled.
     """
     again: list[Item] = []
     waiting = deque(items)
@@ -209,7 +209,7 @@ def done_apart(
 def _until_one_dies(
     work: Callable[[Item], Result], waiting: deque[Item], jobs: int, tidy: Callable[[Item], object]
 ) -> Generator[tuple[Item, Result], None, list[Item]]:
-    """Take things until none is waiting, or a process has died; returns those that were under way then."""
+    """Process items until none is waiting, or a process crashes; return the items in progress at that time."""
     under_way: dict[Future[Result], Item] = {}
     try:
         with process_pool(min(jobs, len(waiting))) as pool:

@@ -1,4 +1,4 @@
-"""Readers that a stranger's file may crash: in a process of their own, with limits of time and memory."""
+"""Sandbox: runs file readers in a separate process with limits of time and memory, since a file may crash them."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from .children import child_command
 from .processes import live_by
 
 SECONDS, MEMORY = 60, 4 * 2**30
-"""How long a reader may take [s], and how much memory [bytes] beyond what it takes to start it."""
+"""Time limit of a reader [s], and limit of its memory [bytes] beyond what the process uses at its start."""
 
 _VALUE, _ERROR, _BROKEN, _MEMORY = "value", "error", "broken", "memory"
 _LENGTH = 8
-"""Bytes of a number that says how many follow."""
+"""Size [bytes] of the length prefix."""
 _WAY_OUT = "Copy or export it again."
 
 
 def in_child(
     function: Callable[..., Any], *arguments: Any, file: str, seconds: float = SECONDS, memory: int = MEMORY
 ) -> Any:
-    """What a function gives, called in a process of its own, which it may crash, exhaust or keep for ever.
+    """Call a function in a separate process, which it may crash, exhaust or block, and return its result.
 
     Parameters
     ----------
     function : callable
-        At the top level of a module, or a class method. What it gives must be what JSON can say.
+        At the top level of a module, or a class method. Its result must be representable in JSON.
     *arguments
-        Of it; anything that can be pickled.
+        Arguments of the function; anything that can be pickled.
     file : str
-        Which file it reads, for messages.
+        The file that it reads, for messages.
     seconds : float
-        How long it may take [s].
+        Time limit [s].
     memory : int
-        Bytes that it may take. Only where the platform has such limits: on Windows and macOS there are none.
+        Memory limit [bytes]. Only on platforms that support it: not on Windows and macOS.
 
     Raises
     ------
     IlfError
-        What the function raises, if that is one.
+        If the function raises one.
     FormatError
-        If it ends in any other exception, crashes, or goes beyond a limit.
+        If the function raises any other exception, crashes, or exceeds a limit.
     InputError
         If no process can be started.
 
@@ -62,15 +62,15 @@ def in_child(
         status, out = run_apart(pickle.dumps((function, arguments, seconds, memory)), seconds)
         kind, *found = json.loads(out) if status == 0 else ("",)
     except subprocess.TimeoutExpired:
-        raise FormatError(f"{file} is damaged: reading it takes more than {seconds:g} s. {_WAY_OUT}") from None
+        raise FormatError(f"{file} is damaged: reading it takes longer than {seconds:g} s. {_WAY_OUT}") from None
     except OSError as error:
-        raise InputError(f"{file} cannot be tried: no process can be started for that ({cause(error)}).") from error
-    except ValueError:  # a library has ended the process as if all were well
+        raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
+    except ValueError:  # a library has ended the process with status 0
         status, kind = 0, ""
     if kind == _VALUE:
         return found[0]
     if kind == _MEMORY:
-        raise FormatError(f"{file} is damaged: reading it takes more than {memory / 2**30:g} GiB. {_WAY_OUT}")
+        raise FormatError(f"{file} is damaged: reading it needs more than {memory / 2**30:g} GiB. {_WAY_OUT}")
     if kind == _BROKEN:
         raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_WAY_OUT}")
     if kind == _ERROR:
@@ -79,11 +79,12 @@ def in_child(
 
 
 def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
-    """Exit status and answer of a process that does the work (`answered`); raises as `subprocess.run` does.
+    """Run work in a process (`answered`) and return its exit status and output; raise as `subprocess.run` does.
 
-    It ends with this one, whatever ends that: what it reads the work from stays open until it has answered.
+    The process ends when this one ends, for any reason: the pipe that it reads the work from stays open until it has
+    finished.
     """
-    # the same modules as here, and none of the folder that happens to be the current one
+    # the same module path as here, without the current folder
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path)), "OMP_NUM_THREADS": "1"}
     reading, writing = os.pipe()
     with open(writing, "wb", buffering=0) as held, open(reading, "rb", buffering=0) as stdin:
@@ -97,7 +98,7 @@ def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
         stdin.close()
         with child:
             try:
-                with suppress(OSError):  # it has ended already; its status says how
+                with suppress(OSError):  # it has ended already; its status tells how
                     left = memoryview(len(work).to_bytes(_LENGTH) + work)
                     while left:
                         left = left[held.write(left) :]
@@ -109,7 +110,7 @@ def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
 
 
 def _own_errors() -> dict[str, type[IlfError]]:
-    """The errors of this library by name; a child that a file has taken over can have no other made."""
+    """Return the errors of this library by name; a child compromised by a file can raise no others here."""
     kinds, found = [IlfError], {}
     while kinds:
         kind = kinds.pop()
@@ -126,7 +127,7 @@ def _cause(status: int) -> str:
 
 
 def limit_process(seconds: float, memory: int) -> None:
-    """Set the limits of this process, as far as the platform has them; a crash leaves no core file."""
+    """Set the limits of this process, as far as the platform supports them; a crash leaves no core file."""
     if find_spec("resource") is None:
         return
     import resource
@@ -137,12 +138,12 @@ def limit_process(seconds: float, memory: int) -> None:
         allowed = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
         try:
             resource.setrlimit(limit, (allowed, most))
-        except (OSError, ValueError):  # macOS refuses that of memory
+        except (OSError, ValueError):  # macOS refuses the memory limit
             continue
 
 
 def _in_use() -> int:
-    """Bytes of address space that this process has already."""
+    """Return the address space [bytes] that this process uses already."""
     try:
         with open("/proc/self/statm", "rb") as stream:
             return int(stream.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
@@ -151,7 +152,7 @@ def _in_use() -> int:
 
 
 def answered(work: bytes) -> bytes:
-    """What comes of work, within its limits, as JSON."""
+    """Run work within its limits and return the result as JSON."""
     function, arguments, seconds, memory = pickle.loads(work)
     limit_process(seconds, memory)
     found: list[Any]
@@ -167,7 +168,7 @@ def answered(work: bytes) -> bytes:
 
 
 def main() -> None:
-    """What the child does; what libraries print goes where nobody reads."""
+    """Run the child process; output that libraries print to stdout is discarded."""
     out = os.dup(1)
     os.dup2(2, 1)
     stdin = sys.stdin.buffer

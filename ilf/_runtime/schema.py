@@ -1,4 +1,4 @@
-"""Objects of JSON files that programs or people have written: every value is checked when it is asked for."""
+"""Checked access to objects of JSON files written by programs or people: every value is checked when it is read."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .installation import __version__
 
 
 def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
-    """Raise FormatError unless a file has the one form that is read.
+    """Raise FormatError unless a file has the supported schema.
 
     Parameters
     ----------
     data : mapping
-        The object that the file holds; `schema` in it is the number of its form, `version` the program that wrote it.
+        The object in the file; its `schema` is the number of the schema, its `version` that of the writing program.
     schema : int
-        The number that is read.
+        The supported number.
     what : str
         The kind of file, for the message.
 
@@ -44,35 +44,35 @@ def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
 
 @dataclass(frozen=True)
 class Section:
-    """An object of a JSON file, with a clear message for everything that may be wrong with its values."""
+    """An object of a JSON file, with clear messages for invalid values."""
 
     name: str
     values: dict[str, Any]
 
     def get(self, key: str, *kinds: type) -> Any:
-        """The value of a key, checked to be of one of these kinds."""
+        """Return the value of a key, checked to be of one of these types."""
         if key not in self.values:
-            raise FormatError(f"The {self.name} lacks {key!r}.")
+            raise FormatError(f"The {self.name} has no {key!r}.")
         return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
 
     def items(self, key: str, kind: type) -> list[Any]:
-        """A list of values of one kind."""
+        """Return a list of values of one type."""
         return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
 
     def texts(self, key: str, *kinds: type) -> dict[str, Any]:
-        """An object whose values are texts, or of other kinds."""
+        """Return an object whose values are strings, or of these other types."""
         section = self.section(key)
         return {name: section.get(name, str, *kinds) for name in section.values}
 
     def filename(self, key: str) -> str | None:
-        """A plain file name or null."""
+        """Return a plain file name, or None for null."""
         name = self.get(key, str, type(None))
         if name is not None and not is_plain(name):
             raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
         return name
 
     def fields(self, kind: type) -> dict[str, Any]:
-        """Values for the fields of a dataclass, each of the type that it declares."""
+        """Return values for the fields of a dataclass, each of its declared type."""
         types = get_type_hints(kind)
         found: dict[str, Any] = {}
         for field in dataclasses.fields(kind):
@@ -90,12 +90,12 @@ class Section:
         return kind(value)
 
     def section(self, key: str) -> Section:
-        """An object inside this one."""
+        """Return an object inside this one."""
         return Section(key, self.get(key, dict))
 
 
 def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
-    """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
+    """Return `value` if it is of one of these types: integers pass as float, true and false never as numbers."""
     if float in kinds and type(value) is int:
         value = as_float(value)
     if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
@@ -105,15 +105,15 @@ def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
 
 
 def is_plain(name: str) -> bool:
-    """Whether a name is that of a file, without any folder."""
+    """Whether a name is a file name without any folder."""
     return name not in {"", ".", ".."} and not any(mark in name for mark in "/\\\0")
 
 
-# Values as strict JSON has them.
+# Conversion to strict JSON.
 
 
 def strict_json(value: object) -> bytes:
-    """JSON without whitespace and without NaN, which is null in it."""
+    """Return JSON without whitespace, with null for NaN."""
     try:
         return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
     except (TypeError, ValueError):
@@ -121,7 +121,7 @@ def strict_json(value: object) -> bytes:
 
 
 def plain(value: object) -> Any:
-    """A value of what JSON has, as near as can be: null for numbers that are not finite, text for what it lacks.
+    """Convert a value to the nearest JSON value: null for non-finite numbers, text for unsupported types.
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""Putting a set of files into a folder: all of them or none, whatever happens to the process meanwhile.
+"""Atomic export of a set of files into a folder: all of them or none, even if the process is killed.
 
-The files are made in a temporary folder inside the target and then moved into their places one after the other, the
-last one last: it is the set's seal. Files that they replace wait in the temporary folder, and go back if a move fails.
-A process that dies half way leaves that folder behind; who writes next into the target puts the old files back first,
-if the folder is the same user's, and only files of the set.
+The files are written to a temporary folder inside the target and then moved into place one after the other. The last
+file is the seal of the set. Replaced files are kept in the temporary folder and restored if a move fails.
+A process killed during the export leaves this folder behind; the next process that writes to the target first restores
+the old files, if the folder belongs to the same user, and only files of the set.
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ from .temporary_files import MADE_BY, is_dead, is_own, made_by, moving, remove_e
 _PREFIX = ".ilf-export-"
 _LEFT = re.compile(rf"{re.escape(_PREFIX)}{MADE_BY}")
 _BEFORE, _NAMES = "before", ".names"
-"""In the temporary folder: a folder with the files that were replaced, and a file with the names of the set, the seal's
-last."""
+"""In the temporary folder: a folder with the replaced files, and a file with the names of the set, the seal last."""
 
 _LONGEST_NAME = 255
-"""Bytes; file systems take no more."""
+"""Maximum length of file names in most file systems [bytes]."""
 
 
 @contextmanager
 def staging(target: Path) -> Iterator[Path]:
-    """A temporary folder inside `target`, which is made if need be and unmade again if the block fails.
+    """Provide a temporary folder inside `target`, which is created if needed and removed again if the block fails.
 
     Raises
     ------
@@ -49,28 +48,28 @@ def staging(target: Path) -> Iterator[Path]:
             with unfinished(folder, *missing), _naming(folder, target):
                 yield folder
         except BaseException:
-            if not _old_files(folder):  # which could not be put back: they stay, for `clear_interrupted`
+            if not _old_files(folder):  # otherwise they could not be restored: kept for `clear_interrupted`
                 _discard(folder)
             raise
         _discard(folder)
     except BaseException as error:
         remove_empty(missing)
         if isinstance(error, FileExistsError | NotADirectoryError):
-            raise ExportError(f"Could not write into {target}: it is no folder, or lies in none.") from error
+            raise ExportError(f"Could not write into {target}: it is not a folder, or lies inside a file.") from error
         if isinstance(error, OSError):
             raise ExportError(f"Could not write into {target}: {cause(error)}.") from error
         raise
 
 
 def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
-    """Put staged files into their places, the last one last; if one cannot be, those before it are taken back.
+    """Move staged files into place in this order; if a move fails, undo those before it.
 
-    The old file of the last name goes first, so that at no moment an old seal stands beside new files.
+    The old file of the last name is removed first, so that an old seal never exists beside new files.
 
     Raises
     ------
     Cancelled
-        If the work was to stop before the first was moved.
+        If the work was cancelled before the first move.
     """
     before = folder / _BEFORE
     before.mkdir()
@@ -89,15 +88,15 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
 
 
 def interrupted(target: Path) -> list[Path]:
-    """Temporary folders that this user's processes which are no more have left in a folder."""
+    """Return temporary folders left behind in a folder by ended processes of this user."""
     return [path for path in sorted(target.glob(f"{_PREFIX}*")) if _is_left(path) and _is_sound(path)]
 
 
 def clear_interrupted(target: Path) -> None:
-    """Undo what dead processes have begun in a folder: the files that they had replaced come back.
+    """Undo unfinished exports of ended processes in a folder: restore the files that they had replaced.
 
-    Unless the seal is there: then they had moved all files, or another set has been written since. Files that the list
-    of names does not name stay where they are.
+    If the seal exists, all files had been moved, or another set has been written since, and nothing is restored. Files
+    that are not in the list of names stay where they are.
     """
     for folder in interrupted(target):
         is_sealed = _is_sealed(folder, target)
@@ -108,8 +107,8 @@ def clear_interrupted(target: Path) -> None:
 
 
 def _take_back(folder: Path, target: Path) -> None:
-    """New files come out of their places again, then old ones go into them, the seal last. Whoever dies half way
-    leaves what the next one can go on with."""
+    """Remove new files from their places, then restore the old ones, the seal last. If this is interrupted, the next
+    process can continue it."""
     names = _names(folder)
     for name in names:
         if (target / name).exists() and not (folder / name).exists():
@@ -119,13 +118,14 @@ def _take_back(folder: Path, target: Path) -> None:
 
 
 def _discard(folder: Path) -> None:
-    """Take a temporary folder away, the names last: without them, the old files would seem to be wanted."""
+    """Remove a temporary folder, the replaced files first: beside a list of names they would be restored."""
     shutil.rmtree(folder / _BEFORE, ignore_errors=True)
     shutil.rmtree(folder, ignore_errors=True)
 
 
 def _names(folder: Path) -> list[str]:
-    """Of the set that is in a temporary folder; none before it is whole, or if they are not what `move_in` writes."""
+    """Return the names of the set in a temporary folder; none before it is complete, or if `move_in` did not write
+    them."""
     try:
         names = (folder / _NAMES).read_text(encoding="utf-8").split("\n")
     except (FileNotFoundError, UnicodeDecodeError):
@@ -134,7 +134,7 @@ def _names(folder: Path) -> list[str]:
 
 
 def _old_files(folder: Path) -> list[Path]:
-    """The replaced files of the set that still wait in a temporary folder, the seal last."""
+    """Return the replaced files of the set that are still in a temporary folder, the seal last."""
     before = folder / _BEFORE
     return [before / name for name in _names(folder) if os.path.lexists(before / name)]
 
@@ -145,13 +145,13 @@ def _is_sealed(folder: Path, target: Path) -> bool:
 
 
 def _is_left(folder: Path) -> bool:
-    """Whether the process that made a temporary folder has died."""
+    """Whether the process that created a temporary folder has ended."""
     match = _LEFT.fullmatch(folder.name)
     return match is not None and is_dead(match)
 
 
 def _is_sound(folder: Path) -> bool:
-    """Whether a temporary folder and that of the replaced files are this user's own, and no links to others."""
+    """Whether a temporary folder and that of the replaced files belong to this user and are not links."""
     for path in (folder, folder / _BEFORE):
         with suppress(FileNotFoundError):
             status = path.lstat()
@@ -162,7 +162,7 @@ def _is_sound(folder: Path) -> bool:
 
 @contextmanager
 def _naming(folder: Path, target: Path) -> Iterator[None]:
-    """Have errors of the writers name the file's final place: the temporary one means nothing to anyone."""
+    """Replace the temporary path by the final one in errors of the writers."""
     try:
         yield
     except ExportError as error:

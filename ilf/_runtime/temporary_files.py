@@ -1,4 +1,4 @@
-"""What is being written: known, so that a process that ends in the middle of it leaves nothing half done behind."""
+"""Registry and cleanup of temporary files, so that a process that ends while writing leaves no partial files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pathlib import Path
 from .cancellation import check_stopped
 
 _MOVING_LIMIT_S = 5.0
-"""Moving files within a folder takes milliseconds; a disk that does not answer is not waited for longer."""
+"""Moving files within a folder takes milliseconds; a disk that does not respond is given up after this time [s]."""
 
 _paths: dict[Path, tuple[Path, ...]] = {}
 _moving = threading.Lock()
@@ -27,13 +27,13 @@ _moving = threading.Lock()
 
 @contextmanager
 def unfinished(path: Path, *made_for_it: Path) -> Iterator[None]:
-    """As long as the block lasts, a temporary file or folder is of no use to anybody.
+    """Register a temporary file or folder for the duration of the block, to be removed if the process ends.
 
     Parameters
     ----------
     path : Path
     *made_for_it : Path
-        Folders that were not there before, innermost first; they go, too, if they are empty.
+        Folders that did not exist before, innermost first; they are removed, too, if they are empty.
     """
     _paths[path] = made_for_it
     try:
@@ -44,12 +44,12 @@ def unfinished(path: Path, *made_for_it: Path) -> Iterator[None]:
 
 @contextmanager
 def moving() -> Iterator[None]:
-    """Files are put into their places in the block, which is the point of no return.
+    """Enclose the moving of files into their final places, which cannot be cancelled any more.
 
     Raises
     ------
     Cancelled
-        If the work is to stop: then nothing has been moved.
+        If the work was cancelled: then nothing has been moved.
     """
     with _moving:
         check_stopped()
@@ -57,11 +57,10 @@ def moving() -> Iterator[None]:
 
 
 def discard_unfinished() -> None:
-    """For a process that ends now, whatever its threads are doing: what is being moved is finished, all else that is
-    being written is taken away, and semaphores that other processes share are given back. Nothing is moved any more
-    after that."""
+    """Clean up before the process ends, whatever its threads are doing: wait for files being moved, remove all other
+    files being written, and release semaphores shared with other processes. No files can be moved afterwards."""
     if (shared := sys.modules.get("multiprocessing.util")) is not None:
-        shared._run_finalizers(0)  # as at the interpreter's end; whoever tracks semaphores warns of those that are left
+        shared._run_finalizers(0)  # as at interpreter exit; the resource tracker warns of leaked semaphores
     _moving.acquire(timeout=_MOVING_LIMIT_S)
     for path, folders in list(_paths.items()):
         remove(path)
@@ -69,7 +68,7 @@ def discard_unfinished() -> None:
 
 
 def remove(path: Path) -> None:
-    """Take a file or a folder away, as far as that can be done."""
+    """Remove a file or a folder as far as possible."""
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:
@@ -77,43 +76,43 @@ def remove(path: Path) -> None:
 
 
 def remove_empty(folders: tuple[Path, ...]) -> None:
-    """Take those folders away that are there and empty, one after the other."""
+    """Remove those folders that exist and are empty, one after the other."""
     for folder in folders:
         if os.path.isdir(folder) and not any(folder.iterdir()):
             folder.rmdir()
 
 
-# What dead writers have left: temporary files and folders have in their names who makes them, so that the next who
-# writes there can tell.
+# Files left by ended processes: the names of temporary files and folders identify the process that creates them, so
+# that a later process can recognise them.
 
 MADE_BY = r"(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{8}"
-"""What `made_by` gives, as a regular expression."""
+"""Regular expression for the result of `made_by`."""
 _FILE = re.compile(rf"\.ilf-{MADE_BY}(?:\..*)?")
 _DAY_S = 24 * 3600.0
 _cleared: set[Path] = set()
 
 
 def made_by() -> str:
-    """A part of a name that no other temporary file has, of this process or another."""
+    """Return a part of a name that is unique among the temporary files of all processes."""
     return f"{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
 
 
 def is_dead(match: re.Match[str]) -> bool:
-    """Whether who made what a name says (`MADE_BY`) has surely ended. Nothing is known of others than processes of
-    this computer, since it was started, and of this container."""
+    """Whether the process that created a name (`MADE_BY`) has certainly ended. This can only be known of processes of
+    this computer, since its start, and of this container."""
     return match["host"] == _host() and not _runs(int(match["process"]))
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Whether a file or folder belongs to the user of this process; where files have no owners, all do."""
+    """Whether a file or folder belongs to the user of this process; always true where files have no owners."""
     return not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
 
 
 def clear_left_files(temporary: Path) -> None:
-    """Take away what this user's writers of single files have left in the folder of one that has just been made.
+    """Remove single temporary files that ended processes of this user have left in the folder of a new one.
 
-    That is files whose writer is dead for sure, and those that have lain untouched for a day, by the time of the
-    folder's own disk, which may be another computer's. A process looks once into each folder.
+    These are files whose process has certainly ended, and those unchanged for a day, by the clock of the folder's disk,
+    which may be on another computer. A process checks each folder once.
     """
     folder = temporary.parent
     if folder in _cleared:
@@ -124,7 +123,7 @@ def clear_left_files(temporary: Path) -> None:
         for entry in entries:
             match = _FILE.fullmatch(entry.name)
             if match is not None and entry.is_file(follow_symlinks=False):
-                with suppress(OSError):  # another program has been quicker
+                with suppress(OSError):  # another program has removed it first
                     status = entry.stat()
                     dead = is_dead(match) or now - status.st_mtime > _DAY_S
                     if dead and is_own(status):
@@ -133,16 +132,16 @@ def clear_left_files(temporary: Path) -> None:
 
 @cache
 def _host() -> str:
-    """This computer, since it was started, and this container: who has the same sees the same processes."""
+    """Return an identifier of this computer, since its start, and this container: equal ones share their processes."""
     name = re.sub(r"[^A-Za-z0-9.]+", "_", socket.gethostname()) or "host"
     facts = []
-    with suppress(OSError):  # what only Linux tells
+    with suppress(OSError):  # available only on Linux
         facts = [Path("/proc/sys/kernel/random/boot_id").read_text(), str(os.stat("/proc/self/ns/pid").st_ino)]
     return f"{name}.{hashlib.sha256(' '.join(facts).encode()).hexdigest()[:8]}" if facts else name
 
 
 def _runs(process: int) -> bool:
-    if process >= 2**31:  # there is no such number
+    if process >= 2**31:  # no valid process number
         return False
     if os.name == "nt":
         import ctypes
@@ -160,16 +159,16 @@ def _runs(process: int) -> bool:
     return True
 
 
-# The user's own files and folders, which no other user of the computer may read.
+# Private files and folders, which no other user of the computer may read.
 
 
 def private_file(path: Path) -> None:
-    """Make an empty file, and its folder, for the user alone; what is there already stays as it is.
+    """Create an empty file, and its folder, readable by the user only; leave existing ones unchanged.
 
     Raises
     ------
     OSError
-        If it cannot be made.
+        If it cannot be created.
 
     Examples
     --------
@@ -183,7 +182,7 @@ def private_file(path: Path) -> None:
 
 
 def tighten(path: Path) -> None:
-    """Leave a file or folder to its owner alone, if it is there and the file system can."""
+    """Restrict a file or folder to its owner, if it exists and the file system supports it."""
     with suppress(OSError):
         mode = path.stat().st_mode
         if mode & 0o077 and (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):

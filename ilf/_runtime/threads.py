@@ -1,4 +1,4 @@
-"""Driving several generators at once, in slices, at the pace of whoever takes what they yield."""
+"""Running several generators in parallel threads, in time slices, at the pace of the consumer."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ T = TypeVar("T")
 Steps = Generator[T, None, None]
 
 SLICE_S = 0.005
-"""Seconds of work that are handed to a thread at a time: steps of microseconds drown in the handing over."""
+"""Time slice of a thread [s]: for steps of microseconds, switching would cost more than the work."""
 
 _SWITCH_S = 0.0002
-"""How long a thread waits for the interpreter's lock before it is handed over. Python's own 5 ms are longer than most
-of what threads do without it: one would be at rest while the other takes it up again and again."""
+"""Switch interval of the interpreter's lock [s]. Python's default of 5 ms is longer than most work that threads do
+without the lock: one thread would idle while another acquires it again and again."""
 
 
 def available_cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
-    """All that the tasks yield, one task after the other, in the caller's thread."""
+    """Yield the items of all tasks, one task after the other, in the caller's thread."""
     for task in tasks:
         yield from task
 
@@ -41,22 +41,22 @@ def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
 def side_by_side(
     tasks: Sequence[Steps[T]], width: int, sizes: Sequence[float] | None = None, room: float = math.inf
 ) -> Steps[T]:
-    """All that the tasks yield, `width` of them at a time, each in its own order.
+    """Yield the items of all tasks, running `width` of them in parallel, each in its own order.
 
-    A thread takes a task and goes on with it, slice by slice, until its end; no more than a slice ahead of who takes
-    what the tasks yield. An exception in a task comes out here. When this generator ends or is closed, so have its
-    threads: what they are at is stopped (see `ilf._runtime.cancellation`).
+    Each thread runs one task to its end, slice by slice, at most one slice ahead of the consumer. An exception in a
+    task is raised here. When this generator ends or is closed, its threads have ended: their work is cancelled (see
+    `ilf._runtime.cancellation`).
 
     Parameters
     ----------
     tasks : sequence of generator
-        In the order in which they are begun, but for those that there is no room for at the time.
+        Started in this order, except for those that do not fit into `room` at the time.
     width : int
         Number of threads.
     sizes : sequence of float, optional
-        Of the tasks; none has any if left out.
+        Size of each task; 0 if omitted.
     room : float
-        A task is begun as long as the sizes of those under way add up to no more with it, or if there are none.
+        A task starts only if the total size of running tasks stays within this limit, or if none is running.
     """
     team = _Team(list(zip(sizes or [0.0] * len(tasks), tasks, strict=True)), width, room)
     wishes = *present_wishes(), team.stopped
@@ -73,7 +73,7 @@ def side_by_side(
 
 
 class _Switching:
-    """The interpreter hands its lock over sooner while any threads share tasks."""
+    """Shorter switch interval of the interpreter's lock while any threads share tasks."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -98,7 +98,7 @@ _switching = _Switching()
 
 
 class _Team(Generic[T]):
-    """Threads that share tasks, and what they hand over."""
+    """Threads that share tasks, and the queue of their results."""
 
     def __init__(self, tasks: list[tuple[float, Steps[T]]], width: int, room: float) -> None:
         self._width = width
@@ -108,23 +108,23 @@ class _Team(Generic[T]):
         self._taking = threading.Condition()
         self.stopped = threading.Event()
         self._ahead = threading.Semaphore(2 * width)
-        # slices of items; what a thread ends with, None or what went wrong
+        # slices of items; at the end of a thread, None or its error
         self._done = SimpleQueue[list[T] | BaseException | None]()
 
     def work(self) -> None:
-        """What every thread does."""
+        """Run tasks until none is left; the body of every thread."""
         end: BaseException | None = None
         try:
             while (taken := self._next_task()) is not None:
                 size, task = taken
                 self._finish(task)
                 self._make_room(size)
-        except BaseException as error:  # for the thread that waits for it
+        except BaseException as error:  # passed to the waiting thread
             end = error
         self._done.put(end)
 
     def results(self) -> Steps[T]:
-        """All that the tasks yield, as it comes."""
+        """Yield the items of the tasks as they arrive."""
         working = self._width
         while working:
             done = self._done.get()
@@ -137,7 +137,7 @@ class _Team(Generic[T]):
                 yield from done
 
     def stop(self) -> None:
-        """Let the threads end, at the next item of their tasks."""
+        """End the threads at the next item of their tasks."""
         self.stopped.set()
         self._ahead.release(self._width)
         with self._taking:
@@ -169,7 +169,7 @@ class _Team(Generic[T]):
             self._done.put(items)
 
     def _slice(self, task: Steps[T]) -> tuple[list[T], bool]:
-        """What a task yields in a slice, and whether that was its end."""
+        """Return the items of a task's next slice, and whether the task has ended."""
         items: list[T] = []
         end = time.perf_counter() + SLICE_S
         for item in task:

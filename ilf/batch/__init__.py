@@ -1,1 +1,1 @@
-"""Many frames: completed by several processes or machines, a folder each; started again, a batch resumes."""
+"""Batches: many frames, completed by several processes or machines, with one folder per frame; resumable."""

@@ -1,4 +1,4 @@
-"""A batch: many frames completed with the same settings, a folder each; what is there already is not done again."""
+"""A batch: many frames completed with the same settings, one folder per frame; completed frames are skipped."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from .settings import BatchSettings, differences, read_settings, sha256_of, writ
 from .task import Task
 from .workers import Outcomes, outcomes_here, outcomes_on_cluster
 
-# What there is of every frame before a batch begins, by the records in its folder.
+# The state of every frame before a batch starts, from the records in its folder.
 
 
 class State(Enum):
-    """Of a frame: not completed with these settings; completed; failed; completed, but its files have changed."""
+    """State of a frame: not completed with these settings; completed; failed; completed, but its files have changed."""
 
     OPEN, FINISHED, FAILED, CHANGED = range(4)
 
 
 @dataclass(frozen=True)
 class FrameState:
-    """A frame, what there is of it, and what came of it; None where it is open."""
+    """A frame with its state and outcome; the outcome is None if the frame is open."""
 
     frame: BatchFrame
     state: State
@@ -41,7 +41,7 @@ class FrameState:
 
 
 def frame_states(task: Task, frames: Sequence[BatchFrame]) -> list[FrameState]:
-    """What there is of some frames. Those whose files look different are read, in processes of their own."""
+    """Determine the states of frames. Frames whose file stamps differ are read, in separate processes."""
     records = {frame: task.record_of(frame) for frame in frames}
     same = {frame: record is not None and record.is_of(frame) for frame, record in records.items()}
     doubtful = [frame for frame, record in records.items() if record and record.is_completed and same[frame] is None]
@@ -59,7 +59,7 @@ def _frame_state(frame: BatchFrame, record: FrameRecord | None, same: bool) -> F
     return FrameState(frame, State.FAILED, record.outcome) if same else FrameState(frame, State.OPEN)
 
 
-# manifest.csv: what came of every frame whose results are in a folder, by their records.
+# manifest.csv: the outcomes of all frames in a folder, from their records.
 
 MANIFEST_FILE = "manifest.csv"
 
@@ -77,16 +77,16 @@ MANIFEST_COLUMNS = tuple(_UNITS.get(field.name, field.name) for field in datacla
 
 
 def write_manifest(folder: Path, order: Sequence[BatchFrame]) -> list[FrameOutcome]:
-    """Write the manifest, and return what is in it.
+    """Write the manifest, and return its outcomes.
 
-    Several processes may share a folder: whoever writes looks again afterwards, and writes once more if a record has
-    come meanwhile. The last one to write has then seen all that there is.
+    Several processes may share a folder: each checks after writing, and writes again if a record was added meanwhile.
+    So the last writer includes all records.
 
     Parameters
     ----------
     folder : Path
     order : sequence of BatchFrame
-        Rows come in this order; those of other frames behind them.
+        Order of the rows; other frames follow.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def write_manifest(folder: Path, order: Sequence[BatchFrame]) -> list[FrameOutco
 
 
 def read_outcomes(folder: Path, order: Sequence[BatchFrame] = ()) -> list[FrameOutcome]:
-    """What came of the frames whose records are in a folder."""
+    """Read the outcomes of the frames whose records are in a folder."""
     places = {frame.folder: place for place, frame in enumerate(order)}
     records = (read_frame_record(path.parent) for path in folder.glob(f"*/{FRAME_FILE}"))
     outcomes = [record.outcome for record in records if record is not None]
@@ -110,39 +110,39 @@ def read_outcomes(folder: Path, order: Sequence[BatchFrame] = ()) -> list[FrameO
 
 
 def _recorded_state(folder: Path) -> dict[str, int]:
-    """The records that there are, and when they were written."""
+    """Return the folders with a record, and the records' modification times [ns]."""
     state = {}
     for path in folder.glob(f"*/{FRAME_FILE}"):
         try:
             state[path.parent.name] = path.stat().st_mtime_ns
-        except OSError:  # gone since
+        except OSError:  # deleted meanwhile
             continue
     return state
 
 
 _SHOWN = 3
 _ANEW = (
-    "Choose another folder, or complete them anew (--rerun-changed; in the window, Again: Frames of other settings or "
-    "files)."
+    "Choose another folder, or complete them again (--rerun-changed; in the window, Redo: Frames with changed settings "
+    "or files)."
 )
-"""Differences and frames that a message names."""
+"""Number of differences and frames listed in a message; what the user can do."""
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Frames to complete, and what is known of them before it begins; made by `open_batch`.
+    """Frames to complete, and the outcomes of earlier frames; created by `open_batch`.
 
     Attributes
     ----------
     task : Task
     frames : tuple of BatchFrame
-        All that results may be for.
+        All frames of the batch.
     to_do : tuple of BatchFrame
-        Those that are to be completed.
+        Frames to complete.
     finished : tuple of FrameOutcome
-        What came of those that are there already.
+        Outcomes of the frames that are already completed.
     failed : tuple of FrameOutcome
-        What came of those that failed before and are not tried again.
+        Outcomes of the frames that failed before and are not retried.
     """
 
     task: Task
@@ -153,33 +153,33 @@ class Batch:
 
     @property
     def folder(self) -> Path:
-        """Where the results are."""
+        """Folder of the results."""
         return Path(self.task.folder)
 
     def outcomes(self, *, jobs: int = 1, cluster: str | None = None) -> Outcomes:
-        """Complete the frames, and tell what came of each, in the order of their ends.
+        """Complete the frames, and yield their outcomes in order of completion.
 
-        When this generator ends or is closed, so has the work; frames under way are given up, and done when the batch
-        is opened again.
+        When this generator is closed, the work stops; frames in progress are discarded, and completed when the batch is
+        opened again.
 
         Parameters
         ----------
         jobs : int
-            Processes of this machine.
+            Number of processes on this machine.
         cluster : str, optional
-            A Dask scheduler in their place: its address, or the file that it has written that to.
+            Dask scheduler to use instead: its address, or its scheduler file.
 
         Raises
         ------
         IlfError
-            For what keeps all frames from being completed. What is wrong with one is its outcome.
+            For errors that affect all frames. An error of a single frame becomes its outcome.
         """
         if cluster is not None and self.to_do:
             return outcomes_on_cluster(self.task, self.to_do, cluster)
         return outcomes_here(self.task, self.to_do, jobs)
 
     def write_manifest(self) -> list[FrameOutcome]:
-        """Write manifest.csv over all results in the folder, whoever has made them, and return what is in it."""
+        """Write manifest.csv of all results in the folder, including those of other processes; return its outcomes."""
         return write_manifest(self.folder, self.frames)
 
 
@@ -193,30 +193,30 @@ def open_batch(
     retry_failed: bool = False,
     strict: bool = False,
 ) -> Batch:
-    """Look at what there is of a batch in a folder, and what is left to do.
+    """Open a batch in a folder, and determine which frames are left to complete.
 
     Parameters
     ----------
     frames : sequence of BatchFrame
-        As `frames_of_sources` gives them.
+        As `frames_of_sources` returns them.
     folder : path-like
-        Of the results, made if missing; each frame has a folder in it.
+        Folder of the results, created if missing; it contains one folder per frame.
     settings : BatchSettings, optional
-        The defaults if left out.
+        Default settings if left out.
     only : sequence of BatchFrame, optional
-        Those of the frames that are completed here; all of them if left out.
+        Frames to complete here; default: all.
     anew : bool
         Complete frames again that were completed with other settings, or whose files have changed since.
     retry_failed : bool
-        Also take frames that failed before. One whose files have changed since is taken in any case.
+        Also retry failed frames. Failed frames whose files have changed since are always retried.
     strict : bool
-        Frames fail whose files are doubted to be read rightly (`RGBDFrame.doubts`).
+        Frames with plausibility warnings fail (`RGBDFrame.doubts`).
 
     Raises
     ------
     InputError
-        If there are results of other settings, or of files that have changed since, and `anew` is False. Nothing has
-        changed then.
+        If there are results of other settings, or of files that have changed since, and `anew` is False. The folder
+        is then left unchanged.
     ExportError
         If the folder cannot be written.
     """
@@ -229,7 +229,7 @@ def open_batch(
             f"{target} has frames that were completed with other settings "
             f"({_some(differences(before[0], facts))}). {_ANEW}"
         )
-    # other settings may have other frames, and these other depths
+    # other settings may come with other frames and another depth range
     levels = before[1] if before is not None and same else depth_levels(frames)
     task = Task(str(target), chosen, sha256_of(facts), levels, strict)
     found = frame_states(task, frames if only is None else only)

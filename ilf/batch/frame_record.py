@@ -1,4 +1,4 @@
-"""frame.json: what came of a frame of a batch. It is written last, and says whether the set beside it is whole."""
+"""frame.json: the result of a frame of a batch. It is written last and lists the output files beside it."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from ..sources.frames import META_NAME
 from .frames import BatchFrame
 from .settings import SCHEMA
 
-# What a frame of a batch is read from: how, from which files, and of what content.
+# The input of a frame of a batch: options, files and their content.
 
 _PATHS = ("rgb", "depth", "truth", "guide")
-"""What a FrameSource has that says where and not how: it may change when a data set is moved."""
+"""Paths in a FrameSource; they may change when a data set is moved."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A frame as it was read.
+    """A loaded frame and its neighbours.
 
     Attributes
     ----------
     frame : RGBDFrame
     neighbours : tuple of RGBDFrame
-        Those that could be read.
+        The readable neighbours.
     content : str
-        Tells what was read apart: SHA-256 of the content of all files, and of what was stated of them.
+        SHA-256 over the content of all files and how they were read.
     files : dict
-        Path of every file -> size and time of change [ns], as long as which stay the same its content need not be
-        looked at.
+        Path of every file -> size and modification time [ns]; as long as both are unchanged, the content is assumed
+        unchanged.
     """
 
     frame: RGBDFrame
@@ -52,8 +52,8 @@ class Reading:
 
 
 def read_frame(frame: BatchFrame) -> Reading:
-    """Read a frame and its neighbours; raises what `FrameSource.load` does for the frame itself."""
-    before = named_files(frame)  # what changes meanwhile is looked at again
+    """Read a frame and its neighbours; raises as `FrameSource.load` for the frame itself."""
+    before = named_files(frame)  # stamps from before reading, so that changes meanwhile are noticed
     read = frame.source.load()
     neighbours = [_read_or_none(source) for source in frame.neighbours]
     there = [neighbour for neighbour in neighbours if neighbour is not None]
@@ -62,7 +62,7 @@ def read_frame(frame: BatchFrame) -> Reading:
 
 
 def content_now(frame: BatchFrame) -> str | None:
-    """`Reading.content` as the files are now; None if the frame cannot be read."""
+    """Return the present `Reading.content`; None if the frame cannot be read."""
     try:
         return read_frame(frame).content
     except IlfError:
@@ -70,7 +70,7 @@ def content_now(frame: BatchFrame) -> str | None:
 
 
 def reading_of(frame: BatchFrame) -> str:
-    """Tells ways to read a frame apart: SHA-256 of all that its sources say but for paths."""
+    """Return the SHA-256 of the options that a frame is read with: all of its sources but paths."""
     return _sha256(
         [
             sorted((name, repr(value)) for name, value in vars(source).items() if name not in _PATHS)
@@ -80,7 +80,7 @@ def reading_of(frame: BatchFrame) -> str:
 
 
 def named_files(frame: BatchFrame) -> dict[str, list[int]]:
-    """The files that a frame's sources name, as in `Reading.files`."""
+    """Return the files of a frame's sources, as in `Reading.files`."""
     paths: list[str | None] = []
     for source in (frame.source, *frame.neighbours):
         paths += [source.rgb, source.depth, source.truth, source.guide]
@@ -90,19 +90,19 @@ def named_files(frame: BatchFrame) -> dict[str, list[int]]:
 
 
 def watched(paths: Iterable[str]) -> dict[str, list[int]]:
-    """Path -> size and time of change [ns], of those that are there."""
+    """Return path -> size and modification time [ns] of the existing files."""
     found = {}
     for path in paths:
         try:
             state = os.stat(path)
-        except (OSError, ValueError):  # nothing of that name can be there
+        except (OSError, ValueError):  # missing, or not a valid path
             continue
         found[path] = [state.st_size, state.st_mtime_ns]
     return found
 
 
 def _read_or_none(source: FrameSource) -> RGBDFrame | None:
-    """A neighbour; a damaged one has no say."""
+    """Load a neighbour; None if it cannot be read."""
     try:
         return source.load()
     except IlfError:
@@ -140,7 +140,7 @@ FRAME_FILE = "frame.json"
 
 
 class FrameStatus(StrEnum):
-    """What came of a frame."""
+    """Whether a frame was completed."""
 
     COMPLETED = "completed"
     FAILED = "failed"
@@ -148,37 +148,37 @@ class FrameStatus(StrEnum):
 
 @dataclass(frozen=True)
 class FrameOutcome:
-    """What came of a frame of a batch, in numbers; None where there is none.
+    """The result of a frame of a batch in numbers; None for values that do not exist.
 
     Attributes
     ----------
     frame : str
-        Its key.
+        Key of the frame.
     folder : str
         Name of the folder with its results.
     time : float or None
-        When it was taken [s].
+        Timestamp [s].
     status : FrameStatus
     message : str
-        Why it failed, or what there is to know of the result.
+        Why it failed, or notes on the result.
     seconds : float or None
-        How long it took.
+        Duration [s].
     blocks : int or None
     pixels : int or None
-        Of the frame.
+        Number of pixels of the frame.
     missing_before, missing_after : int or None
-        Pixels without depth, in the frame and in its completion, without those outside the view.
+        Pixels without depth in the frame and in its completion, without those outside the view.
     outside_view : int or None
         Pixels that the depth camera could not see.
     expected_error_median, expected_error_p90 : float or None
-        Of the expected errors of the pixels that blocks have filled, half and 90 % are at most so large [m]: `median`
-        and `p90` of `ilf.completion.confidence.expected_error.error_summary`.
+        Median and 90th percentile of the expected error [m] over the pixels filled by blocks: `median` and `p90` of
+        `ilf.completion.confidence.expected_error.error_summary`.
     hidden_mae, hidden_rmse : float or None
-        Errors [m] on known depth that was hidden, where the batch was asked for it.
+        Errors [m] on hold-out, if the batch evaluates it.
     truth_mae, truth_rmse : float or None
-        Errors [m] of the filled depth against the frame's truth, where it has one.
+        Errors [m] of the filled depth against the frame's ground truth, if it has one.
     doubts : str
-        What speaks against the way that its files are read; "" where nothing does.
+        Plausibility warnings of its files; "" if there are none.
     """
 
     frame: str
@@ -203,7 +203,7 @@ class FrameOutcome:
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """An outcome with all that it follows from.
+    """An outcome with hashes of its inputs and the list of its output files.
 
     Attributes
     ----------
@@ -213,13 +213,13 @@ class FrameRecord:
     reading : str
         `reading_of` the frame.
     content : str or None
-        `Reading.content`; None where it failed.
+        `Reading.content`; None if the frame failed.
     files : dict
         `Reading.files`.
     run : str or None
-        SHA-256 of the set's run.json.
+        SHA-256 of its run.json.
     outputs : tuple of str
-        Names of all files of the set.
+        Names of all its output files.
     """
 
     outcome: FrameOutcome
@@ -232,25 +232,26 @@ class FrameRecord:
 
     @property
     def is_completed(self) -> bool:
-        """Whether there is a set that it speaks of; otherwise the frame failed."""
+        """Whether the frame was completed; otherwise it failed."""
         return self.outcome.status is FrameStatus.COMPLETED
 
     def is_whole(self, folder: Path) -> bool:
-        """Whether the set is there that it speaks of."""
+        """Return whether all its output files exist and belong together."""
         there = all(os.path.exists(folder / name) for name in self.outputs)
         if not self.is_completed or not there:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 
     def is_of(self, frame: BatchFrame) -> bool | None:
-        """Whether a frame is read as it was, and from the same files; None if only their `content_now` can tell."""
+        """Return whether a frame is read with the same options from unchanged files; None if the files' stamps differ,
+        so that their `content_now` must be compared."""
         if self.reading != reading_of(frame):
             return False
         return True if self.files == watched(self.files) else None
 
 
 def read_frame_record(folder: Path) -> FrameRecord | None:
-    """The record in a frame's folder; None if there is none that can be read: the frame is completed again then."""
+    """Read the record in a frame's folder; None if there is no readable one, so that the frame is completed again."""
     try:
         values = read_json(folder / FRAME_FILE)
         check_schema(values, SCHEMA, "frame record")
@@ -269,6 +270,6 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
 
 
 def write_frame_record(folder: Path, record: FrameRecord) -> None:
-    """Write it into the frame's folder, which is made if need be; raises ExportError as `write_bytes` does."""
+    """Write a record into the frame's folder, which is created if missing; raises ExportError as `write_bytes`."""
     data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
     write_bytes(folder / FRAME_FILE, f"{json.dumps(data, indent=2)}\n".encode())

@@ -1,4 +1,4 @@
-"""Which frames a batch has, and what the folder of each is called."""
+"""The frames of a batch, and the names of their folders."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ..sources.frame_source import FrameSource
 from ..sources.source import Source
 
 _LONGEST_NAME = 100
-"""Letters of a folder's name; file systems take 255 bytes."""
+"""Maximum length of a folder's name in characters; file systems allow 255 bytes."""
 
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*\.|\..*", re.IGNORECASE)
-"""Names that some systems do not take, or hide."""
+"""Names that some systems do not allow, or hide."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +29,15 @@ class BatchFrame:
     Attributes
     ----------
     key : str
-        Its name in the batch: the same as long as its files are.
+        Name of the frame in the batch; depends only on its files.
     source : FrameSource
-        Where it is and how it is read, with absolute paths.
+        Its files and how to read them, with absolute paths.
     time : float or None
-        [s]; None where it is not known.
+        Timestamp [s]; None if unknown.
     folder : str
-        Name of the folder that its results go into.
+        Name of the folder of its results.
     neighbours : tuple of FrameSource
-        The frames before and after it, where they help it to be steady.
+        Frames before and after it for the temporal median of a static camera; else empty.
     """
 
     key: str
@@ -50,26 +50,28 @@ class BatchFrame:
 def frames_of_sources(
     sources: Sequence[Source], apart_from: str | os.PathLike[str] | None = None, *, reach: int = 0
 ) -> list[BatchFrame]:
-    """All frames of some sources, one after the other.
+    """List all frames of sources, one source after the other.
 
-    Of several sources, keys begin with the source's name.
+    With several sources, keys begin with the source's name.
 
     Parameters
     ----------
     sources : sequence of Source
     apart_from : path-like, optional
-        A folder whose frames are left out: the batch's own results may lie among its sources.
+        Folder whose frames are left out: the batch's own results may be among its sources.
     reach : int
-        So many frames of its source before and after each are its neighbours.
+        Number of frames of the same source before and after each frame that are its neighbours.
 
     Raises
     ------
     InputError
-        If two sources have the same name, or nothing is left.
+        If two sources have the same name, or no frame is left.
     """
     names = [source.path.name for source in sources]
     if twice := [name for name, count in Counter(names).items() if count > 1]:
-        raise InputError(f"Two sources are called {twice[0]}: run them one after the other, each into its own folder.")
+        raise InputError(
+            f"Two sources are named {twice[0]}: run them one after the other, each with its own output folder."
+        )
     found, neighbours = [], []
     for name, source in zip(names, sources, strict=True):
         times = source.timestamps or [None] * len(source)
@@ -84,14 +86,14 @@ def frames_of_sources(
         neighbours += [(*files[max(i - reach, 0) : i], *files[i + 1 : i + 1 + reach]) for i in range(len(own))]
     if not found:
         raise InputError(
-            f"There are no frames but those in {apart_from}, the folder for the results. Choose another folder "
-            "for these, or name another source."
+            f"The only frames are in the output folder {apart_from}. Choose another output folder, or give another "
+            "source."
         )
     return [replace(frame, neighbours=near) for frame, near in zip(named_frames(found), neighbours, strict=True)]
 
 
 def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
-    """Frames from anywhere; their keys are the paths of their colour files below the folder that all files share."""
+    """List frames of arbitrary files; their keys are the paths of the colour files below the common folder."""
     found = [source.absolute() for source in sources]
     files = [path for source in found for path in (source.rgb, source.depth) if path is not None]
     root = os.path.commonpath([os.path.dirname(path) for path in files]) if files else ""
@@ -104,21 +106,21 @@ def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
 
 
 def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list[BatchFrame]:
-    """Frames with their keys, sources and times, each with a folder of its own."""
+    """Build frames from keys, sources and times, each with a unique folder name."""
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
     counts = Counter(frame.folder.casefold() for frame in frames)
     return [
         replace(frame, folder=_told_apart(frame.folder, frame.key))
-        if counts[frame.folder.casefold()] > 1  # some systems do not tell A from a
+        if counts[frame.folder.casefold()] > 1  # some file systems ignore case
         else frame
         for frame in frames
     ]
 
 
 def folder_name(key: str) -> str:
-    """Name of a frame's folder: its key, as far as names of files can say it; the same key gives the same name.
+    """Return the name of a frame's folder, derived from its key; equal keys give equal names.
 
-    Keys that would give the same name as others have a few digits of their hash behind it.
+    A hash is appended to a name that does not represent the key exactly.
 
     Examples
     --------
@@ -139,33 +141,35 @@ def _told_apart(name: str, key: str) -> str:
 
 
 def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:
-    """The same frames with a file each from a folder, found by the frame's name or key.
+    """Return the frames with one more file each from a folder, found by the frame's name or key.
 
     Parameters
     ----------
     frames : sequence of BatchFrame
     kind : str
-        What the files are: "guide" or "truth".
+        Kind of the files: "guide" or "truth".
     folder : path-like
-        Its files are called as the frames are, or as their folders: 0001.png or rgb__0001.png for rgb/0001.
+        Its files are named as the frames or as their folders: 0001.png or rgb__0001.png for rgb/0001.
 
     Raises
     ------
     InputError
-        If there is no such folder, or a frame has no file in it.
+        If the folder cannot be read, or has no file for a frame.
     """
     try:
         files = {path.stem: str(path.absolute()) for path in sorted(Path(folder).iterdir()) if path.is_file()}
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be read ({cause(error)}). Name a folder with a file for each frame."
+            f"{folder}: cannot be read ({cause(error)}). Give a folder with one file per frame."
         ) from error
     found = []
     for frame in frames:
         names = frame.folder, frame.source.name, frame.key.rpartition("/")[2]
         path = next((files[name] for name in names if name in files), None)
         if path is None:
-            raise InputError(f"{folder} has no file for {frame.key}: it would be called {names[0]} or {names[-1]}.")
+            raise InputError(
+                f"{folder} has no file for {frame.key}. Add one named {names[0]} or {names[-1]}, with any suffix."
+            )
         beside: dict[str, Any] = {kind: path}
         found.append(replace(frame, source=replace(frame.source, **beside)))
     return found
@@ -174,21 +178,23 @@ def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLik
 def selected(
     frames: Sequence[BatchFrame], *, first: int | None = None, end: int | None = None, every: int = 1
 ) -> list[BatchFrame]:
-    """Some of the frames: every so-manyth from number `first` to before `end`, counted from 0; negative from the end.
+    """Return every `every`-th frame from `first` to before `end`, counted from 0; negative numbers from the end.
 
     Raises
     ------
     InputError
-        If these are none.
+        If the selection is empty.
     """
     chosen = list(frames[first:end:every])
     if not chosen:
-        raise InputError(f"There are no such frames: they are numbered from 0 to {len(frames) - 1}.")
+        raise InputError(
+            f"The selection contains no frames. Frames are numbered from 0 to {len(frames) - 1}: change the selection."
+        )
     return chosen
 
 
 def shard_of(frames: Sequence[BatchFrame], number: int, count: int) -> list[BatchFrame]:
-    """One of `count` parts, counted from 1: every frame is in exactly one, and neighbours are in different ones."""
+    """Return shard `number` of `count`, counted from 1: every frame is in exactly one, neighbours in different ones."""
     return list(frames[number - 1 :: count])
 
 

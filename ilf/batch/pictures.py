@@ -1,4 +1,4 @@
-"""Small pictures of a batch's frames, whose colours mean the same depth in all of them."""
+"""Previews of a batch's frames, with the same colour range for all frames."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from .settings import Levels
 PREVIEW_FILE = "preview.png"
 
 _WIDTH = 320
-"""Pixels of each of the three pictures in a preview, at most."""
+"""Maximum width of each of the three pictures in a preview [px]."""
 
 _SAMPLED = 16
-"""Frames of a batch whose depth decides about the colours."""
+"""Number of frames of a batch that the colour range is computed from."""
 
 
 def depth_levels(frames: Sequence[BatchFrame]) -> Levels:
-    """Depth [m] of the two ends of the colours for all frames, from some that lie evenly among them.
+    """Compute the colour range, depth [m] of its two ends, from a sample of the frames at equal distances.
 
-    The same frames give the same levels; those that cannot be read do not count.
+    The same frames give the same range; unreadable frames are ignored.
     """
     chosen = np.unique(np.linspace(0, len(frames) - 1, _SAMPLED).round().astype(int))
     sources = [frames[number].source for number in chosen.tolist()]
@@ -44,7 +44,7 @@ def depth_levels(frames: Sequence[BatchFrame]) -> Levels:
 
 
 def _some_depth(source: FrameSource) -> NDArray[np.floating] | None:
-    """Depth [m] of a frame at places that lie evenly in it; None if it cannot be read."""
+    """Return the depth [m] of a frame at evenly spaced pixels; None if it cannot be read."""
     try:
         return sample(source.load().depth)
     except IlfError:
@@ -52,7 +52,7 @@ def _some_depth(source: FrameSource) -> NDArray[np.floating] | None:
 
 
 def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], levels: Levels) -> str:
-    """Write colour, measured and completed depth side by side into a frame's folder; returns the file's name.
+    """Write colour, measured and completed depth side by side into a frame's folder; return the file's name.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
     depth : ndarray of float32, shape (H, W)
         Completed depth [m], NaN = missing.
     levels : tuple of float
-        Depth [m] of the two ends of the colours.
+        Colour range: depth [m] of its two ends.
 
     Raises
     ------
@@ -79,25 +79,25 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
 
 
 def read_preview(folder: Path) -> NDArray[np.uint8]:
-    """The preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if it cannot be read."""
+    """Read the preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if it cannot be read."""
     try:
         return read_colour(folder / PREVIEW_FILE)
     except InputError as error:
-        raise FormatError(f"{error} Or complete the frame again.") from error
+        raise FormatError(f"{error} Otherwise complete the frame again.") from error
 
 
-# All frames of a batch at a glance: a contact sheet, and a video, of their previews.
+# Contact sheet and video of the previews of a batch.
 
 SHEET_FILE, VIDEO_FILE = "contact-sheet.png", "video.mp4"
 
 _COLUMNS, _MOST = 4, 160
 _CELL, _CAPTION, _GAP = (384, 96), 16, 8
-"""Of the contact sheet: columns, pictures at most, and sizes in pixels."""
+"""Layout of the contact sheet: columns, maximum number of pictures, and sizes [px]."""
 
 _PAPER, _INK, _WARNING = (255, 255, 255), (40, 44, 52), (186, 32, 42)
 
 _USUAL_RATE = 10.0
-"""Pictures per second of a video whose frames have no times."""
+"""Frame rate of a video of frames without timestamps [1/s]."""
 
 _RATES = (1.0, 60.0)
 
@@ -105,14 +105,14 @@ Picture = NDArray[np.uint8]
 
 
 def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
-    """Write the previews of a batch's frames, evenly chosen if they are many, with their names as one picture.
+    """Write one picture of all previews with the names of their frames; of many frames, an even selection.
 
     Parameters
     ----------
     folder : Path
         Of the batch's results.
     outcomes : sequence of FrameOutcome
-        In the order of the pictures; of those that failed there is the name.
+        In the order of the pictures; failed frames are shown by name only.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
         If it cannot be written.
     """
     if not outcomes:
-        raise InputError(f"{folder} has no frames to make a contact sheet of.")
+        raise InputError(f"{folder} has no frames for a contact sheet.")
     places = np.unique(np.linspace(0, len(outcomes) - 1, _MOST).round().astype(int))
     chosen = [outcomes[place] for place in places.tolist()]
     columns = min(_COLUMNS, len(chosen))
@@ -144,14 +144,14 @@ def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
 
 
 def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
-    """Write the previews of a batch's completed frames as a video, at the rate at which they were taken.
+    """Write the previews of a batch's completed frames as a video at the frame rate of the recording.
 
     Parameters
     ----------
     folder : Path
         Of the batch's results.
     outcomes : sequence of FrameOutcome
-        In the order of the pictures; those that failed are left out.
+        In the order of the pictures; failed frames are left out.
 
     Raises
     ------
@@ -163,9 +163,9 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
     av = optional("av", "sequences", "A video")
     shown = [outcome for outcome in outcomes if outcome.status is FrameStatus.COMPLETED]
     if not shown:
-        raise InputError(f"{folder} has no completed frames to make a video of.")
+        raise InputError(f"{folder} has no completed frames for a video.")
     height, width, _ = read_preview(folder / shown[0].folder).shape
-    size = width - width % 2, height - height % 2  # as the codec wants it
+    size = width - width % 2, height - height % 2  # the codec requires even sizes
     path = folder / VIDEO_FILE
     with atomic_path(path) as temporary, av.open(str(temporary), "w") as video:
         stream = video.add_stream("libx264", rate=Fraction(_rate(shown)).limit_denominator(1000))
@@ -187,7 +187,7 @@ def _rate(outcomes: Sequence[FrameOutcome]) -> float:
 
 
 def _fitted(picture: Picture, size: tuple[int, int]) -> Picture:
-    """A picture in the middle of one of this width and height, as large as it goes."""
+    """Scale a picture to fit this width and height, and centre it."""
     height, width, _ = picture.shape
     scale = min(size[0] / width, size[1] / height)
     inside = max(round(width * scale), 1), max(round(height * scale), 1)

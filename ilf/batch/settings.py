@@ -1,4 +1,4 @@
-"""What all frames of a batch are completed with, kept with the results: other settings do not go unnoticed."""
+"""The settings of a batch; batch.json stores them with the results, so that changed settings are noticed."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from ..run.run import Recipe
 SETTINGS_FILE = "batch.json"
 
 SCHEMA = 1
-"""Number of the form that batch.json and every frame.json have."""
+"""Version of the format of batch.json and frame.json."""
 
 Levels = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class BatchSettings:
-    """What decides the results of a batch, but for its frames.
+    """The settings that determine the results of a batch, besides its frames.
 
     Parameters
     ----------
     recipe : Recipe
     options : ExportOptions
-        Which files are written for each frame. Of frames whose intrinsics are not known, there is no cloud.
+        Files to write for each frame. Frames without intrinsics get no point cloud.
     hidden : HiddenTest, optional
-        Also judge each frame on known depth that is hidden.
+        Also evaluate each frame on hold-out.
     distrust : str, optional
-        Path of the mask of depth that is not believed, in every frame.
+        Path of the mask of invalid depth, the same for every frame.
     steady : int
-        So many frames before and after each help it where nothing has changed (`steady_depth`): the camera stands
-        still. 0 for none.
+        For a static camera: number of frames before and after each that its temporal median includes
+        (`steady_depth`). 0 for none.
     """
 
     recipe: Recipe = field(default_factory=Recipe)
@@ -54,12 +54,12 @@ class BatchSettings:
     steady: int = 0
 
     def facts(self) -> dict[str, Any]:
-        """All of it as JSON has it: values, the content of files and networks by SHA-256, and the version.
+        """Return all settings as JSON values; files and networks are represented by SHA-256. Includes the version.
 
         Raises
         ------
         InputError
-            If a file that is named cannot be read.
+            If one of the files cannot be read.
         """
         recipe = self.recipe
         files = {"blocks": recipe.blocks, "drawn": recipe.drawn, "distrust": self.distrust}
@@ -88,23 +88,23 @@ class BatchSettings:
 
 
 def sha256_of(facts: Mapping[str, Any]) -> str:
-    """Tells settings apart, by their facts, here and on other machines."""
+    """Return the SHA-256 of settings' facts; equal settings have equal hashes on all machines."""
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
-    """Facts and levels of the batch whose results are in a folder; None if there is none.
+    """Read facts and colour range of the batch in a folder; None if there is none.
 
     Raises
     ------
     FormatError
-        If there is a file of that name that is none of a batch, or of another schema.
+        If batch.json was not written by a batch, or has another schema.
     """
     path = folder / SETTINGS_FILE
     if not path.exists():
         return None
     data = read_json(path)
-    no_batch = FormatError(f"{path} is not of a batch of this program. Choose another folder.")
+    no_batch = FormatError(f"{path} was not written by a batch of this program. Choose another folder.")
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise no_batch
     check_schema(data, SCHEMA, f"batch {path}")
@@ -116,13 +116,13 @@ def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
 
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:
-    """Keep them in the folder of the results."""
+    """Write facts and colour range to the folder of the results."""
     data = {"program": PROGRAM, "schema": SCHEMA, "settings": facts, "levels": levels}
     write_bytes(folder / SETTINGS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """What differs between the facts of two settings: "parameters.smoothness: 3.0, now 1.0"."""
+    """List the differences between the facts of two settings: "parameters.smoothness: 3.0, now 1.0"."""
     old, new = dict(_flat(before)), dict(_flat(now))
     return [
         f"{name}: {old.get(name)}, now {new.get(name)}" for name in {**old, **new} if old.get(name) != new.get(name)
@@ -138,12 +138,12 @@ def _flat(facts: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def _plain(facts: dict[str, Any]) -> dict[str, Any]:
-    """As it comes back from a JSON file."""
+    """Return facts as they are read back from JSON."""
     return dict(json.loads(json.dumps(facts)))
 
 
 def _content_sha256(path: str) -> str:
-    """SHA-256 of a file, or of the files in a folder and their names."""
+    """Return the SHA-256 of a file, or of the files in a folder and their names."""
     if not os.path.isdir(path):
         return file_sha256(path)
     try:

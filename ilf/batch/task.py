@@ -1,4 +1,4 @@
-"""One frame of a batch, from its files to its folder: what every worker does, here and on other machines."""
+"""Completing one frame of a batch: the task of every worker, on this machine or another."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import file_sha256, made_folder, write_bytes
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, grouped
 from .._runtime.staging import clear_interrupted
 from .._runtime.temporary_files import remove, remove_empty
 from ..completion.confidence.expected_error import error_summary, expected_error
@@ -45,36 +45,37 @@ from .frames import BatchFrame
 from .pictures import write_preview
 from .settings import BatchSettings, Levels, sha256_of
 
-# Depth of a camera that stands still: what neighbouring frames have measured where their colour is the same.
+# Static camera: the temporal median of the depth of neighbouring frames where colour is unchanged.
 
 DEPTH_FILE, COLOUR_FILE = "steady/depth.npy", "steady/rgb.png"
-"""What a frame is completed from, in its folder; the colour only if it has no file of its own."""
+"""Files in a frame's folder that it is completed from; the colour only if the frame has no colour file."""
 
 _BLUR = 2.0
-"""Standard deviation [px] with which colours are smoothed before they are compared: noise goes, things stay."""
+"""Standard deviation [px] of the Gaussian blur of colours before they are compared; it removes noise."""
 
 _LEAST, _TIMES, _MOST = 2.5, 6.0, 8.0
-"""Colours differ from so many levels on, or from so many deviations of their noise, but from so many in any case."""
+"""Threshold of changed colours: at least `_LEAST` grey levels, `_TIMES` deviations of the noise, at most `_MOST`."""
 
 _MARGIN = 6
-"""What lies so many pixels from a change has changed: depth is not as sharp as colour."""
+"""Pixels around a change that count as changed: depth is less sharp than colour."""
 
 _MOVED = 0.4
-"""A frame of which a larger share has changed is one of another view."""
+"""Neighbours with a larger changed share show another view and are left out."""
 
 
 def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
-    """A frame with `steady_depth`, read from files in a folder, so that its run can be made again.
+    """Return a frame with its `steady_depth`, written to and read from files in a folder, so that its run can be
+    replayed.
 
     Returns
     -------
     (RGBDFrame, tuple of str)
-        And the paths of these files in the folder.
+        The frame, and the paths of these files in the folder.
 
     Raises
     ------
     ExportError
-        If they cannot be written.
+        If the files cannot be written.
     """
     frame = reading.frame
     layers = _layers(frame, reading.neighbours)
@@ -82,7 +83,7 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
     made_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, depth)
     inputs, files = frame.inputs, [DEPTH_FILE]
-    if inputs is None or inputs.frame is not None:  # its colour has no file of its own
+    if inputs is None or inputs.frame is not None:  # its colour is not in a separate file
         _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
         write_bytes(folder / COLOUR_FILE, encoded.tobytes())
         files.append(COLOUR_FILE)
@@ -103,16 +104,16 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
 
 
 def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
-    """The median of what a frame and its neighbours have measured, pixel by pixel, where colour has not changed.
+    """Compute the temporal median of depth: per pixel, over a frame and its neighbours with unchanged colour.
 
-    A pixel is known where any of the frames knows it that show the same there.
+    A pixel has depth if the frame or any neighbour with unchanged colour has depth there.
 
     Parameters
     ----------
     frame : RGBDFrame
     others : sequence of RGBDFrame
-        Of the same camera, taken shortly before and after. Those of another size, and those that show something else
-        nearly everywhere, have no say.
+        Frames of the same static camera, taken shortly before and after. Frames of another size, and frames whose
+        colour has changed nearly everywhere, are ignored.
 
     Returns
     -------
@@ -130,7 +131,7 @@ def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.fl
 
 
 def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
-    """Depth [m] of a frame and of those of the others that show the same view, (N, H, W), NaN where they have
+    """Stack the depth [m] of a frame and of the others that show the same view, (N, H, W); NaN where they have
     changed."""
     smooth = _smooth(frame.rgb)
     depths = [frame.depth]
@@ -144,13 +145,13 @@ def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32
 
 
 def _told(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: int) -> str:
-    """What the frames around have changed of a frame's depth [m], (H, W)."""
+    """Return a note on how the temporal median has changed a frame's depth [m], (H, W)."""
     changed = np.count_nonzero(np.isfinite(depth) & (depth != frame.depth))
     if used == 1:
-        return f"Depth is as measured: of {counted(neighbours, 'frame')} around it, none shows the same view."
+        return f"Depth is unchanged: none of {counted(neighbours, 'neighbouring frame')} shows the same view."
     return (
-        f"Depth is the median of up to {used} frames where nothing has changed: it differs from the measured depth at "
-        f"{changed} of {depth.size} pixels ({changed / depth.size:.0%})."
+        f"Depth is the median of up to {used} frames where colour is unchanged: it differs from the measured depth at "
+        f"{grouped(changed)} of {counted(depth.size, 'pixel')} ({changed / depth.size:.0%})."
     )
 
 
@@ -159,7 +160,7 @@ def _smooth(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 
 def _changed(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels, bool (H, W), whose smooth colours differ by more than noise and exposure do."""
+    """Return the pixels, bool (H, W), whose smoothed colours differ by more than noise and exposure."""
     exposure = np.median((here + 1) / (there + 1), axis=(0, 1))
     difference = np.abs(here - (there + 1) * exposure + 1).max(axis=2)
     limit = np.clip(_TIMES * 1.4826 * np.median(difference), _LEAST, _MOST)
@@ -168,7 +169,7 @@ def _changed(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[n
 
 
 def _median(depths: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Median of the known ones of depths, (N, H, W), along the first axis."""
+    """Compute the median of the known depths, (N, H, W), along the first axis."""
     ordered = np.sort(depths, axis=0)  # NaN comes last
     known = np.count_nonzero(np.isfinite(depths), axis=0)
     low, high = (
@@ -179,7 +180,7 @@ def _median(depths: NDArray[np.float32]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class Task:
-    """What workers need to know of a batch.
+    """The data of a batch that its workers need.
 
     Attributes
     ----------
@@ -187,11 +188,11 @@ class Task:
         Absolute path of the results; the same on all machines.
     settings : BatchSettings
     sha256 : str
-        Of the settings where the batch was started.
+        Hash of the settings on the machine that started the batch.
     levels : tuple of float
-        Depth [m] of the two ends of the previews' colours.
+        Colour range of the previews: depth [m] of its two ends.
     strict : bool
-        Whether a frame fails that speaks against the way that it is read.
+        Whether a frame with plausibility warnings fails.
     """
 
     folder: str
@@ -201,11 +202,11 @@ class Task:
     strict: bool = False
 
     def folder_of(self, frame: BatchFrame) -> Path:
-        """Where a frame's results go."""
+        """Return the folder of a frame's results."""
         return Path(self.folder, frame.folder)
 
     def record_of(self, frame: BatchFrame) -> FrameRecord | None:
-        """Of a frame that failed, or whose set is whole, with these settings."""
+        """Return the record of a frame that failed, or whose results are complete, with these settings; else None."""
         folder = self.folder_of(frame)
         record = read_frame_record(folder)
         if record is None or record.settings != self.sha256:
@@ -213,7 +214,7 @@ class Task:
         return record if not record.is_completed or record.is_whole(folder) else None
 
     def finished(self, frame: BatchFrame) -> FrameOutcome | None:
-        """What came of a frame that is there already, completed with these settings; None if it is not."""
+        """Return the outcome of a frame that is already completed with these settings; else None."""
         record = self.record_of(frame)
         if record is None or not record.is_completed:
             return None
@@ -224,9 +225,9 @@ class Task:
 
 
 def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) -> FrameOutcome:
-    """Complete a frame and write its folder, its record last; what is there already is not done again.
+    """Complete a frame and write its folder, its record last; a completed frame is not completed again.
 
-    Whatever is wrong with the frame is its outcome.
+    Errors of the frame itself become its outcome.
 
     Parameters
     ----------
@@ -238,17 +239,17 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
     Raises
     ------
     InputError
-        If the settings come to others on this machine.
+        If the settings have another hash on this machine.
     ExportError
-        If not even the record can be written.
+        If the record cannot be written.
     """
     done = task.finished(frame)
     if done is not None:
         return done
     if _sha256_here(task.settings) != task.sha256:
         raise InputError(
-            "This machine would complete frames otherwise than the one that started the batch: version of the program, "
-            "networks or files differ. Install the same on all of them."
+            "This machine differs from the one that started the batch in its program version, networks or files, so "
+            "its results would differ. Install the same on all machines."
         )
     if threads is not None:
         cv2.setNumThreads(threads)
@@ -259,7 +260,7 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
     except Cancelled:
         raise
     except Exception as error:
-        if (done := task.finished(frame)) is not None:  # another process was quicker
+        if (done := task.finished(frame)) is not None:  # another process has completed it meanwhile
             return done
         message = str(error) if isinstance(error, IlfError) else f"{type(error).__name__}: {error}"
         record = failure(task, frame, message)
@@ -274,18 +275,18 @@ def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{folder} cannot be made ({cause(error)}). Choose another folder.") from error
+        raise ExportError(f"{folder} cannot be created ({cause(error)}). Choose another folder.") from error
     write_frame_record(folder, record)
 
 
 def failure(task: Task, frame: BatchFrame, message: str) -> FrameRecord:
-    """The record of a frame that failed."""
+    """Return the record of a failed frame."""
     outcome = FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
     return FrameRecord(outcome, task.sha256, reading_of(frame), files=named_files(frame))
 
 
 def tidy(task: Task, frame: BatchFrame) -> None:
-    """Take away what a worker that died, here or on another machine, has left half written in a frame's folder."""
+    """Remove incomplete files that a crashed worker has left in a frame's folder."""
     folder = task.folder_of(frame)
     if folder.is_dir():
         clear_interrupted(folder)
@@ -296,12 +297,12 @@ def tidy(task: Task, frame: BatchFrame) -> None:
 
 @lru_cache(1)
 def _sha256_here(settings: BatchSettings) -> str:
-    """What the settings come to on this machine; found once, for as long as a worker lives."""
+    """Return the hash of the settings on this machine; computed once per worker."""
     return sha256_of(settings.facts())
 
 
 def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecord:
-    """The record of a frame that is completed."""
+    """Complete a frame, write its results and return its record."""
     settings = task.settings
     reading = read_frame(frame)
     doubts = " ".join(reading.frame.doubts)
@@ -317,7 +318,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     check_write(folder, run, options)
     completion = run.complete(threads=threads)
     outcome = _measured(task, frame, run, completion, threads)
-    (folder / FRAME_FILE).unlink(missing_ok=True)  # it does not speak of what comes now
+    (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
     written = write(folder, run, completion, options)
     preview = write_preview(folder, loaded, completion.depth, task.levels)
     notes += [*completion.notes, *written.notes, *written.remarks]
@@ -358,5 +359,5 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
 
 
 def _rounded(metres: float | np.floating) -> float | None:
-    """To a micrometre; None for NaN."""
+    """Round to a micrometre; None for NaN."""
     return None if np.isnan(metres) else round(float(metres), 6)

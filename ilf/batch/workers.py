@@ -1,4 +1,4 @@
-"""Frames of a batch, shared by processes of this machine."""
+"""Completing the frames of a batch in processes of this machine or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ Outcomes = Generator[FrameOutcome, None, None]
 
 
 def outcomes_here(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Outcomes:
-    """Complete frames in processes of their own, and tell what came of each, in the order of their ends.
+    """Complete frames in separate processes, and yield their outcomes in order of completion.
 
-    A frame whose process dies is begun once more at the end, with no other beside it; if it dies again, the frame has
-    failed. When this generator ends or is closed, so have the processes, and what was under way has left nothing.
+    A frame whose process crashes is tried once more at the end, alone; if it crashes again, the frame has failed. When
+    this generator ends or is closed, the processes have ended, and unfinished frames have left no files.
 
     Parameters
     ----------
     task : Task
     frames : sequence of BatchFrame
     jobs : int
-        Processes, which share the cores.
+        Number of processes, which share the cores.
 
     Raises
     ------
     IlfError
-        As `complete_frame` does: what keeps all frames from being completed.
+        As `complete_frame`, for errors that affect all frames.
     """
     work = partial(complete_frame, task, threads=max(available_cores() // jobs, 1))
     for frame, outcome in done_apart(work, frames, jobs=jobs, tidy=partial(tidy, task)):
@@ -48,44 +48,44 @@ def outcomes_here(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Ou
 
 
 def died(task: Task, frame: BatchFrame) -> FrameOutcome:
-    """Record that a frame ends whatever process works on it."""
+    """Record that the process of a frame has crashed repeatedly."""
     record = failure(
         task,
         frame,
-        "The process that worked on it died, twice, the second time with no other frame beside it. Memory may have run "
-        "out, or the frame makes a library crash.",
+        "The process crashed twice, the second time with no other frame in parallel. Memory may have run out, or the "
+        "frame makes a library crash.",
     )
     write_record(task, frame, record)
     return record.outcome
 
 
-# Frames of a batch, shared by the workers of a Dask cluster, which see the same folders.
+# Completing frames on the workers of a Dask cluster, which share the folders.
 
 _PATIENCE_S = 30
-"""How long is waited for the scheduler."""
+"""Timeout of the connection to the scheduler [s]."""
 
 
 def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
-    """Complete frames on a Dask cluster, and tell what came of each, in the order of their ends.
+    """Complete frames on a Dask cluster, and yield their outcomes in order of completion.
 
-    Only frames' names and outcomes travel; files are read and written by the workers, and what one of them has written
-    is not done again when it is lost. Dask gives a frame up when so many workers have died that had it, which may have
-    been another's fault: such frames are completed here at the end, one after the other, each in a process of its own.
+    Only frames' names and outcomes are sent; the workers read and write the files, and written frames are not
+    completed again if a worker is lost. Dask gives up a frame after several of its workers have crashed, which another
+    frame may have caused: such frames are completed here at the end, one after the other, each in its own process.
 
     Parameters
     ----------
     task : Task
     frames : sequence of BatchFrame
     address : str
-        Of the scheduler, or the file that it has written its address to.
+        Address of the scheduler, or its scheduler file.
 
     Raises
     ------
     InputError
-        If `distributed` is not installed (extra `cluster`), there is no scheduler, or its workers do not see the folder
-        of the results.
+        If `distributed` is not installed (extra `cluster`), there is no scheduler, or its workers do not share the
+        folder of the results.
     IlfError
-        If the connection to the scheduler is lost; and as `complete_frame` does.
+        If the connection to the scheduler is lost; and as `complete_frame`.
     """
     distributed = optional("distributed", "cluster", "A batch on several machines")
     try:
@@ -93,7 +93,7 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
             again = yield from _given_up(distributed, client, task, frames)
     except (CancelledError, distributed.comm.CommClosedError) as error:
         raise IlfError(
-            f"The connection to the Dask scheduler at {address} was lost. Frames that are done stay: start the same "
+            f"The connection to the Dask scheduler at {address} was lost. Completed frames are kept: start the same "
             "command again to resume."
         ) from error
     yield from outcomes_here(task, again)
@@ -101,7 +101,7 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
 
 @contextmanager
 def _without_its_log() -> Iterator[None]:
-    """Within the block, Dask does not log what its exceptions tell as well."""
+    """Suppress Dask's log within the block; its exceptions contain the same messages."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
     try:
@@ -114,7 +114,7 @@ def _without_its_log() -> Iterator[None]:
 
 
 def scheduler_address(address: str) -> str:
-    """An address, or what the file of that name has; raises FormatError if a scheduler has not written that."""
+    """Return an address, read from the scheduler file if it is one; raises FormatError for any other file."""
     if not os.path.isfile(address):
         return address
     content = read_json(address)
@@ -126,19 +126,19 @@ def _client(distributed: Any, address: str) -> Any:
     found = scheduler_address(address)
     try:
         if "://" not in found or found.startswith(("tcp://", "tls://")):
-            distributed.comm.get_address_host_port(found)  # a client of no address waits for a minute when it ends
+            distributed.comm.get_address_host_port(found)  # a client with an invalid address takes a minute to close
         return distributed.Client(found, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
-            f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one by `dask scheduler`, "
-            "and give its address, or the file that --scheduler-file has it write."
+            f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one with `dask "
+            "scheduler`, and give its address or its scheduler file (--scheduler-file)."
         ) from error
 
 
 def _given_up(
     distributed: Any, client: Any, task: Task, frames: Sequence[BatchFrame]
 ) -> Generator[FrameOutcome, None, list[BatchFrame]]:
-    """Have frames completed; returns those that Dask has given up."""
+    """Complete frames on the cluster; return those that Dask has given up."""
     again = []
     futures = {client.submit(_on_worker, task, frame, pure=False): frame for frame in frames}
     try:
@@ -159,17 +159,17 @@ def _given_up(
 
 
 def _check_shared(task: Task, outcome: FrameOutcome) -> None:
-    """InputError if what a worker has written is not to be seen here."""
+    """Raise InputError if the files that a worker has written are not visible here."""
     path = Path(task.folder, outcome.folder, FRAME_FILE)
     if outcome.status is FrameStatus.COMPLETED and not path.exists():
         raise InputError(
-            f"A worker has completed {outcome.frame}, but {path} is not there: the folder of the results must be one "
-            "that all machines share, under the same path."
+            f"A worker has completed {outcome.frame}, but {path} is missing here. Use an output folder that all "
+            "machines share under the same path."
         )
 
 
 def _on_worker(task: Task, frame: BatchFrame) -> FrameOutcome:
-    """Done by the cluster's workers, each of whose threads has its share of the cores."""
+    """Complete a frame on a worker of the cluster, with the cores shared among its threads."""
     from distributed import get_worker
 
     return complete_frame(task, frame, max(available_cores() // get_worker().state.nthreads, 1))

@@ -18,13 +18,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        The arguments; those of the process if left out.
+        The arguments; default: those of the process.
 
     Returns
     -------
     int
-        Exit status, one of `usage.EXIT_STATUSES`. Whatever goes wrong is one line on stderr; nothing that was being
-        written is left half done.
+        Exit status, one of `usage.EXIT_STATUSES`. An error is one line on stderr; no incomplete files are left behind.
     """
     serve_as_child()
     try:

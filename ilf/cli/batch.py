@@ -1,4 +1,4 @@
-"""`ilf batch`: many frames, a folder each, by several processes or machines; what is done is not done again."""
+"""`ilf batch`: complete many frames, one folder each, in several processes or on several machines; resumable."""
 
 from __future__ import annotations
 
@@ -54,30 +54,30 @@ _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --dask ADDRESS"""
 
 _REACH = 3
-"""Frames before and after that help one to be steady."""
+"""Default number of frames before and after each for --static-camera."""
 
 _ENDING_S = 30.0
-"""How long it may take to end [s]: its processes end, and the manifest is written over all that is done."""
+"""Time to shut down [s]: end the processes and write the manifest of all completed frames."""
 
 _NAMED = 5
-"""Failed frames that are named on the terminal; the manifest has all."""
+"""Maximum number of failed frames listed on the terminal; the manifest lists all."""
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = _USAGE
     parser.description = (
-        "Complete the frames of folders, data sets and recordings, each into a folder of its own, and write "
-        "manifest.csv with the result of each. The same command resumes an interrupted batch."
+        "Complete the frames of folders, data sets and recordings, each into its own folder, and write manifest.csv "
+        "with the result of each. The same command resumes an interrupted batch."
     )
     parser.epilog = (
-        "The JSON document has folder, files, completed, failed, completed_before, failed_before, not_done (frames), "
-        f"seconds and frames. frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Numbers that are not known "
-        "are null."
+        "The JSON document contains folder, files, completed, failed, completed_before, failed_before, not_done "
+        f"(frames), seconds and frames. frames: {', '.join(MANIFEST_COLUMNS)}, as in manifest.csv. Unknown "
+        "numbers are null."
     )
     parser.set_defaults(command=run)
     parser.add_argument("sources", nargs="+", metavar="SOURCE", help="folder of frames, data set or recording")
-    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, made if missing")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, created if missing")
     frames = parser.add_argument_group("selection of frames")
     frames.add_argument("--every", type=count, default=1, metavar="N", help="complete every N-th frame only")
     frames.add_argument(
@@ -91,11 +91,11 @@ def add_arguments(parser: Parser) -> None:
     add_pairing(frames)
     _add_sharing(parser.add_argument_group("parallel and distributed work"))
     again = parser.add_argument_group("resuming")
-    again.add_argument("--retry-failed", action="store_true", help="also complete frames again that failed")
+    again.add_argument("--retry-failed", action="store_true", help="also retry failed frames")
     again.add_argument(
         "--rerun-changed",
         action="store_true",
-        help="also complete frames again whose settings or files have changed since",
+        help="also rerun frames whose settings or files have changed since",
     )
     add_reading(parser.add_argument_group("reading the frames"))
     add_strict(parser, "fail a frame")
@@ -153,7 +153,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
         raise UsageError("--dask distributes the frames itself: leave out --jobs and --shard.")
     settings = _settings(arguments)
@@ -185,7 +185,7 @@ def run(arguments: argparse.Namespace) -> None:
     elif text:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
     failed = [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]
-    if arguments.strict:  # those that are there already, too
+    if arguments.strict:  # including frames completed before
         failed += [replace(outcome, message=outcome.doubts) for outcome in batch.finished if outcome.doubts]
     if failed:
         raise IlfError(_failures(failed, len(only)))
@@ -197,7 +197,8 @@ def _add_sharing(group: argparse._ArgumentGroup) -> None:
         "--shard",
         type=_shard,
         metavar="K/N",
-        help="complete only the K-th of N parts of the frames, for parts that run elsewhere into the same folder",
+        help="complete only the K-th of N parts of the frames, while other machines complete the other parts into the "
+        "same folder",
     )
     group.add_argument(
         "--dask",
@@ -244,7 +245,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 
 def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
-    """Complete the frames, with a bar, and add what comes of each."""
+    """Complete the frames, with a progress bar, and add their outcomes to `done`."""
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     there = len(batch.finished) + len(batch.failed)
     doubts = set[str]()
@@ -261,7 +262,7 @@ def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutco
 
 
 def _tell_doubts(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
-    """Warn of what speaks against the way that frames are read, each once with the first frame that it is of."""
+    """Print plausibility warnings, each once with the first frame that it concerns."""
     for outcome in outcomes:
         if outcome.doubts:
             warn(f"{outcome.frame}: {text}" for text in first_of_each([outcome.doubts], known))
@@ -270,7 +271,7 @@ def _tell_doubts(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
     completed = [outcome for outcome in done if outcome.status is FrameStatus.COMPLETED]
     parts = [f"{len(completed)} completed", f"{len(done) - len(completed)} failed"]
-    parts += [f"{len(batch.finished)} there already"] * bool(batch.finished)
+    parts += [f"{len(batch.finished)} completed before"] * bool(batch.finished)
     parts += [f"{len(batch.failed)} failed before"] * bool(batch.failed)
     if left := len(batch.to_do) - len(done):
         parts.append(f"{left} not done")
@@ -278,20 +279,20 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
     rate = f" ({len(completed) / seconds:.2g} frames per second)" if completed else ""
     lines = [f"{counted(total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
     if left:
-        lines.append("Give the same command again to go on.")
+        lines.append("Run the same command again to resume.")
     pixels = sum(outcome.pixels or 0 for outcome in completed)
     if pixels:
         before, after, outside = (
             sum(getattr(outcome, name) or 0 for outcome in completed) / pixels
             for name in ("missing_before", "missing_after", "outside_view")
         )
-        lines.append(f"{before:.1%} of the pixels had no depth before, {after:.1%} have none after.")
+        lines.append(f"Missing depth: {before:.1%} of the pixels before, {after:.1%} after.")
         if outside:
-            lines.append(f"{outside:.1%} more lie outside the depth camera's view.")
+            lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
     if doubted := [outcome for outcome in (*batch.finished, *completed) if outcome.doubts]:
         lines.append(
-            f"{counted(len(doubted), 'frame')} may have been read wrongly: manifest.csv has the doubts, and --strict "
-            "lets such frames fail."
+            f"{counted(len(doubted), 'frame')} with plausibility warnings, listed in manifest.csv (column doubts). "
+            "With --strict such frames fail."
         )
     if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
         lines.append(f"{MEDIAN_NAME}: {millimetres(median(errors))} mm in the median frame.")
@@ -301,7 +302,7 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
 def _record(
     batch: Batch, frames: Sequence[FrameOutcome], done: Sequence[FrameOutcome], seconds: float
 ) -> dict[str, Any]:
-    """The same for JSON, with all frames of the manifest."""
+    """Describe the batch for JSON, with all frames of the manifest."""
     completed = sum(outcome.status is FrameStatus.COMPLETED for outcome in done)
     return {
         "folder": str(batch.folder),
@@ -322,8 +323,8 @@ def _pictures(arguments: argparse.Namespace, batch: Batch, outcomes: Sequence[Fr
 
 def _failures(failed: Sequence[FrameOutcome], of: int) -> str:
     named = "; ".join(f"{outcome.frame}: {outcome.message}" for outcome in failed[:_NAMED])
-    more = f" And {len(failed) - _NAMED} more, in manifest.csv." if len(failed) > _NAMED else ""
-    return f"{len(failed)} of {counted(of, 'frame')} failed. {named}{more} Try them again by --retry-failed."
+    more = f" And {len(failed) - _NAMED} more, listed in manifest.csv." if len(failed) > _NAMED else ""
+    return f"{len(failed)} of {counted(of, 'frame')} failed. {named}{more} Retry them with --retry-failed."
 
 
 def _range(text: str) -> tuple[int | None, int | None]:
@@ -337,10 +338,10 @@ def _range(text: str) -> tuple[int | None, int | None]:
 def _shard(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d+)/(\d+)", text)
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not one of so many parts, such as 3/40")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a part K/N, such as 3/40")
     return int(match[1]), int(match[2])
 
 
 def _absolute(path: str | None) -> str | None:
-    """Workers may have another current folder."""
+    """Make a path absolute, since workers may have another working directory."""
     return None if path is None else str(Path(path).absolute())

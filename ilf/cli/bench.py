@@ -1,4 +1,4 @@
-"""`ilf bench`: presets and peers, or ways to make blocks, compared on any set of frames."""
+"""`ilf bench`: compare presets and peers, or methods of making blocks, on any set of frames."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import partial
 from itertools import groupby
 from operator import attrgetter
 
+from .._runtime.formatting import counted
 from ..errors import InputError
 from ..lab.bench.blocks import (
     BLOCK_METHODS,
@@ -43,10 +44,10 @@ from ..lab.bench.runner import read_earlier, run_bench
 from .output import Column, advance, comparison_table, skipped_lines, unit_bar, warn
 from .usage import Parser, UsageError, add_progress, count, seed
 
-# `ilf bench blocks`: ways to make operation blocks compared on any set of frames.
+# `ilf bench blocks`: compare methods of making operation blocks on any set of frames.
 
 BLOCKS = "blocks"
-"""The first positional argument that asks for this bench."""
+"""The first positional argument that selects this benchmark."""
 
 _BLOCK_COLUMNS = (
     Column("coverage", lambda line: line.coverage, ".2%", max),
@@ -64,12 +65,12 @@ _BLOCK_COLUMNS = (
 
 
 def run_blocks(arguments: argparse.Namespace) -> None:
-    """Carry the command out; the first of the folders is the mode's name."""
+    """Run the command; the first of the folders is the mode's name."""
     folders = arguments.folders[1:]
     if not folders:
         raise UsageError(f"Give folders of frames after {BLOCKS!r}; for a folder of this name write ./{BLOCKS}.")
     if not {arguments.pattern, arguments.seed, arguments.peers_from} <= {None}:
-        raise UsageError("No depth is held out to measure blocks: leave out --pattern, --seed and --peers-from.")
+        raise UsageError(f"With {BLOCKS!r}, no depth is held out: leave out --pattern, --seed and --peers-from.")
     plan = BlockPlan(
         folders=tuple(find_frames(folders)[: arguments.limit]),
         methods=tuple(choose_block_methods(arguments.methods)),
@@ -78,15 +79,13 @@ def run_blocks(arguments: argparse.Namespace) -> None:
         result = run_block_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
     warn(skipped_lines((item.frame, "", item.reason) for item in result.skipped))
     warn(
-        f"{row.method} failed on {row.frame}, which counts as no blocks. {row.failure}"
-        for row in result.rows
-        if row.failure
+        f"{row.method} failed on {row.frame}, scored as no blocks. {row.failure}" for row in result.rows if row.failure
     )
     if not result.rows:
-        raise InputError("No frame could be read, so there is nothing to compare.")
+        raise InputError("No frame could be read, so there is nothing to compare. Check the folders.")
     lines = summarise_blocks(result)
     frames = lines[0].frames
-    print(f"blocks: quality of operation blocks, nothing hidden ({frames} frame{'s' * (frames != 1)})")
+    print(f"blocks: quality of operation blocks, without hold-out ({counted(frames, 'frame')})")
     print("\n".join(comparison_table(_BLOCK_COLUMNS, lines)))
     if arguments.csv is not None:
         write_block_csv(arguments.csv, result)
@@ -94,10 +93,10 @@ def run_blocks(arguments: argparse.Namespace) -> None:
         write_block_json(arguments.json, result)
 
 
-# `ilf bench denoise`: presets and filters against noise compared on generated scenes of known depth and noise.
+# `ilf bench denoise`: compare presets and denoising filters on generated scenes with known depth and noise.
 
 DENOISE = "denoise"
-"""The first positional argument that asks for this bench."""
+"""The first positional argument that selects this benchmark."""
 
 _DENOISE_COLUMNS = (
     Column("RMSE [mm]", lambda row: 1000 * row.rmse, ".3f"),
@@ -107,17 +106,21 @@ _DENOISE_COLUMNS = (
 
 
 def run_denoise(arguments: argparse.Namespace) -> None:
-    """Carry the command out; the first of the folders is the mode's name."""
+    """Run the command; the first of the folders is the mode's name."""
     if arguments.folders[1:]:
         raise UsageError(f"The scenes of {DENOISE!r} are generated: leave out folders of frames.")
     if not {arguments.pattern, arguments.limit, arguments.peers_from} <= {None}:
         raise UsageError(
-            f"With {DENOISE!r}, leave out --pattern, --limit and --peers-from: all scenes are run as they are."
+            f"With {DENOISE!r}, all scenes are run unchanged: leave out --pattern, --limit and --peers-from."
         )
     plan = DenoisePlan(methods=tuple(choose_denoise_methods(arguments.methods)), seed=arguments.seed or 0)
     with unit_bar(arguments, len(SCENES), "scenes") as bar:
         rows = run_denoise_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
-    warn(f"{row.method} failed on {row.scene}, which counts as given. {row.failure}" for row in rows if row.failure)
+    warn(
+        f"{row.method} failed on {row.scene}, scored as the unfiltered depth. {row.failure}"
+        for row in rows
+        if row.failure
+    )
     print("\n".join(_denoise_tables(rows)))
     if arguments.csv is not None:
         write_table(arguments.csv, DenoiseRow, rows)
@@ -126,11 +129,12 @@ def run_denoise(arguments: argparse.Namespace) -> None:
 
 
 def _denoise_tables(rows: list[DenoiseRow]) -> list[str]:
-    """A table for every part of a scene, the lowest RMSE first."""
+    """Format a table for every part of a scene, sorted by RMSE."""
     lines: list[str] = []
     for (scene, part), members in groupby(rows, key=lambda row: (row.scene, row.part)):
         ordered = sorted(members, key=lambda row: row.rmse)
-        lines += ["", f"{scene}: {part} ({ordered[0].pixels} pixels)", *comparison_table(_DENOISE_COLUMNS, ordered)]
+        title = f"{scene}: {part} ({counted(ordered[0].pixels, 'pixel')})"
+        lines += ["", title, *comparison_table(_DENOISE_COLUMNS, ordered)]
     return lines[1:]
 
 
@@ -149,7 +153,7 @@ _MEANS = (
 
 
 def _beside_peers(measure: str) -> tuple[Column, ...]:
-    """Columns of the fields of a summary that begin with a measure's name."""
+    """Return the columns of a measure: the fields of a summary whose names begin with it."""
 
     def interval(percent: int, line: Summary) -> str | None:
         low, high = (getattr(line, f"{measure}_{side}_{percent}") for side in ("low", "high"))
@@ -172,7 +176,7 @@ _EXPECTED = (
 )
 _MORE = (
     (
-        "frame by frame: geometric means, and of the error / that of the best peer of the very frame",
+        "frame by frame: geometric means of the error, and of its ratio to the best peer on the same frame",
         _beside_peers("rmse") + _beside_peers("mae"),
     ),
     ("expected error", _EXPECTED),
@@ -180,14 +184,14 @@ _MORE = (
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = (
         f"ilf bench FOLDER... [options]\n       ilf bench {BLOCKS} FOLDER... [options]\n"
         f"       ilf bench {DENOISE} [options]"
     )
     parser.description = (
         "Hold out known depth of frames, complete it with every method, and compute the errors: over all frames, and "
-        "frame by frame relative to the best peer (method that is no preset) on that frame. Hold-out pixels that a "
+        "frame by frame relative to the best peer (method other than a preset) on that frame. Hold-out pixels that a "
         f"method leaves missing are scored with their nearest known depth. With {BLOCKS!r} first: measure the "
         f"operation blocks of several methods; nothing is held out. With {DENOISE!r}: compare the remaining noise of "
         "presets in mode fill+denoise and of other filters on generated scenes."
@@ -198,8 +202,8 @@ def add_arguments(parser: Parser) -> None:
         "folders",
         nargs="+",
         metavar="FOLDER",
-        help="a folder with rgb.*, depth.* and meta.json, or one of such folders; "
-        f"a folder named {BLOCKS} is given as ./{BLOCKS}",
+        help="folder with rgb.*, depth.* and meta.json, or folder of such folders; "
+        f"write ./{BLOCKS} for a folder named {BLOCKS}",
     )
     parser.add_argument(
         "--pattern",
@@ -239,7 +243,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     for mode, run_mode in ((BLOCKS, run_blocks), (DENOISE, run_denoise)):
         if arguments.folders[0] == mode:
             run_mode(arguments)
@@ -256,12 +260,12 @@ def run(arguments: argparse.Namespace) -> None:
         result = run_bench(plan, jobs=arguments.jobs, earlier=earlier, on_progress=lambda name: advance(bar, name))
     warn(skipped_lines((item.frame, item.pattern, item.reason) for item in result.skipped))
     warn(
-        f"{row.method} failed on {row.frame}, pattern {row.pattern}, which counts as nothing filled. {row.failure}"
+        f"{row.method} failed on {row.frame}, pattern {row.pattern}, scored as nothing filled. {row.failure}"
         for row in result.rows
         if row.failure
     )
     if not result.rows:
-        raise InputError("No frame could be scored, so there is nothing to compare.")
+        raise InputError("No frame could be scored, so there is nothing to compare. Check the folders.")
     print("\n".join(_tables(result)))
     if arguments.csv is not None:
         write_bench_csv(arguments.csv, result)
@@ -270,7 +274,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tables(result: BenchResult) -> list[str]:
-    """Lines of three tables per pattern, the lowest mean RMSE first."""
+    """Format three tables per pattern, sorted by mean RMSE."""
     lines: list[str] = []
     summaries = summarise(result)
     for pattern in result.plan.patterns:
@@ -278,7 +282,7 @@ def _tables(result: BenchResult) -> list[str]:
         if not of_pattern:
             continue
         frames = of_pattern[0].frames
-        title = f"{pattern}: {PATTERNS[pattern]} ({frames} frame{'s' * (frames != 1)}, seed {result.plan.seed})"
+        title = f"{pattern}: {PATTERNS[pattern]} ({counted(frames, 'frame')}, seed {result.plan.seed})"
         for heading, columns in ((title, _MEANS), *((f"{pattern}, {what}", columns) for what, columns in _MORE)):
             lines += ["", heading, *comparison_table(columns, of_pattern)]
     return lines[1:]

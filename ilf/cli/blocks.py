@@ -1,4 +1,4 @@
-"""`ilf blocks`: the label map of a frame, and pictures of how it comes about."""
+"""`ilf blocks`: write the label map of a frame, and images of the stages of its extraction."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from .usage import Parser, UsageError
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = "ilf blocks (RGB DEPTH | FOLDER) --out FILE [options]"
     parser.description = (
-        "Extract boundaries and surfaces (EBS), or read blocks of another program, and write them as a label map "
-        "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all of them."
+        "Extract boundaries and surfaces (EBS), or read blocks of another program, and write the blocks as a label map "
+        "(16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` reads all these formats."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
     add_invalid_mask(parser)
     taken = parser.add_argument_group("existing blocks")
     add_given_blocks(taken, "--from")
-    taken.add_argument("--keep", type=_numbers, metavar="N,N,...", help="keep only these of them (default: all)")
+    taken.add_argument("--keep", type=_numbers, metavar="N,N,...", help="keep only these blocks (default: all)")
     output = parser.add_argument_group("output")
     output.add_argument("--out", metavar="FILE", required=True, help="output file, .png or .json")
     output.add_argument(
         "--format",
         choices=tuple(BLOCK_FORMATS),
-        help="format of the output file (default: png for .png, coco for .json); COCO and labelme include names, and "
-        "all are exact to the pixel",
+        help="format of the output file (default: png for .png, coco for .json); COCO and labelme include names; all "
+        "formats are exact to the pixel",
     )
     output.add_argument(
         "--stages",
@@ -62,10 +62,10 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     parameters = check_given_blocks(arguments, "--from")
     if arguments.keep is not None and arguments.blocks is None:
-        raise UsageError("--keep needs blocks: name them by --from.")
+        raise UsageError("--keep needs blocks: give them with --from.")
     extracts = arguments.blocks is None or arguments.fill_gaps
     if arguments.stages is not None and not extracts:
         raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")
@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> None:
     write_blocks(arguments.out, found.labels, format=arguments.format, names=found.names, image=image)
     for path, picture in pictures.items():
         made_folder(path.parent)
-        # the encoder takes colours with blue first
+        # the encoder expects blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
     warn(found.notes)
     if not arguments.quiet:
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _report(found: LoadedBlocks, lacks_nothing: NDArray[np.bool_]) -> list[str]:
-    """A table of the blocks, and how much they cover."""
+    """Format a table of the blocks, and their coverage."""
     pixels = np.bincount(found.labels.ravel())
     with_depth = np.bincount(found.labels[lacks_nothing], minlength=pixels.size)
     rows = [
@@ -111,12 +111,12 @@ def _numbers(text: str) -> frozenset[int]:
     try:
         return frozenset(int(part) for part in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no list of block numbers, as in 3,7,12") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of block numbers, such as 3,7,12") from None
 
 
 def _only(found: LoadedBlocks, chosen: Collection[int]) -> LoadedBlocks:
-    """The chosen ones of the blocks."""
+    """Return the selected blocks."""
     if absent := sorted(set(chosen) - set(np.unique(found.labels).tolist())):
-        raise InputError(f"There are no blocks {', '.join(map(str, absent))} to keep.")
+        raise InputError(f"--keep: there are no blocks {', '.join(map(str, absent))}. Give the numbers of others.")
     labels = np.where(np.isin(found.labels, list(chosen)), found.labels, 0).astype(np.int32)
     return LoadedBlocks(labels, {label: found.names[label] for label in chosen if label in found.names}, found.notes)

@@ -1,4 +1,4 @@
-"""`ilf capture`: a frame of a camera that is connected."""
+"""`ilf capture`: capture a frame with the connected camera."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .usage import Parser, count
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
         "Capture a frame with the connected RealSense camera, register its depth to colour, and write it into a "
         "folder that the other commands read."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, made if missing")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder, created if missing")
     parser.add_argument(
         "--settle",
         type=count,
@@ -28,7 +28,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     new_frame_files(arguments.out)
     frame = take_frame(arguments.settle)
     warn(frame.notes)

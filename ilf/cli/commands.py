@@ -1,4 +1,4 @@
-"""The table of commands, and how whichever is run ends: with an exit status, and one line if something went wrong."""
+"""The table of commands, and running one: exit status, and one line on stderr for an error."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ COMMANDS = {
     "nerfstudio": "write results with known poses as a nerfstudio data set",
     "completion": "print the completion script of a shell",
 }
-"""Name -> help in one line. `add_arguments` in the module of the same name gives the command's parser its arguments and
-the function that runs it. The module is imported when the command is chosen."""
+"""Name -> one-line help. `add_arguments` in the module of the same name adds the arguments and the function that runs
+the command to its parser. The module is imported only when its command is used."""
 
 
 def run(argv: Sequence[str] | None) -> int:
@@ -63,7 +63,7 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
     except UsageError as error:
         return _failed(error, WRONG_USAGE)
     except BrokenPipeError:
-        # whoever read the output has seen enough
+        # the reader of the output has closed the pipe
         return FAILED
     except (IlfError, OSError) as error:
         return _failed(in_words(error), FAILED)
@@ -73,12 +73,12 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
 
 
 def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
-    """The parser of all commands.
+    """Build the parser of all commands.
 
     Parameters
     ----------
     names : collection of str
-        Those whose arguments are needed: only their modules are imported.
+        Commands whose arguments are needed; only their modules are imported.
     """
     parser = Parser(
         prog="ilf",
@@ -96,17 +96,17 @@ def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
 
 
 def _make_streams() -> None:
-    """Have stdout and stderr, also where they were closed before: then as if nobody listened."""
+    """Replace closed stdout and stderr by streams that discard their output."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # as stderr has it: a name that a terminal cannot show must not be an error after all has been written
+        # as for stderr: a name that the terminal cannot show must not cause an error after the files are written
         sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _is_delivered(stream: TextIO) -> bool:
-    """Whether all that was printed has gone out. What has not is dropped: the interpreter would try again at exit."""
+    """Flush a stream; return whether that succeeded. Otherwise drop the rest, so that it is not flushed at exit."""
     try:
         stream.flush()
     except OSError:

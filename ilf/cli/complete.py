@@ -1,4 +1,4 @@
-"""`ilf complete`: a frame in; completed depth, blocks, curves, point cloud and run record out."""
+"""`ilf complete`: complete the depth of a frame; write depth, blocks, curves, point cloud and run record."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _USAGE = """ilf complete RGB DEPTH [options]
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What the arguments ask for: a new run or one again."""
+    """The job of the arguments: a new run or a replay."""
 
     run: Run
     options: ExportOptions
@@ -53,10 +53,10 @@ class _Job:
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = _USAGE
     parser.description = "Extract the blocks of a frame, complete their depth, and write the results."
-    parser.epilog = f"The JSON document has {COMPLETION_KEYS}. Numbers that are not known are null."
+    parser.epilog = f"The JSON document contains {COMPLETION_KEYS}. Unknown numbers are null."
     parser.set_defaults(command=run)
     add_frame(parser)
     add_strict(parser, "complete nothing")
@@ -71,7 +71,7 @@ def add_arguments(parser: Parser) -> None:
     output.add_argument(
         "--out",
         metavar="DIR",
-        help="output folder (default: NAME-ilf). It is made if missing; existing files are overwritten",
+        help="output folder (default: NAME-ilf). It is created if missing; existing files are overwritten",
     )
     add_export_options(output)
     output.add_argument(
@@ -94,7 +94,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
     given = (arguments.blocks, arguments.borders, arguments.invalid_mask, arguments.intrinsics, arguments.preset)
@@ -112,7 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
     elif not arguments.quiet:
         print(completion_report(finished))
         if job.again is not None and not verdict:
-            print("The run came out as recorded.")
+            print("The result is identical to the recorded one.")
 
 
 def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
@@ -157,19 +157,21 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also += ["--fill-gaps"] * arguments.fill_gaps
     also += parameter_flags(arguments)
     if also:
-        raise UsageError(f"With --replay, all but --no-cloud comes from the record: leave out {', '.join(also)}.")
+        raise UsageError(
+            f"With --replay, all settings but --no-cloud come from the record: leave out {', '.join(also)}."
+        )
     again = replay(arguments.replay, *_present_files(arguments.inputs))
     options = replace(again.options, cloud=None) if arguments.no_cloud else again.options
     return _Job(again.run, options, again.differences, again)
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
-    """Present paths of a recorded run's colour and depth, or of its recording, if they are given."""
+    """Return the given paths of a recorded run's colour and depth, or of its recording, if any."""
     if len(inputs) == 1 and is_recording(inputs[0]):
         return tuple(inputs)
     if len(inputs) == 1:
         files = frame_folder(inputs[0])
         return files.rgb, files.depth
     if len(inputs) not in {0, 2}:
-        raise UsageError(f"Give the colour and the depth file of the recorded run; these are {len(inputs)} paths.")
+        raise UsageError(f"Give the colour and the depth file of the recorded run, not {len(inputs)} paths.")
     return tuple(inputs)

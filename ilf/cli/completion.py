@@ -1,4 +1,4 @@
-"""`ilf completion`: scripts by which shells complete commands, options and file names."""
+"""`ilf completion`: print scripts for shells to complete commands, options and file names."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _FILE = re.compile(r"CAMERA|FILE|FRAME|INPUT|PATH|PRESET|RESULT|SOURCE|\w+\.\w+"
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
-        "Print the script by which a shell completes commands, options and file names. For bash, add this line to "
+        "Print the script with which a shell completes commands, options and file names. For bash, add this line to "
         '~/.bashrc: eval "$(ilf completion bash)". For zsh, write the script to a file named _ilf in a folder of '
         "$fpath. For fish, write it to ~/.config/fish/completions/ilf.fish."
     )
@@ -30,7 +30,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     from .commands import build_parser
 
     parser = build_parser()
@@ -39,8 +39,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _prepare(parser: argparse.ArgumentParser) -> None:
-    """Have the commands of a parser shown by their one-line help, and arguments that name files or folders be completed
-    by such."""
+    """Prepare a parser for shtab: describe commands by their one-line help, and complete file and folder arguments by
+    files and folders."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():

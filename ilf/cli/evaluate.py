@@ -1,4 +1,4 @@
-"""`ilf evaluate`: errors of presets, or of values of a parameter, against ground truth or on hold-out depth."""
+"""`ilf evaluate`: compute the errors of presets or of parameter values against ground truth or on hold-out."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import astuple, dataclass, fields, replace
 from itertools import groupby
 from typing import Any
 
+from .._runtime.formatting import counted
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
@@ -47,7 +48,7 @@ from .usage import Parser, UsageError, add_json, add_progress
 
 @dataclass(frozen=True)
 class Line:
-    """What one preset or value came to, on a frame (block None) or one of its blocks.
+    """The errors of one preset or value, on a frame (block None) or one of its blocks.
 
     Attributes
     ----------
@@ -55,11 +56,11 @@ class Line:
         The preset or the value.
     block : int or None
     pixels : int
-        That were compared.
+        Number of compared pixels.
     rmse_m, mae_m, median_m, bias_m : float or None
-        [m]; None where no pixel was.
+        Errors [m]; None if no pixel was compared.
     within, coverage, seconds : float or None
-        Share within the expected error; share filled, and time, of the whole frame only.
+        Share within the expected error; filled share and duration, for the whole frame only.
     """
 
     method: str
@@ -86,7 +87,7 @@ _COLUMNS = (
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = "ilf evaluate (RGB DEPTH | FOLDER) [options]"
     parser.description = (
         "Complete a frame with one or more presets, or with values of a parameter, and compute the errors against "
@@ -95,9 +96,9 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.epilog = (
         "Hold-out patterns: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + ". "
-        "The JSON document has frame, against (ground truth or hold-out), pattern, seeds and results. results: name, "
-        "parameters, errors, coverage (share), seconds, blocks (label, errors). errors: pixels, rmse_m, mae_m, "
-        "median_m, bias_m, within_expected_error (share). Numbers that are not known are null."
+        "The JSON document contains frame, against (ground truth or hold-out), pattern, seeds and results. results: "
+        "name, parameters, errors, coverage (share), seconds, blocks (label, errors). errors: pixels, rmse_m, mae_m, "
+        "median_m, bias_m, within_expected_error (share). Unknown numbers are null."
     )
     parser.set_defaults(command=run)
     add_frame(parser)
@@ -121,7 +122,7 @@ def add_arguments(parser: Parser) -> None:
     )
     output = parser.add_argument_group("output")
     output.add_argument("--by-block", action="store_true", help="also print the RMSE of every block")
-    output.add_argument("--csv", metavar="FILE", help="write all errors, including those of every block")
+    output.add_argument("--csv", metavar="FILE", help="write all errors as CSV, including those of every block")
     add_json(output)
     add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
@@ -136,7 +137,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     presets = [preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
     swept = dict(_swept(text) for text in arguments.sweep or ())
     if swept and len(presets) > 1:
@@ -171,7 +172,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:
-    """How depth is hidden; None if the truth judges."""
+    """Return the hold-out; None to evaluate against ground truth."""
     if arguments.hold_out is None and frame.truth is not None:
         if arguments.seeds is not None:
             raise UsageError("--seeds has no effect, because the frame has ground truth: add --hold-out.")
@@ -185,7 +186,7 @@ def _runs(
     parameters: Sequence[Parameters],
     extractions: Sequence[BlockParameters],
 ) -> tuple[list[Run], list[str]]:
-    """A run for each, and notes. Blocks are extracted once for all that extract them alike."""
+    """Make a run per parameter set, and notes. Runs with equal extraction share their blocks."""
     given = given_blocks(arguments, frame)
     drawn = None if arguments.borders is None else read_mask(arguments.borders, frame.shape)
     made: dict[BlockParameters, Run] = {}
@@ -198,7 +199,7 @@ def _runs(
             run = Run(frame, given.labels, notes=given.notes)
         if not run.blocks.any():
             raise InputError(
-                "There are no blocks, so there is nothing to evaluate. Give other blocks, or smaller ones."
+                "There are no blocks, so there is nothing to evaluate. Give other blocks, or change the extraction."
             )
         made[extraction] = replace(run, drawn=drawn)
     runs = [replace(made[extraction], parameters=own) for own, extraction in zip(parameters, extractions, strict=True)]
@@ -206,12 +207,12 @@ def _runs(
 
 
 def _swept(text: str) -> tuple[str, list[Value]]:
-    """Name and values of a parameter, from NAME=V,V,..."""
+    """Parse name and values of a parameter from NAME=V,V,..."""
     name, equals, values = text.partition("=")
     name = name.strip().lstrip("-").replace("-", "_")
     known = Parameters.declarations()
     if not equals or not values.strip(","):
-        raise UsageError(f"--sweep needs a parameter and its values, as smoothness=0.3,1,3, not {text!r:.60}.")
+        raise UsageError(f"--sweep needs a parameter and its values, such as smoothness=0.3,1,3, not {text!r:.60}.")
     try:
         if name not in known:
             Parameters().replace(**{name: None})
@@ -221,7 +222,7 @@ def _swept(text: str) -> tuple[str, list[Value]]:
 
 
 def _point_text(values: Mapping[str, Value]) -> str:
-    """The values of a point, by the names that the command line has for them."""
+    """Format the values of a point with the parameter names of the command line."""
     declared = Parameters.declarations()
     return ", ".join(f"{name} {declared[name].in_words(value)}" for name, value in values.items())
 
@@ -236,14 +237,14 @@ def _report(
 ) -> list[str]:
     pixels = max(result.whole.pixels for result in results)
     if test is None:
-        lines = [f"{frame.name}, against its truth, over {pixels} pixels that were missing:"]
+        lines = [f"{frame.name}, against ground truth, over {counted(pixels, 'missing pixel')}:"]
     else:
-        seeds = f"{len(test.seeds)} time{'s' * (len(test.seeds) > 1)}"
-        lines = [f"{frame.name}, {HIDDEN_PATTERNS[test.pattern]}, {seeds}, over {pixels} pixels:"]
+        seeds = counted(len(test.seeds), "hold-out")
+        lines = [f"{frame.name}, {seeds} ({HIDDEN_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"]
     whole = [line for line in _lines(names, results) if line.block is None]
     lines += comparison_table(_COLUMNS, whole, heading)
     if not pixels:
-        lines.append("No pixel was filled by all of them.")
+        lines.append("No pixel is filled by all of them.")
     else:
         name, best = min(zip(names, results, strict=True), key=lambda item: item[1].whole.rmse)
         if largest := largest_share(best.whole, best.blocks):
@@ -257,7 +258,7 @@ def _report(
 def _record(
     frame: RGBDFrame, test: HiddenTest | None, names: Sequence[str], results: Sequence[RunJudged]
 ) -> dict[str, Any]:
-    """The same for JSON."""
+    """Describe the evaluation for JSON."""
     return {
         "frame": frame.name,
         "against": "ground truth" if test is None else "hold-out",
@@ -278,7 +279,7 @@ def _record(
 
 
 def _block_table(names: Sequence[str], results: Sequence[RunJudged]) -> list[str]:
-    """RMSE of every block, of runs over the same blocks."""
+    """Format a table of the RMSE of every block, for runs with the same blocks."""
     rows = []
     for label in sorted({label for result in results for label in result.blocks}):
         found = [result.blocks.get(label, Judgement()) for result in results]

@@ -1,4 +1,4 @@
-"""`ilf experiments`: the paper's experiments, and a report of what came out."""
+"""`ilf experiments`: repeat the paper's experiments and report the results."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._runtime.files import made_folder
+from .._runtime.formatting import counted
 from .output import Bar, unit_bar, warn
 from .usage import Parser, add_progress, count, seed
 
@@ -15,13 +16,13 @@ if TYPE_CHECKING:
     from ..lab.experiments.experiment import Progress
 
 _OUT = "experiments"
-"""Where results go if nothing is said."""
+"""Default output folder."""
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
-        "Repeat the paper's experiments with fixed seeds, and report the results beside those of the paper."
+        "Repeat the paper's experiments with fixed seeds, and report the results next to those of the paper."
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="list the experiments")
@@ -55,8 +56,8 @@ def _add_run(actions: Any) -> None:
         "--data",
         type=Path,
         metavar="PATH",
-        help="folder of frames for real and table, as `ilf bench` takes it, or nyu_depth_v2_labeled.mat (default: the "
-        "bundled sample)",
+        help="folder of frames for the experiments real and table, as for `ilf bench`, or nyu_depth_v2_labeled.mat "
+        "(default: the bundled sample)",
     )
     parser.add_argument(
         "--split",
@@ -113,16 +114,16 @@ def _run(arguments: argparse.Namespace) -> None:
         jobs=arguments.jobs,
     )
     if any(EXPERIMENTS[name].needs_frames for name in names):
-        find_sources(settings)  # says what is wrong with the data before anything is run or made
+        find_sources(settings)  # reports problems of the data before anything is run or written
     folder = made_folder(arguments.out)
     for name in names:
         with unit_bar(arguments, 0, name) as bar:
             result = run_experiment(name, settings, partial(_advance, bar))
         files = write_result(result, EXPERIMENTS[name], folder)
-        print(f"{name}: {len(result.rows)} rows in {result.seconds:.0f} s, {files[0]}", flush=True)
+        print(f"{name}: {counted(len(result.rows), 'row')} in {result.seconds:.0f} s, {files[0]}", flush=True)
         if EXPERIMENTS[name].needs_frames:
             warn(f"{name}: {note}" for note in result.notes)
-    print(f"Report them: ilf experiments report --out {folder}")
+    print(f"To report them: ilf experiments report --out {folder}")
 
 
 def _report(arguments: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""`ilf info`: what there is in a frame's files, in a source of frames or in a run record."""
+"""`ilf info`: show the contents of a frame's files, a source of frames or a run record."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from .usage import Parser, UsageError, add_json
 
 
 class Fact(NamedTuple):
-    """One line of what is shown, and the entries that it has in the JSON document."""
+    """One line of the output, and its entries in the JSON document."""
 
     name: str
     text: str
@@ -58,11 +58,11 @@ class Section(NamedTuple):
 
     @property
     def doubts(self) -> list[str]:
-        """The plausibility checks that have failed."""
-        return [fact.text for fact in self.facts if fact.name == "doubt"]
+        """The plausibility warnings."""
+        return [fact.text for fact in self.facts if fact.name == "warning"]
 
     def record(self) -> dict[str, Any]:
-        """The section in the JSON document."""
+        """Return the section for the JSON document."""
         found: dict[str, Any] = {}
         for fact in self.facts:
             found |= fact.entries
@@ -76,12 +76,12 @@ class Section(NamedTuple):
 
 
 def record_facts(record: RunRecord) -> list[Fact]:
-    """What a run was made of."""
+    """List the facts of a run record."""
     versions = ", ".join(f"{k} {v}" for k, v in record.versions.items())
     entries: dict[str, Any] = {"version": record.version, "versions": record.versions}
     facts = [Fact("made with", f"ILF Studio {record.version}, {versions}", entries)]
     if record.inputs is None:
-        facts.append(Fact("frame", "not read from files, so the run cannot be replayed"))
+        facts.append(Fact("frame", "not read from files; the run cannot be replayed"))
     else:
         colour, depth, truth = record.inputs.rgb.path, record.inputs.depth.path, record.inputs.truth
         encoding, camera = encoding_of_inputs(record.inputs).text, intrinsics_from(record.inputs.intrinsics)
@@ -139,11 +139,11 @@ def _text(values: Mapping[str, Value]) -> str:
 # Facts of a source.
 
 _SHOWN = 3
-"""Keys that are shown at either end of many."""
+"""Number of keys shown at each end of a long list."""
 
 
 def source_facts(source: Source) -> list[Fact]:
-    """What frames a source has."""
+    """List the facts of a source."""
     count, keys = len(source), list(source.keys)
     facts = [
         Fact("source", f"{source.path}, {counted(count, 'frame')}", {"path": str(source.path), "frames": count}),
@@ -155,7 +155,7 @@ def source_facts(source: Source) -> list[Fact]:
         span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
         facts.append(Fact("time", span, {"start_s": start, "end_s": end}))
     first, registered = source.calibration(keys[0]), source.is_registered
-    way = "done as it is read" if source.frame_source(keys[0]).frame is not None else "read as it is"
+    way = "registered on reading" if source.frame_source(keys[0]).frame is not None else "not registered on reading"
     return [
         *facts,
         Fact("colour camera", camera_text(first.colour), {"colour_camera": _camera_record(first.colour)}),
@@ -165,13 +165,12 @@ def source_facts(source: Source) -> list[Fact]:
 
 
 def doubt_facts(source: Source) -> list[Fact]:
-    """Plausibility checks that fail for the first, the middle and the last frame, and what keeps them from being
-    read."""
+    """List plausibility warnings and errors on reading the first, the middle and the last frame."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
-            found = [("doubt", text) for text in source.frame_source(key).load().doubts]
+            found = [("warning", text) for text in source.frame_source(key).load().doubts]
         except IlfError as error:
             found = [("problem", str(error))]
         facts += [Fact(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
@@ -185,19 +184,19 @@ def _some(keys: tuple[str, ...]) -> str:
 
 
 _WIDTH = 13
-"""Characters that names of facts take, at least."""
+"""Minimum width of the names of facts [characters]."""
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = "ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]"
     parser.description = (
         "Show size, depth range, missing share, encoding and intrinsics of a frame, the frames of a source, or a run "
         "record."
     )
     parser.epilog = (
-        "The JSON document has an object for each of source, frame and run that there is. All have doubts (failed "
-        "plausibility checks) and problems (lists of sentences). source: path, frames, keys, start_s, end_s, "
+        "The JSON document contains an object for the source, the frame and the run, if present. All have doubts "
+        "(plausibility warnings) and problems (lists of sentences). source: path, frames, keys, start_s, end_s, "
         "colour_camera, depth_camera, registered. frame: name, colour, depth (paths), width, height, depth_width, "
         "depth_height, depth_type, encoding, encoding_assumed, missing_share, min_m, max_m, median_m, intrinsics, "
         "ground_truth, guide, confidence, outside_view_share. run: version, versions, colour, depth, encoding, "
@@ -214,10 +213,10 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     inputs = [Path(path) for path in arguments.inputs]
     if len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
-        raise UsageError(f"{inputs[0]} is a project: show it by `ilf project info`.")
+        raise UsageError(f"{inputs[0]} is a project: use `ilf project info`.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         sections = [_record_section(inputs[0])]
     elif len(inputs) in {1, 2} or arguments.frame is not None:
@@ -233,7 +232,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[Section]:
-    """What there is in a frame or a source."""
+    """Make the sections of a frame or a source."""
     if arguments.frame is not None:
         return [_source_frame(frame_of_source(arguments), arguments)]
     if len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
@@ -256,12 +255,12 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
 
 
 def _is_source(folder: Path) -> bool:
-    """Whether it is neither a frame's folder nor a run's."""
+    """Return whether a folder is neither that of a frame nor of a run."""
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
 def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Section]:
-    """What frames there are, and failed checks of some; of a single one, what is in it."""
+    """Make the section of a source, with plausibility warnings; for a single frame, also its section."""
     if len(source) > 1:
         return [Section("source", [*source_facts(source), *doubt_facts(source)])]
     frame = _source_frame(source.frame_source(source.keys[0]), arguments)
@@ -269,7 +268,7 @@ def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Sect
 
 
 def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section:
-    """A frame of a source."""
+    """Make the section of a frame of a source."""
     if source.frame is None:
         return _frame_section(source.files(), arguments)
     frame, recorded = source.load(), source.recorded()
@@ -294,20 +293,20 @@ def _registered_text(frame: RGBDFrame) -> str:
 
 
 def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Section]:
-    """A frame's folder, a run's, or both."""
+    """Make the sections of a folder with a frame, a run or both."""
     record, left = folder / RECORD_FILE, interrupted(folder)
     is_frame = (folder / META_NAME).is_file()
     if left and not record.is_file():
         raise InputError(
-            f"{folder} holds an export that was interrupted: its files do not belong together. Export again: that puts "
-            "back what was there before, first."
+            f"{folder} contains an interrupted export: its files do not belong together. Export again; that first "
+            "restores the earlier files."
         )
     frame = [_frame_section(frame_folder(folder), arguments)] if is_frame or not record.is_file() else []
     return [*frame, *([_record_section(record)] if record.is_file() else [])]
 
 
 def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
-    """What a meta.json states about a frame, and what there is in its files."""
+    """Make the section of a frame with a meta.json."""
     given = one_encoding(arguments.depth_encoding, arguments.depth_units)
     invalid = files.invalid if arguments.invalid is None else arguments.invalid
     depth = read_depth(read_file(files.depth), given, files.stated_encoding, invalid)
@@ -315,7 +314,7 @@ def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
     truth = _truth_facts(arguments.ground_truth or files.truth, arguments.ground_truth_units or stated, depth)
     if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         truth = [
-            Fact("ground truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")
+            Fact("ground truth", f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth")
         ]
     facts = [
         Fact("name", files.name, {"name": files.name}),
@@ -334,14 +333,14 @@ def _record_section(path: Path) -> Section:
 
 
 def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
-    """What there is to say about colour."""
+    """List the facts of a colour image."""
     height, width = rgb.shape[:2]
     entries = {"colour": str(path), "width": width, "height": height}
-    return [Fact("colour", f"{path}, {width} x {height}", entries), *([Fact("doubt", doubt)] if doubt else [])]
+    return [Fact("colour", f"{path}, {width} x {height}", entries), *([Fact("warning", doubt)] if doubt else [])]
 
 
 def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
-    """What there is to say about colour and depth, and whether they fit each other."""
+    """List the facts of colour and depth, and whether they match."""
     rgb, doubt = read_doubted_colour(colour)
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
     try:
@@ -352,7 +351,7 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | Cam
 
 
 def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
-    """What there is to say about depth."""
+    """List the facts of a depth file."""
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
     height, width = values.shape
@@ -363,7 +362,7 @@ def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics
         Fact("depth", f"{path}, {width} x {height}, {values.dtype}", {"depth": str(path), **size}),
         Fact(
             "encoding",
-            encoding + (" (assumed; --depth-encoding sets it)" if assumed else ""),
+            encoding + (" (assumed; set it with --depth-encoding)" if assumed else ""),
             {"encoding": encoding, "encoding_assumed": assumed},
         ),
         Fact("missing", f"{missing:.1%}", {"missing_share": missing}),
@@ -379,11 +378,11 @@ def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     facts += [Fact("left out", depth.left_out)] if depth.left_out else []
-    return [*facts, *(Fact("doubt", doubt.text) for doubt in depth.doubts)]
+    return [*facts, *(Fact("warning", doubt.text) for doubt in depth.doubts)]
 
 
 def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[Fact]:
-    """What there is to say about the ground truth of depth; nothing if there is none."""
+    """List the facts of the ground truth; empty if there is none."""
     if path is None:
         return []
     depth = reading.metres
@@ -400,18 +399,22 @@ def _truth_facts(path: str | Path | None, units: float | None, reading: DepthRea
         "known_share_of_missing": of_missing,
         "units_per_m": file.units,
     }
-    text = f"{file.path}, {file.units:g} units per metre, known at {share:.1%}, {of_missing:.1%} of what is missing"
+    text = f"{file.path}, {file.units:g} units per metre, {_known_text(share, of_missing)}"
     problem = scale_misfit(truth, depth, file.units)
     return [Fact("ground truth", text, {"ground_truth": entries}), *([Fact("problem", problem)] if problem else [])]
 
 
 def _shares(known: NDArray[np.bool_], missing: NDArray[np.bool_]) -> tuple[float, float]:
-    """Share of all pixels, and of those where depth is missing, at which something is known, 0-1."""
+    """Return the known share of all pixels, and of the pixels with missing depth, 0-1."""
     return float(known.mean()), np.count_nonzero(known & missing) / max(int(np.count_nonzero(missing)), 1)
 
 
+def _known_text(share: float, of_missing: float) -> str:
+    return f"known at {share:.1%} of all pixels and {of_missing:.1%} of the missing ones"
+
+
 def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.float32]) -> list[Fact]:
-    """What there is to say about a confidence map; nothing if there is none."""
+    """List the facts of a confidence map; empty if there is none."""
     if files.confidence is None:
         return []
     least = files.min_confidence if given is None else given
@@ -425,7 +428,7 @@ def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.
 def _levels_facts(
     path: str | None, levels: NDArray[Any], least: float | None, depth: NDArray[np.float32]
 ) -> list[Fact]:
-    """What there is to say about confidence that has been read, and of depth that is below the least."""
+    """List the facts of confidence values, and of depth below the minimum confidence."""
     try:
         told = UNUSED if least is None else below(levels, least, depth)[1]
     except InputError as error:
@@ -437,7 +440,7 @@ def _levels_facts(
 
 
 def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[Fact]:
-    """What there is to say about a guide; nothing if there is none."""
+    """List the facts of a guide; empty if there is none."""
     if path is None:
         return []
     try:
@@ -446,7 +449,7 @@ def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[Fa
         return [Fact("problem", str(error))]
     share, of_missing = _shares(np.isfinite(guide.values), np.isnan(depth))
     entries = {"path": str(guide.path), "known_share": share, "known_share_of_missing": of_missing}
-    text = f"{guide.path}, known at {share:.1%}, {of_missing:.1%} of what is missing"
+    text = f"{guide.path}, {_known_text(share, of_missing)}"
     return [Fact("guide", text, {"guide": entries})]
 
 

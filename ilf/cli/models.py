@@ -1,4 +1,4 @@
-"""`ilf models`: the edge networks there are, and a user's own."""
+"""`ilf models`: list edge networks, import and remove the user's own."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ..segmentation.edges.importing import add_model
 from .output import table
 from .usage import Parser
 
-_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd", CORRECTION: "bundled, corrects depth"}
+_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, for detector rgbd", CORRECTION: "bundled, depth correction"}
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
-    parser.description = "List edge networks, import and remove your own."
+    """Add the command's arguments to its parser."""
+    parser.description = "List edge networks; import and remove your own."
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
     listing = actions.add_parser("list", help="list the networks")
@@ -57,7 +57,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run_list(arguments: argparse.Namespace) -> None:
-    """Show what there is."""
+    """List the networks."""
     rows = []
     for name in (*model_names(), DEPTH_EDGES, CORRECTION):
         try:
@@ -70,7 +70,7 @@ def run_list(arguments: argparse.Namespace) -> None:
 
 
 def run_import(arguments: argparse.Namespace) -> None:
-    """Add one."""
+    """Import a network."""
     path = add_model(
         arguments.file,
         arguments.name,
@@ -82,7 +82,7 @@ def run_import(arguments: argparse.Namespace) -> None:
 
 
 def run_remove(arguments: argparse.Namespace) -> None:
-    """Delete one."""
+    """Delete a network."""
     print(f"Removed {remove_model(arguments.name)}")
 
 

@@ -1,4 +1,4 @@
-"""`ilf nerfstudio`: completed frames with poses as a data set of nerfstudio."""
+"""`ilf nerfstudio`: write completed frames with poses as a nerfstudio data set."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .usage import Parser
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
         "Write results of `ilf complete` as a nerfstudio data set: colour, completed depth, a weight of the depth per "
         "pixel, and transforms.json. Poses come from the source of the frames."
@@ -23,7 +23,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     written = write_nerfstudio(arguments.out, arguments.results)
     warn(written.notes)
-    print(f"Written to {arguments.out}: {written.files[-1].name}, and {len(written.files) - 1} files that it names.")
+    print(f"Written to {arguments.out}: {written.files[-1].name} and the {len(written.files) - 1} files listed in it.")

@@ -1,4 +1,4 @@
-"""Flags that say which files an export writes, and how."""
+"""Flags of the files that an export writes, and of given blocks."""
 
 from __future__ import annotations
 
@@ -26,19 +26,21 @@ from .parsing import BLOCK_PREFIX, given_parameters, with_given
 from .usage import UsageError
 
 _SPACE = ("cloud_format", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
-"""What is said of point cloud and mesh."""
+"""Flags of point cloud and mesh."""
 
 
 def add_export_options(group: Any) -> None:
     """Add the flags to a parser or a group of its flags."""
     group.add_argument(
-        "--depth-formats", metavar="LIST", help=f"depth files, any of {','.join(DEPTH_FILES)} (default: png,npy)"
+        "--depth-formats",
+        metavar="LIST",
+        help=f"formats of the depth files, any of {','.join(DEPTH_FILES)} (default: png,npy)",
     )
     group.add_argument("--png-units", type=float, metavar="N", help="units per metre of depth.png (default: 1000)")
     group.add_argument(
         "--no-expected-error",
         action="store_true",
-        help="omit the expected error: its files beside the depth files, and its values in point cloud and mesh",
+        help="omit the expected error, both its files and its values in point cloud and mesh",
     )
     group.add_argument(
         "--cloud-format",
@@ -70,14 +72,14 @@ def add_export_options(group: Any) -> None:
 
 
 def export_options(arguments: argparse.Namespace) -> ExportOptions:
-    """What the flags ask for.
+    """Return the export options of the flags.
 
     Raises
     ------
     UsageError
-        If they contradict each other.
+        If the flags contradict each other.
     ParameterError
-        If a value cannot be.
+        If a value is not valid.
     """
     if arguments.no_cloud and arguments.cloud_format is not None:
         raise UsageError("--no-cloud contradicts --cloud-format: leave out one of them.")
@@ -99,22 +101,22 @@ def export_options(arguments: argparse.Namespace) -> ExportOptions:
 
 
 def space_flags(arguments: argparse.Namespace) -> list[str]:
-    """The flags given that ask for something of a point cloud or a mesh."""
+    """Return the given flags of point cloud and mesh."""
     return [f"--{name.replace('_', '-')}" for name in _SPACE if getattr(arguments, name) is not None]
 
 
 def fitting(
     options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, way_out: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
-    """The options without a cloud that nobody asked for and that cannot be, and a note about it, with what to do."""
+    """Return the options without a point cloud that was not requested and is not possible, and a note about that."""
     return (options, ()) if space_flags(arguments) else without_impossible_cloud(options, frame, way_out)
 
 
-# Blocks that the arguments name, from this program or another, and what is left of the extraction then.
+# Given blocks, from this program or another, and the extraction in their gaps.
 
 
 def add_given_blocks(group: Any, flag: str) -> None:
-    """Add the arguments that name blocks, and what is done where they leave gaps."""
+    """Add the arguments of given blocks, and of filling their gaps."""
     group.add_argument(
         flag,
         dest="blocks",
@@ -122,15 +124,15 @@ def add_given_blocks(group: Any, flag: str) -> None:
         help="use these blocks instead of extracting them. Formats: label map (PNG), labelme or COCO JSON, "
         "segment-anything masks (JSON) or a folder of masks (PNG); where masks overlap, the smallest is on top",
     )
-    group.add_argument("--fill-gaps", action="store_true", help=f"extract blocks where {flag} has none")
+    group.add_argument("--fill-gaps", action="store_true", help=f"extract blocks in the gaps of {flag}")
 
 
 def check_given_blocks(
     arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None
 ) -> BlockParameters:
-    """What blocks are extracted with, from `base` on; UsageError for arguments about something that there is not."""
+    """Return the extraction parameters, based on `base`; UsageError for arguments without effect."""
     if arguments.blocks is None and arguments.fill_gaps:
-        raise UsageError(f"--fill-gaps needs blocks: name them by {flag}.")
+        raise UsageError(f"--fill-gaps needs blocks: give them with {flag}.")
     given = given_parameters(arguments, BlockParameters)
     if arguments.blocks is not None and given and not arguments.fill_gaps:
         raise UsageError(
@@ -140,13 +142,13 @@ def check_given_blocks(
 
 
 def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlocks:
-    """The blocks that the arguments name; a map without blocks if they name none."""
+    """Read the given blocks; an empty map if there are none."""
     if arguments.blocks is None:
         return LoadedBlocks(np.zeros(frame.shape, np.int32))
     return read_blocks(arguments.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)
 
 
 def filled(blocks: LoadedBlocks, extracted: FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
-    """Blocks with those of an extraction in their gaps."""
+    """Return blocks with their gaps filled by extracted ones."""
     labels = gaps_filled(blocks.labels, extracted.blocks, parameters)
     return LoadedBlocks(labels, blocks.names, blocks.notes + extracted.notes)

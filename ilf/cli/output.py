@@ -1,4 +1,4 @@
-"""What the commands print: tables, warnings, progress bars, JSON. Quick to import."""
+"""Output of the commands: tables, warnings, progress bars, JSON. Quick to import."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 
 def print_json(document: object) -> None:
-    """Print one JSON document on stdout; numbers that are not finite are null in it."""
+    """Print one JSON document on stdout; numbers that are not finite become null."""
     print(json.dumps(plain(document), indent=2, allow_nan=False))
 
 
 def warn(notes: Iterable[str]) -> None:
-    """Print what there is to tell the user on stderr, a line each and each once."""
+    """Print warnings on stderr, one line each and without repetition."""
     for note in dict.fromkeys(notes):
         print("ilf: warning:", one_line(note), file=sys.stderr)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table; columns of words are set left, those of numbers right."""
+    """Format the lines of a table; text is left-aligned, numbers are right-aligned."""
     columns = list(zip(head, *rows, strict=True))
     widths = [max(map(len, column)) for column in columns]
     left = [any(cell[:1].isalpha() for cell in column[1:]) for column in columns]
@@ -44,26 +44,26 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
-# Progress bars: of a run, and of judging several.
+# Progress bars of runs, batches and evaluations.
 
 
 class Bar(tqdm):
     """tqdm without its monitor thread."""
 
-    # otherwise the first bar starts a thread that outlives it
+    # otherwise the first bar starts a thread that keeps running
     monitor_interval = 0
 
 
 class FramesBar(Bar):
-    """A bar of a batch's frames on stderr, as long as the context lasts. The time left follows from the frames
-    completed in this time: those that failed, or were there before, took hardly any.
+    """A progress bar of a batch's frames on stderr; a context manager. The remaining time is estimated from completed
+    frames only, because failed and earlier frames take hardly any time.
 
     Parameters
     ----------
     total, done, failed : int
-        Frames in all; those that come to nothing new, and how many of these failed before.
+        Number of all frames, of those done before, and of those of them that failed.
     shown : bool
-        Whether there is a bar at all.
+        Whether to show the bar.
     """
 
     def __init__(self, total: int, done: int, failed: int, *, shown: bool) -> None:
@@ -79,7 +79,7 @@ class FramesBar(Bar):
         )
 
     def add(self, *, completed: bool) -> None:
-        """One frame more is completed, or has failed."""
+        """Count one more completed or failed frame."""
         self.completed += completed
         self.failed += not completed
         self.set_postfix_str(f"{self.failed} failed" if self.failed else "", refresh=False)
@@ -87,7 +87,7 @@ class FramesBar(Bar):
 
     @property
     def format_dict(self) -> dict[str, Any]:
-        """What there is for the bar to show."""
+        """Values of the bar's format, with the remaining time."""
         known: dict[str, Any] = super().format_dict
         left = self.total - self.n
         known["left"] = self.format_interval(known["elapsed"] * left / self.completed) if self.completed else "?"
@@ -95,14 +95,15 @@ class FramesBar(Bar):
 
 
 class ProgressBar:
-    """A bar on stderr, as long as the context lasts; none at all unless it is shown.
+    """A progress bar on stderr; a context manager.
 
     Parameters
     ----------
     total : float
     count : str
-        How the bar shows what is done of it, in the form of tqdm.
+        Format of the progress, as for tqdm.
     shown : bool
+        Whether to show the bar.
     """
 
     def __init__(self, total: float, count: str, shown: bool) -> None:
@@ -125,12 +126,12 @@ class ProgressBar:
 
 
 class ShareProgress(ProgressBar):
-    """A bar on stderr for what tells the share that is done and what is under way.
+    """A progress bar on stderr for steps with a share and a text.
 
     Parameters
     ----------
     shown : bool
-        Whether there is a bar at all.
+        Whether to show the bar.
     """
 
     def __init__(self, *, shown: bool) -> None:
@@ -142,15 +143,15 @@ class ShareProgress(ProgressBar):
         self.bar.update(max(min(step.share, 1.0) - self.bar.n, 0.0))
 
 
-# What the benches print: progress, tables in which the best of every column is marked, and what was left out.
+# Output of the benchmarks: progress, tables with the best value of every column marked, and skipped frames.
 
 _NAMES_LISTED = 6
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: heading, value (a number or text, None for a dash), how it is written, and what is best of
-    several (None: nothing is)."""
+    """A column of a table: heading, value (a number or text, None for a dash), number format, and the function that
+    selects the best of several values (None: no best value)."""
 
     heading: str
     value: Callable[[Any], Any]
@@ -159,14 +160,14 @@ class Column:
 
 
 def comparison_table(columns: Sequence[Column], lines: Sequence[Any], heading: str = "method") -> list[str]:
-    """A table of summaries, each with a `method`, whose column is headed so; * marks the best of a column."""
+    """Format a table of summaries, each with a `method` in the first column; * marks the best of a column."""
     cells = [_cells(column, lines) for column in columns]
     rows = [(line.method, *texts) for line, *texts in zip(lines, *cells, strict=True)]
     return table((heading, *(f"{column.heading} " for column in columns)), rows)
 
 
 def unit_bar(arguments: argparse.Namespace, total: int, what: str) -> Bar:
-    """A progress bar on stderr, if the arguments or a terminal ask for one; `advance` moves it on."""
+    """Make a progress bar on stderr, shown by --progress or on a terminal; `advance` updates it."""
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     return Bar(
         total=total,
@@ -185,7 +186,7 @@ def advance(bar: Bar, name: str) -> None:
 
 
 def skipped_lines(skipped: Iterable[tuple[str, str, str]]) -> list[str]:
-    """What was left out, one line per reason, from (frame, pattern or "" for all, reason)."""
+    """Format skipped frames, one line per reason, from (frame, pattern or "" for all, reason)."""
     by_reason: dict[tuple[str, str], list[str]] = {}
     for frame, pattern, reason in skipped:
         by_reason.setdefault((pattern, reason), []).append(frame)
@@ -201,7 +202,7 @@ def _cells(column: Column, lines: Sequence[Any]) -> list[str]:
     numbers = [value for value in values if value is not None]
     if column.best is None or not numbers:
         return [f"{text} " for text in texts]
-    # what looks equal is equally good
+    # values that are printed equally are equally good
     best = format(column.best(numbers), column.form)
     return [f"{text}{'*' if text == best else ' '}" for text in texts]
 

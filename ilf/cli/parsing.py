@@ -1,4 +1,4 @@
-"""What the commands' arguments have in common: the frame, and the flags that parameters declare."""
+"""Arguments shared by the commands: the frame, and the flags of the parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAIN_PARAMETERS = (
     *("--mode", "--smoothness", "--noise", "--max-iterations"),
     *("--blocks-granularity", "--blocks-min-size"),
 )
-"""The parameters that matter most, for the page of --help."""
+"""The most important parameters, for the page of --help."""
 
 _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
@@ -38,7 +38,7 @@ _SEEDS = 3
 
 
 def add_frame(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that name a frame and say how to read it."""
+    """Add the arguments of a frame and of how to read it."""
     parser.add_argument(
         "inputs",
         nargs="*",
@@ -56,8 +56,7 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments that say which colour and depth belong together: how far apart in time they may be (see
-    `pairing_of`), and of which topics they are."""
+    """Add the arguments for pairing colour and depth: largest time difference and topics; see `pairing_of`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -69,13 +68,13 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
         "--topics",
         type=_topics,
         metavar="COLOUR,DEPTH",
-        help="image topics, for ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
+        help="image topics of ROS recordings with several cameras (default: aligned depth and its colour; `ilf info` "
         "lists them)",
     )
 
 
 def pairing_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What `add_pairing` asked for, as `open_source` takes it."""
+    """Return the values of `add_pairing` as arguments of `open_source`."""
     max_gap = MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
     return {"max_gap": max_gap, "topics": arguments.topics}
 
@@ -90,7 +89,7 @@ def _topics(text: str) -> tuple[str, str]:
 
 
 def add_reading(reading: argparse._ArgumentGroup) -> None:
-    """Add the arguments that say how depth files are read and what camera they are of; see `reading_of`."""
+    """Add the arguments for reading depth files and for their camera; see `reading_of`."""
     how = reading.add_mutually_exclusive_group()
     how.add_argument(
         "--depth-encoding",
@@ -125,7 +124,7 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
 
 
 def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
-    """Add the flag that makes a failed plausibility check an error; `what` then happens, in words."""
+    """Add the flag that turns plausibility warnings into errors; `what` is the effect, for the help."""
     parser.add_argument(
         "--strict",
         action="store_true",
@@ -134,23 +133,23 @@ def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
 
 
 def check_doubts(doubts: Iterable[str], strict: bool) -> None:
-    """Raise InputError for doubts about how a frame is read, if that is asked for."""
+    """Raise InputError for plausibility warnings if `strict`."""
     if strict and (found := list(doubts)):
         raise InputError(" ".join(found))
 
 
 def add_invalid_mask(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that marks known depth as invalid."""
+    """Add the argument of the invalid mask."""
     parser.add_argument(
         "--invalid-mask",
         metavar="MASK.png",
-        help="mask of measured depth to treat as missing. For depth that is wrong: behind glass, at flying pixels, by "
+        help="mask of measured depth to treat as missing, because it is wrong: behind glass, at flying pixels, by "
         "glare. A single-channel image of the frame's size, non-zero where depth is invalid",
     )
 
 
 def add_borders(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that marks borders of blocks that were drawn by hand."""
+    """Add the argument of the mask of block borders drawn by hand."""
     parser.add_argument(
         "--borders",
         metavar="MASK.png",
@@ -160,7 +159,7 @@ def add_borders(parser: argparse.ArgumentParser) -> None:
 
 
 def add_guide(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that names a frame's guide."""
+    """Add the argument of a frame's guide."""
     parser.add_argument(
         "--guide",
         metavar="FILE",
@@ -171,7 +170,7 @@ def add_guide(parser: argparse.ArgumentParser) -> None:
 
 
 def add_ground_truth(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that name a frame's ground truth."""
+    """Add the arguments of a frame's ground truth."""
     group = parser.add_argument_group("ground truth")
     group.add_argument(
         "--ground-truth",
@@ -188,7 +187,7 @@ def add_ground_truth(parser: argparse.ArgumentParser) -> None:
 
 
 def add_look_in(parser: argparse.ArgumentParser) -> None:
-    """Add the argument that names more folders to look for the files of a project's frames in."""
+    """Add the argument of further folders to search for the files of a project's frames."""
     parser.add_argument(
         "--look-in",
         action="append",
@@ -199,17 +198,17 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
 
 
 def add_seeds(parser: argparse.ArgumentParser) -> None:
-    """Add the number of hold-outs; see `seeds_of`."""
+    """Add the argument of the number of hold-outs; see `seeds_of`."""
     parser.add_argument("--seeds", type=count, metavar="N", help=f"number of random hold-outs (default: {_SEEDS})")
 
 
 def seeds_of(arguments: argparse.Namespace) -> tuple[int, ...]:
-    """The seeds that `add_seeds` asked for."""
+    """Return the seeds of `add_seeds`."""
     return tuple(range(arguments.seeds or _SEEDS))
 
 
 def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
-    """Add the argument that names a preset."""
+    """Add the argument of the preset."""
     parser.add_argument(
         "--preset",
         metavar="PRESET",
@@ -220,7 +219,7 @@ def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
 
 
 def preset_from(name: str | None) -> OwnPreset:
-    """The preset of an argument, the default one if it was left out; UsageError if there is none."""
+    """Return a preset by its name, None for the default; raises UsageError if there is none."""
     try:
         return find_preset(name or DEFAULT_PRESET)
     except ParameterError as error:
@@ -228,7 +227,7 @@ def preset_from(name: str | None) -> OwnPreset:
 
 
 def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the arguments of `add_reading` say, by the names that `load_frame` and `list_frames` have for it."""
+    """Return the values of `add_reading` as arguments of `load_frame` and `list_frames`."""
     return {
         "depth_units": arguments.depth_units,
         "encoding": arguments.depth_encoding,
@@ -239,39 +238,39 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def source_from(arguments: argparse.Namespace) -> Source:
-    """The folder of frames, data set or recording that the arguments name; what there is to say of it is told."""
+    """Open the folder of frames, data set or recording that the arguments name, and print its warnings."""
     if len(arguments.inputs) != 1:
-        raise UsageError(f"Name one folder of frames, data set or recording; these are {len(arguments.inputs)} paths.")
+        raise UsageError(f"Give one folder of frames, data set or recording, not {len(arguments.inputs)} paths.")
     source = open_source(arguments.inputs[0], **reading_of(arguments), **pairing_of(arguments))
     warn(source.notes)
     return source
 
 
 def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
-    """The frame that --frame names."""
+    """Return the frame that --frame selects."""
     return replace(source_from(arguments).frame_source(arguments.frame), **_beside(arguments))
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
-        raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
+        raise UsageError(f"Give a colour and a depth file, or one folder, not {len(inputs)} paths.")
     if arguments.max_gap is not None or arguments.topics is not None:
-        raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one by --frame.")
+        raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one with --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
 
 
 def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Ground truth and guide that the arguments name, where the command has such."""
+    """Return ground truth and guide of the arguments, if the command has such arguments."""
     given = vars(arguments)
     names = {"truth": "ground_truth", "truth_units": "ground_truth_units", "guide": "guide"}
     return {name: given.get(argument) for name, argument in names.items()}
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with their invalid mask, ground truth and guide. A failed plausibility
-    check is a warning, or an InputError if the command is strict."""
+    """Load the frame that the arguments name, with its invalid mask, ground truth and guide. Plausibility warnings are
+    printed; with --strict they raise InputError."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     check_doubts(frame.doubts, vars(arguments).get("strict", False))
     warn(frame.notes)
@@ -299,13 +298,13 @@ def add_parameters(
     parser : ArgumentParser
     kind : type of ParameterSet
     title : str
-        Put before the names of the groups.
+        Prefix of the groups' names.
     prefix : str
-        Put before the name of every flag.
+        Prefix of the flags' names.
     presets : mapping, optional
-        Named sets; where their values differ from the default, the help says so.
+        Named sets; the help lists their values that differ from the default.
     default : str, optional
-        The preset whose values are the defaults; the declared ones are if it is left out.
+        Preset with the default values; the declared defaults are used if left out.
     """
     groups: dict[str, Any] = {}
     base = kind() if presets is None or default is None else presets[default]
@@ -331,7 +330,7 @@ def add_parameters(
 
 
 def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Value]:
-    """Name -> value of the parameters of a set that were given on the command line."""
+    """Return name -> value of the parameters of a set that are given on the command line."""
     values = vars(arguments)
     return {
         name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
@@ -339,7 +338,7 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
 
 
 def parameter_flags(arguments: argparse.Namespace) -> list[str]:
-    """The flags of parameters, of filter and extraction, that were given on the command line."""
+    """Return the flags of filter and extraction parameters that are given on the command line."""
     return [
         f"--{prefix}{name.replace('_', '-')}"
         for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX))
@@ -348,7 +347,7 @@ def parameter_flags(arguments: argparse.Namespace) -> list[str]:
 
 
 def with_given(base: Set, arguments: argparse.Namespace) -> Set:
-    """A parameter set with what was given on the command line; UsageError for a parameter that has no effect so."""
+    """Return a parameter set changed as given on the command line; UsageError for a parameter without effect."""
     try:
         return base.changed(**given_parameters(arguments, type(base)))
     except ParameterError as error:
@@ -360,7 +359,7 @@ def _destination(kind: type[ParameterSet], name: str) -> str:
 
 
 def _reader(declaration: Declaration) -> Callable[[str], Value]:
-    """Turns a flag's text into a checked value; argparse shows the message of what it raises."""
+    """Return a function that converts a flag's text to a checked value; argparse prints its error message."""
 
     def read(text: str) -> Value:
         try:
@@ -372,7 +371,7 @@ def _reader(declaration: Declaration) -> Callable[[str], Value]:
 
 
 def value_from(declaration: Declaration, text: str) -> Value:
-    """A parameter's value from what someone wrote; ParameterError if it is none."""
+    """Parse the value of a parameter; raises ParameterError if it is not valid."""
     if declaration.special and text == declaration.special and declaration.minimum is not None:
         return declaration.checked(declaration.minimum)
     if declaration.kind is bool:

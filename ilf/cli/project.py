@@ -1,4 +1,4 @@
-"""`ilf project`: project files without the window: made, told of, exported and made again."""
+"""`ilf project`: make, show, export and replay project files without the window."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from .._runtime.formatting import counted
 from ..completion.confidence.expected_error import RMS_NAME
 from ..data.parameters import Parameters, likeness
 from ..data.results import Completion
@@ -33,20 +34,20 @@ from .parsing import add_look_in, add_reading, reading_of
 from .run_output import RunProgress
 from .usage import Parser, UsageError, add_progress
 
-# What `ilf project info` tells of a project: as text, and as JSON.
+# Output of `ilf project info`: as text, and as JSON.
 
 
 def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
-    """Print what there is to tell of a project."""
+    """Print the facts about a project and its frames."""
     project, path = opened.project, opened.path
     stages = Counter(frame.summary.stage for frame in project.frames)
     in_words = ", ".join(f"{stages[stage]} {stage}" for stage in Stage if stages[stage])
-    for_whom = "for all frames" if project.for_all else "for each frame; the next one begins with"
+    for_whom = "for all frames:" if project.for_all else "per frame; defaults of the next frame:"
     lines = [
         ("project", f"{path}, {path.stat().st_size / 1e6:.1f} MB in {counted(len(opened.parts.names()), 'part')}"),
         ("frames", f"{len(facts)}" + (f": {in_words}" if in_words else "")),
         ("parameters", f"{for_whom} {_parameters_text(project.common)}"),
-        ("files", "embedded" if opened.read.embedded else "beside the project, or where they were"),
+        ("files", "embedded" if opened.read.embedded else "not embedded"),
     ]
     problems = [*opened.problems]
     for fact in facts:
@@ -64,7 +65,17 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     for fact in facts:
         if fact.runs:
             print(f"\nRuns of {fact.frame.name}:")
-            head = ["run", "name", "end", "blocks", "time [s]", "truth [mm]", "hidden [mm]", f"{RMS_NAME} [mm]", "note"]
+            head = [
+                "run",
+                "name",
+                "end",
+                "blocks",
+                "time [s]",
+                "ground truth [mm]",
+                "hold-out [mm]",
+                f"{RMS_NAME} [mm]",
+                "note",
+            ]
             print(*table(head, [_run_row(run) for run in fact.runs]), sep="\n")
 
 
@@ -99,7 +110,7 @@ def _run_row(run: RunFacts) -> list[str]:
 
 
 def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
-    """The same for JSON."""
+    """Return the facts about a project and its frames for JSON."""
     return {
         "path": str(opened.path),
         "bytes": opened.path.stat().st_size,
@@ -131,13 +142,8 @@ def _parameters_text(parameters: Parameters) -> str:
     return f"preset {nearest.preset}" + (f" with {changes}" if changes else "")
 
 
-def counted(count: int, what: str) -> str:
-    """A number of things, in words."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
-
-
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
         "Make, show, export and replay project files (.ilf), which contain frames with all edits and results."
     )
@@ -201,9 +207,9 @@ def run_new(arguments: argparse.Namespace) -> None:
     """Make a project."""
     path = Path(arguments.file)
     if path.suffix.lower() != SUFFIX:
-        raise UsageError(f"A project file ends in {SUFFIX}; this is {path.name!r}.")
+        raise UsageError(f"The name of a project file must end in {SUFFIX}, not {path.name!r}.")
     if os.path.exists(path):
-        raise InputError(f"{path} exists already. Choose another name, or delete it first.")
+        raise InputError(f"{path} already exists. Choose another name, or delete it first.")
     sources = list(_sources(arguments))
     frames = tuple(ProjectFrame(secrets.token_hex(8), source.name, source) for source in sources)
     warn(save_project(path, Project(frames), embed=True if arguments.embed else None))
@@ -211,7 +217,7 @@ def run_new(arguments: argparse.Namespace) -> None:
 
 
 def run_info(arguments: argparse.Namespace) -> None:
-    """Tell of a project."""
+    """Show the contents of a project."""
     with _opened(arguments) as opened:
         facts = [frame_facts(opened, frame) for frame in opened.project.frames]
         if arguments.json:
@@ -234,7 +240,7 @@ def run_export(arguments: argparse.Namespace) -> None:
 
 
 def run_replay(arguments: argparse.Namespace) -> None:
-    """Run frames again and compare."""
+    """Replay frames and compare the results."""
     other, count = [], 0
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     with _opened(arguments) as opened:
@@ -243,9 +249,11 @@ def run_replay(arguments: argparse.Namespace) -> None:
             count += 1
             if sentences:
                 other.append(frame.name)
-            print(f"{frame.name}: {' '.join(sentences) or 'as stored, bit for bit.'}")
+            print(f"{frame.name}: {' '.join(sentences) or 'identical to the stored result, bit for bit.'}")
     if other:
-        raise InputError(f"{len(other)} of {counted(count, 'frame')} did not come out as stored: {', '.join(other)}.")
+        raise InputError(
+            f"The results of {len(other)} of {counted(count, 'frame')} differ from the stored ones: {', '.join(other)}."
+        )
 
 
 def _completed(run: Run, shown: bool) -> Completion:
@@ -256,7 +264,7 @@ def _completed(run: Run, shown: bool) -> Completion:
 
 
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
-    """The frames that the arguments name."""
+    """Yield the frames that the arguments name."""
     inputs, how = arguments.inputs, reading_of(arguments)
     if all(os.path.isdir(path) or is_recording(path) for path in inputs):
         for path in inputs:
@@ -268,7 +276,7 @@ def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
         raise UsageError("Give folders and recordings, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
     source = FrameSource(rgb, depth, **how)
-    warn(source.load().notes)  # a wrong file is told of now
+    warn(source.load().notes)  # reports a wrong file now
     yield source
 
 
@@ -279,12 +287,12 @@ def _opened(arguments: argparse.Namespace) -> OpenedProject:
 
 
 def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tuple[ProjectFrame, FrameState]]:
-    """The chosen frames, or all, with their states, one after the other; those without results are told of."""
+    """Yield the selected frames, or all, with their states; print a warning for each frame without results."""
     warn(opened.problems)
     frames = opened.project.frames
     for name in chosen:
         if not any(name in (frame.id, frame.name) for frame in frames):
-            raise InputError(f"The project has no frame {name!r:.60}. `ilf project info` lists those that it has.")
+            raise InputError(f"The project has no frame {name!r:.60}. `ilf project info` lists its frames.")
     wanted = [frame for frame in frames if not chosen or frame.id in chosen or frame.name in chosen]
     found = False
     for frame in wanted:
@@ -298,11 +306,11 @@ def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tupl
         else:
             warn([f"{frame.name} has no results."])
     if not found:
-        raise InputError("No frame has any results: run the blocks of a frame and save the project first.")
+        raise InputError("No frame has results. Run the blocks of a frame and save the project first.")
 
 
 def _folder_name(frame: ProjectFrame, taken: set[str]) -> str:
-    """A folder's name that no other frame of the project has taken, whatever the case of letters."""
+    """Return a folder name that no other frame of the project uses, ignoring case."""
     name = as_file_name(frame.name)
     if name.casefold() in taken:
         name = f"{name}-{frame.id}"

@@ -44,21 +44,21 @@ from .parsing import (
 )
 from .usage import Parser, UsageError, add_progress
 
-# What the arguments of `ilf report` name, read one after the other.
+# The frames that the arguments of `ilf report` name, read one after the other.
 
 Tell = Callable[[Step], None]
 
 
 @dataclass(frozen=True)
 class ReportSource:
-    """A frame to report on: what it is called, and how it is had, which adds to some notes and tells how far it is."""
+    """A frame to report on: its name, and the function that reads it, adds notes and reports progress."""
 
     name: str
     read: Callable[[list[str], Tell], Subject]
 
 
 def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[ReportSource]:
-    """What the arguments name: folders, records and projects, or the two files of one frame.
+    """List the frames that the arguments name: of folders, records and projects, or of the two files of one frame.
 
     Projects stay open as long as `opened`.
     """
@@ -75,7 +75,7 @@ def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[Rep
             sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
         elif os.path.isfile(record) or not os.path.isdir(
             path
-        ):  # what a run wrote can be read as a frame, too, but is a run
+        ):  # the output folder of a run can be read as a frame, too, but is reported as a run
             _refuse_flags(arguments, record)
             sources.append(ReportSource(str(path), partial(_replayed, record)))
         else:
@@ -84,7 +84,7 @@ def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[Rep
 
 
 def read_subjects(sources: Sequence[ReportSource], notes: list[str], tell: Tell) -> Iterator[Subject | Unreadable]:
-    """One after the other; of several, one that cannot be read costs that one only. Notes are added on the way."""
+    """Yield the subjects and add their notes; if there are several, an unreadable one is reported and skipped."""
     total = len(sources)
     for number, source in enumerate(sources):
 
@@ -108,21 +108,24 @@ def read_subjects(sources: Sequence[ReportSource], notes: list[str], tell: Tell)
 
 
 def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], tell: Tell) -> Subject:
-    """A frame, completed by what the arguments say."""
+    """Complete a frame with the settings of the arguments."""
     chosen = preset_from(arguments.preset)
     parameters = with_given(chosen.parameters, arguments)
     extraction = with_given(chosen.extraction or BlockParameters(), arguments)
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
     made = Run.of(frame, preset=parameters, extraction=extraction)
     if not made.blocks.any():
-        raise InputError(f"There are no blocks in {frame.name}, so there is nothing to report on.")
+        raise InputError(
+            f"No blocks were found in {frame.name}, so there is nothing to report on. Change the extraction "
+            "(--blocks-* options)."
+        )
     completion = _complete(made, tell)
     notes += [*made.notes, *completion.notes]
     return Subject(made, completion)
 
 
 def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
-    """A recorded run, made again."""
+    """Replay a recorded run."""
     again = replay(record)
     completion = _complete(again.run, tell)
     notes += [*again.differences, *again.run.notes, *completion.notes, *again.verdict(completion)]
@@ -130,11 +133,13 @@ def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
 
 
 def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSource]:
-    """Its frames that have been worked on; their files may also be in these folders."""
+    """List a project's frames with work on them; their files are also searched in `folders`."""
     places = replace(project.places, folders=tuple(map(Path, folders)))
     frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.is_worked_on]
     if not frames:
-        raise InputError(f"{project.path} has no frame that has been worked on, so there is nothing to report on.")
+        raise InputError(
+            f"{project.path} has no frame with edits or results, so there is nothing to report on. Run blocks first."
+        )
 
     for_all = project.project.common if project.project.for_all else None
 
@@ -148,7 +153,7 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
-    """Raise UsageError for flags that say what the file says already."""
+    """Raise UsageError for flags whose settings the file already contains."""
     reading = "depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"
     names = (
         "frame",
@@ -176,7 +181,7 @@ _USAGE = """ilf report RGB DEPTH [options]
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.usage = _USAGE
     parser.description = (
         "Write one self-contained HTML page. Frames are completed first, recorded runs are replayed, and the edited "
@@ -211,7 +216,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     options, path = _test(arguments), _output(arguments)
     notes: list[str] = []
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
@@ -239,7 +244,7 @@ def _test(arguments: argparse.Namespace) -> HiddenTest | None:
 
 
 def _output(arguments: argparse.Namespace) -> Path | None:
-    """Where the page goes, if that is said."""
+    """Return the output file of the arguments, if given."""
     if arguments.out is None:
         return None
     path = Path(arguments.out)

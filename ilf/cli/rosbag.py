@@ -1,4 +1,4 @@
-"""`ilf rosbag`: completed depth of runs, with colour and expected error, as a recording of ROS 2."""
+"""`ilf rosbag`: write completed depth of runs, with colour and expected error, as a ROS 2 recording."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from ..sources.opening import opened
 from ..sources.pairing import time_of
 from .usage import Parser
 
-# When the frame of a run was taken.
+# Timestamps of the frames of runs.
 
 _SECONDS = re.compile(r"(\d+)\.(\d{1,9})")
 
 
 def stamp_of(inputs: FrameInputs) -> int | None:
-    """The time of a frame's colour [ns], by its key in a recording, by the recording, or by the name of its file; None
-    if it is not known.
+    """Return the timestamp of a frame's colour [ns], from its key in a recording, the recording, or its file name; None
+    if unknown.
 
     Raises
     ------
     InputError
-        If it is in a recording whose keys are no times, and that cannot be read.
+        If the recording has to be read for it and cannot be read.
     """
     if inputs.frame is None:
         time = time_of(inputs.rgb.path)
@@ -62,7 +62,7 @@ _BEST_FIRST = ("npy", "tiff", "png")
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
         f"Write the completed depth of runs as a ROS 2 recording with the topics {DEPTH_TOPIC}, {CAMERA_TOPIC}, "
         f"{COLOUR_TOPIC} and, where runs have an expected error, {ERROR_TOPIC}, with the timestamps of the frames."
@@ -72,7 +72,7 @@ def add_arguments(parser: Parser) -> None:
         "folders",
         nargs="+",
         metavar="DIR",
-        help="output folder of `ilf complete`, or a folder of such folders, as `ilf batch` writes it",
+        help="output folder of `ilf complete`, or a folder of such folders, as written by `ilf batch`",
     )
     parser.add_argument("--out", required=True, metavar="BAG", help="output folder, which must not exist")
     parser.add_argument(
@@ -91,16 +91,16 @@ def add_arguments(parser: Parser) -> None:
         "--rate",
         type=float,
         metavar="HZ",
-        help="frame rate, for frames without timestamps, in the order of their names",
+        help="frame rate for frames without timestamps, in the order of their names",
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     if arguments.rate is not None and not arguments.rate > 0:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
     if Path(arguments.out).suffix.lower() == ".bag":
-        raise InputError(f"{arguments.out}: ROS 2 records into a folder, .bag is a file of ROS 1. Leave out .bag.")
+        raise InputError(f"{arguments.out}: a ROS 2 recording is a folder; .bag is the file type of ROS 1. Omit .bag.")
     folders = [folder for named in arguments.folders for folder in result_folders(named)]
     stamped = sorted(_stamped(folders, arguments.rate))
     count = write_rosbag(
@@ -114,7 +114,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Path]]:
-    """Folders with the times of their frames [ns]."""
+    """Yield folders with the timestamps of their frames [ns]."""
     for number, folder in enumerate(folders):
         inputs = read_record(folder / RECORD_FILE).inputs
         stamp = None if inputs is None else stamp_of(inputs)
@@ -131,13 +131,13 @@ def _frame(folder: Path, stamp: int) -> StampedDepth:
 
 
 def _expected_error(folder: Path, shape: tuple[int, int]) -> NDArray[np.float32] | None:
-    """Of a result [m], from the most precise of its files; None if it has none."""
+    """Read the expected error of a result [m] from the most precise of its files; None if there is none."""
     for kind in _BEST_FIRST:
         path = folder / ERROR_FILES[kind]
         if not path.is_file():
             continue
         values = read_depth_values(path)
         if values.shape != shape:
-            raise InputError(f"{path} has another size than the frame. Complete the frame again.")
+            raise InputError(f"{path} and the frame differ in size. Complete the frame again.")
         return depth_in_metres(values, read_record(folder / RECORD_FILE).options.depth_units if kind == "png" else 1.0)
     return None

@@ -1,4 +1,4 @@
-"""What is shown of a run: a bar while it runs, then its blocks and errors, as text and as JSON."""
+"""Output of a run: its progress bar, then its blocks and errors, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .._runtime.formatting import counted, covered
+from .._runtime.formatting import counted, covered, grouped
 from ..completion.confidence.expected_error import expected_error, unvouched
 from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.frame import RGBDFrame
@@ -23,13 +23,13 @@ from .output import ProgressBar, table
 
 
 class RunProgress(ProgressBar):
-    """A bar on stderr: blocks done, and the last iteration of a block that runs.
+    """A progress bar on stderr: completed blocks, and the last iteration of a running block.
 
     Parameters
     ----------
     run : RunSteps
     shown : bool
-        Whether there is a bar at all.
+        Whether to show the bar.
     """
 
     def __init__(self, run: RunSteps, *, shown: bool) -> None:
@@ -41,7 +41,7 @@ class RunProgress(ProgressBar):
         if record is None:
             self.bar.update(step.result is not None)
             return
-        what = "guessing the rest" if step.label == GUESS else f"block {step.label}"
+        what = "extrapolation" if step.label == GUESS else f"block {step.label}"
         self.bar.set_postfix_str(
             f"{what}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
             refresh=False,
@@ -50,7 +50,7 @@ class RunProgress(ProgressBar):
 
 
 _MOST = 0.5
-"""The larger part of a whole, from this share on."""
+"""Minimum share that counts as most of a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,10 @@ class Finished:
     run : Run
     completion : Completion
     seconds : float
-        That it took.
+        Duration.
     folder : Path
     files : sequence of Path
-        That were written into it.
+        The written files.
     """
 
     run: Run
@@ -76,7 +76,7 @@ class Finished:
 
     @cached_property
     def whole(self) -> Judgement | None:
-        """Its errors against the frame's ground truth; None without one."""
+        """Its errors against the frame's ground truth; None without ground truth."""
         frame, completion = self.run.frame, self.completion
         if frame.truth is None:
             return None
@@ -89,7 +89,7 @@ class Finished:
 
 
 def completion_report(finished: Finished) -> str:
-    """What came out of a run, and where it lies."""
+    """Describe the result of a run and its files, as text."""
     run, completion, frame = finished.run, finished.completion, finished.run.frame
     outcomes, guide = completion.outcomes.values(), fit_guide(run.frame)
     judged: list[str] = []
@@ -113,11 +113,11 @@ COMPLETION_KEYS = (
     "label, status, message, pixels, known, recovered, outside, missing_share, iterations, stages, sigma_i_m, errors. "
     "errors: pixels, rmse_m, mae_m, median_m, bias_m, within_expected_error (share)"
 )
-"""What `completion_record` has, for the help."""
+"""The keys of `completion_record`, for the help."""
 
 
 def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, Any]:
-    """The same for JSON, with `COMPLETION_KEYS`; lengths in metres."""
+    """Describe the result of a run for JSON, with `COMPLETION_KEYS`; lengths in metres."""
     run, frame, completion = finished.run, finished.run.frame, finished.completion
     outcomes = completion.outcomes.values()
     outside = 0 if frame.outside_view is None else np.count_nonzero(frame.outside_view)
@@ -142,14 +142,14 @@ def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, 
 
 
 def outcome_record(outcome: BlockOutcome, errors: Judgement | None = None) -> dict[str, Any]:
-    """A block that was run, for JSON."""
+    """Describe a block that was run, for JSON."""
     record = asdict(outcome)
     sigma_i = record.pop("sigma_i")
     return {**record, "missing_share": outcome.defect_rate, "sigma_i_m": sigma_i, "errors": errors_record(errors)}
 
 
 def errors_record(errors: Judgement | None) -> dict[str, Any] | None:
-    """Errors for JSON; None if there are none."""
+    """Describe errors for JSON; None if there are none."""
     if errors is None:
         return None
     return {
@@ -163,8 +163,7 @@ def errors_record(errors: Judgement | None) -> dict[str, Any] | None:
 
 
 def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgement] | None = None) -> list[str]:
-    """Table of the blocks that were run, with their errors if any are known, and below it what there is to say about
-    single ones."""
+    """Format a table of the blocks that were run, with their errors if known, followed by remarks on single blocks."""
     outcomes = list(outcomes)
     rows = [
         [
@@ -196,8 +195,8 @@ def _blocks_text(labels: Sequence[int]) -> str:
 
 
 def largest_share(whole: Judgement, blocks: Mapping[int, Judgement]) -> tuple[int, float] | None:
-    """The block that has at least half of the squared error of the whole in less than half of its pixels, and its
-    share of the error, 0-1; None if no block has."""
+    """Find the block with at least half of the total squared error in less than half of the pixels; return it with its
+    share of the error, 0-1, or None."""
     for label, one in blocks.items():
         if 0 < one.pixels < _MOST * whole.pixels and one.rmse > 0:
             share = one.pixels * one.rmse**2 / (whole.pixels * whole.rmse**2)
@@ -207,35 +206,39 @@ def largest_share(whole: Judgement, blocks: Mapping[int, Judgement]) -> tuple[in
 
 
 def _judgement_line(judgement: Judgement) -> str:
-    """How far the filled depth is from the truth, in words."""
+    """Describe the errors of the filled depth against ground truth."""
     if not judgement.pixels:
-        return "Against the truth: it is not known where depth was filled."
+        return "Against ground truth: no filled pixel has ground truth."
     within = "" if judgement.within is None else f"; {judgement.within:.0%} within the expected error"
     return (
-        f"Against the truth, over {judgement.pixels} filled pixels: median error {1000 * judgement.median:.2f} mm, "
-        f"MAE {1000 * judgement.mae:.2f} mm, RMSE {1000 * judgement.rmse:.2f} mm{within}."
+        f"Against ground truth, over {counted(judgement.pixels, 'filled pixel')}: median error "
+        f"{1000 * judgement.median:.2f} mm, MAE {1000 * judgement.mae:.2f} mm, RMSE {1000 * judgement.rmse:.2f} mm"
+        f"{within}."
     )
 
 
 def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:
-    """Where most of the error comes from, as a line; none if it comes from all over the frame."""
+    """Describe the block with most of the error, as a line; none if there is no such block."""
     if largest is None:
         return []
     label, share = largest
     doubtful = unvouched(completion)[completion.filled & (run.blocks == label)].mean()
-    why = f"; nothing measured vouches for {doubtful:.0%} of its filled pixels" if doubtful >= _MOST else ""
+    why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MOST else ""
     return [f"Block {label} has {share:.0%} of the squared error{why}."]
 
 
 def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:
     missing = int(np.count_nonzero(frame.missing))
     iterations = sum(outcome.iterations for outcome in completion.outcomes.values())
-    effort = f"{iterations} iterations in {seconds:.1f} s."
+    effort = f"{counted(iterations, 'iteration')} in {seconds:.1f} s."
     outside = _outside_sentence(frame, completion)
     if missing == 0:
         return f"No pixel was missing. {outside}{effort}"
     recovered = int(np.count_nonzero(completion.filled & frame.missing))
-    return f"{recovered} of {missing} missing pixels recovered ({recovered / missing:.1%}). {outside}{effort}"
+    return (
+        f"{grouped(recovered)} of {counted(missing, 'missing pixel')} recovered ({recovered / missing:.1%}). "
+        f"{outside}{effort}"
+    )
 
 
 def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
@@ -244,5 +247,5 @@ def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
     pixels, filled = (
         int(np.count_nonzero(mask)) for mask in (frame.outside_view, frame.outside_view & completion.filled)
     )
-    left = "left missing" if not filled else f"{filled} of them filled, though nothing could be measured there"
-    return f"{pixels} pixels outside the depth camera's view, {left}. "
+    left = "left missing" if not filled else f"{grouped(filled)} of them filled without any measurement there"
+    return f"{counted(pixels, 'pixel')} outside the depth camera's view, {left}. "

@@ -16,17 +16,17 @@ SAMPLE = "samples/room"
 
 
 def add_arguments(parser: Parser) -> None:
-    """Give the command's parser its arguments."""
+    """Add the command's arguments to its parser."""
     parser.description = (
         "Write the bundled sample, a generated room with the depth defects of a real sensor, into a folder."
     )
     parser.set_defaults(command=run)
-    parser.add_argument("folder", metavar="DIR", help="output folder, made if missing")
+    parser.add_argument("folder", metavar="DIR", help="output folder, created if missing")
     parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Carry the command out."""
+    """Run the command."""
     folder = Path(arguments.folder)
     contents = {
         folder / path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> None:
         for path, content in contents.items():
             if os.path.exists(path) and (path.is_dir() or path.read_bytes() != content):
                 raise ExportError(
-                    f"{path} exists with other content. Choose another folder, or overwrite it with --force."
+                    f"{path} exists with different content. Choose another folder, or overwrite it with --force."
                 )
     with staging(folder) as staged:
         for path, content in contents.items():

@@ -1,4 +1,4 @@
-"""How the command line is used: its parsers, their help and their errors, and the exit statuses. Quick to import."""
+"""Parsers of the command line with their help and errors, and the exit statuses. Quick to import."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ EXIT_STATUSES = {
 
 
 class UsageError(IlfError):
-    """Arguments that do not go together."""
+    """Unknown or contradictory arguments."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """A question about the known word that is most like another, with a space before it; "" if none is like it.
+    """Suggest the known word that is most similar, as a question after a space; "" if none is similar.
 
     Examples
     --------
@@ -46,12 +46,12 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line with the nearest known word, and whose help can be one page.
+    """A parser whose errors are one line that suggests the most similar word, and whose help can be one page.
 
     Parameters
     ----------
     **how
-        As ArgumentParser takes them. Flags cannot be abbreviated.
+        As for ArgumentParser. Flags cannot be abbreviated.
     """
 
     def __init__(self, **how: Any) -> None:
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
         self._page: Mapping[str, Sequence[str]] = {}
 
     def set_page(self, page: Mapping[str, Sequence[str]]) -> None:
-        """Have --help show only some of the arguments, by the first sentence of their help, and --help-all all of it.
+        """Limit --help to some arguments with the first sentence of their help; --help-all shows the full help.
 
         Parameters
         ----------
@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
         self.add_argument("--help-all", action=_FullHelp, help="show all options, and exit")
 
     def format_help(self) -> str:
-        """The page of `set_page`, or the full help where there is none."""
+        """Return the page of `set_page`, or the full help if there is none."""
         if not self._page:
             return self.format_full_help()
         named = {name: action for action in self._actions for name in action.option_strings or [action.dest]}
@@ -85,15 +85,15 @@ class Parser(argparse.ArgumentParser):
         return formatter.format_help()
 
     def format_full_help(self) -> str:
-        """The help of all arguments."""
+        """Return the help of all arguments."""
         return super().format_help()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As ArgumentParser, but unknown flags are an error of the command that they were given to."""
+        """Parse as ArgumentParser, but report an unknown flag as an error of its command."""
         words = sys.argv[1:] if args is None else list(args)
         for word in takewhile(lambda word: word != "--", words):
             if self._subparsers is not None and not word.startswith("-"):
-                break  # from here on, they are another parser's
+                break  # the rest belongs to a sub-parser
             flag = word.partition("=")[0]
             if flag.startswith("--") and " " not in flag and flag not in self._option_string_actions:
                 self.error(f"There is no option {flag}.{did_you_mean(flag, self._option_string_actions)}")
@@ -115,7 +115,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _shortened(action: argparse.Action) -> argparse.Action:
-    """An argument with the first sentence of its help, and its default."""
+    """Return a copy of an argument whose help is its first sentence and the default."""
     short = copy.copy(action)
     text, bracket, facts = (action.help or "").partition(" [")
     default = [fact for fact in facts.rstrip("]").split("; ") if fact.startswith("default ")]
@@ -133,20 +133,20 @@ class _FullHelp(argparse.Action):
         parser.exit()
 
 
-# Arguments of many commands.
+# Arguments shared by many commands.
 
 
 def add_progress(parser: argparse._ActionsContainer) -> None:
-    """Add the flag about the progress bar."""
+    """Add the flag of the progress bar."""
     parser.add_argument(
         "--progress",
         action=argparse.BooleanOptionalAction,
-        help="show a progress bar on stderr (default: if it is a terminal)",
+        help="show a progress bar on stderr (default: on if stderr is a terminal)",
     )
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
-    """Add the flag that asks for JSON."""
+    """Add the flag for JSON output."""
     parser.add_argument(
         "--json",
         action="store_true",
@@ -155,16 +155,16 @@ def add_json(parser: argparse._ActionsContainer) -> None:
 
 
 def count(text: str) -> int:
-    """A whole number from 1 on."""
+    """Parse an integer >= 1."""
     return _whole_number(text, 1)
 
 
 def seed(text: str) -> int:
-    """A whole number from 0 on."""
+    """Parse an integer >= 0."""
     return _whole_number(text, 0)
 
 
 def _whole_number(text: str, least: int) -> int:
     if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+        raise argparse.ArgumentTypeError(f"{text!r} is not an integer of at least {least}")
     return int(text)

@@ -1,4 +1,4 @@
-"""One block's way from known depth to its result, and several blocks at a time."""
+"""Completion of one block, and of several blocks at a time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, grouped
 from .._runtime.memory import give_back
 from .._runtime.threads import Steps, available_cores, one_by_one, side_by_side
 from ..data.blocks import Block
@@ -21,19 +21,19 @@ from .filter import edge_parameters, edges_for, guide_carries, make_stepper, mos
 from .stepper import Stepper
 
 _AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
-"""Pixels that are worked on at a time, at most, or so many times those of the frame if that is more: each takes some 70
-bytes, however many threads there are."""
+"""Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
+needs about 70 bytes, whatever the number of threads."""
 
 Watch = Callable[[Block, IterationRecord, Stepper], None]
-"""Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
+"""Called after every iteration, in its thread, with the block, the record and the stepper."""
 
 EdgesOf = Callable[[RGBDFrame, Parameters, BlockParameters], FrameEdges | None]
-"""`edges_for`, or one that remembers what it gave."""
+"""`edges_for`, or a cached version of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class BlockTask:
-    """A block to be completed: all that its result depends on.
+    """A block to be completed, with everything that its result depends on.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class BlockTask:
     block : Block
     parameters : Parameters
     extraction : BlockParameters
-        The filter sees edges with these parameters of Canny and depth jumps.
+        Its parameters for Canny and depth jumps determine the filter's edges.
     drawn : ndarray of bool or None
-        The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None if none was.
+        The block's pixels whose border was drawn by hand, in the order of `block.mask`'s True values; None for none.
     """
 
     frame: RGBDFrame
@@ -65,7 +65,7 @@ class BlockTask:
         return self.frame.outside_view[self.block.box][self.block.mask]
 
     def steps(self, edges_of: EdgesOf, live: dict[int, Stepper], watch: Watch | None) -> Steps[Progress]:
-        """All iterations, and the result at the end; while they go on, the stepper stands in `live`."""
+        """All iterations, and the result at the end; meanwhile the stepper is in `live`."""
         block, parameters = self.block, self.parameters
         edges = edge_parameters(parameters, self.extraction)
         refusal = self._refusal()
@@ -104,7 +104,7 @@ class BlockTask:
         yield Progress(block.label, result=result)
 
     def _refusal(self) -> BlockOutcome | None:
-        """Why the block is not iterated on, or None if it is."""
+        """The outcome of a block that is not iterated on; None if it is."""
         label, parameters, raw = self.block.label, self.parameters, self.raw
         pixels, known = raw.size, int(np.count_nonzero(np.isfinite(raw)))
         outside = int(np.count_nonzero(self.outside))
@@ -115,7 +115,8 @@ class BlockTask:
         needed = int(known_needed(pixels, parameters))
         if known < needed and not guide_carries(self.frame, self.block, parameters):
             message = (
-                f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
+                f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "
+                f"{grouped(needed)} are needed. "
                 "Merge it with a neighbour on the same surface, or lower the limits under Data."
             )
             return BlockOutcome(label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
@@ -130,7 +131,8 @@ class BlockTask:
         left = int(np.count_nonzero(missing & np.isnan(completed)))
         message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
         if left:
-            message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
+            missed = f"{counted(left, 'pixel')} left missing: the filter gave no positive depth there."
+            message = f"{message} {missed}".strip()
         message = f"{message} {self._told_outside(beyond)}".strip()
         return BlockOutcome(
             label=self.block.label,
@@ -146,15 +148,15 @@ class BlockTask:
         )
 
     def _told_outside(self, pixels: int) -> str:
-        """What becomes of so many pixels outside the depth camera's view, as a sentence; "" if there are none."""
+        """A sentence on how pixels outside the depth camera's view are treated; "" if there are none."""
         if not pixels:
             return ""
         filled = self.parameters.outside_view
-        how = "filled, though nothing could be measured there" if filled else "left missing"
+        how = "filled, although not measurable" if filled else "left missing"
         return f"{counted(pixels, 'pixel')} outside the depth camera's view {how}."
 
     def _hidden_truth(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
-        """Which of the block's pixels in view have no depth but a truth, and that truth [m]; None if there are none."""
+        """Which of the block's pixels in view lack depth but have ground truth, and that truth [m]; None if none do."""
         if self.frame.truth is None:
             return None
         truth = self.frame.truth[self.block.box][self.block.mask]
@@ -165,20 +167,20 @@ class BlockTask:
 def filter_steps(
     tasks: Sequence[BlockTask], threads: int | None, live: dict[int, Stepper], watch: Watch | None = None
 ) -> Steps[Progress]:
-    """All iterations and results of some blocks of a frame, which come in any order where threads share them.
+    """All iterations and results of some blocks of a frame, in any order if several threads run.
 
     Parameters
     ----------
     tasks : sequence of BlockTask
-        In the order in which they are completed, if that is one after the other.
+        In the order of completion if they run one after the other.
     threads : int or None
-        Blocks that are completed at the same time; None for as many as there are cores. With 1 they are completed one
-        after the other in the caller's thread, one step at a time.
+        Number of blocks completed at the same time; None for the number of cores. With 1 they are completed one after
+        the other in the caller's thread, one step at a time.
     live : dict of label to Stepper
-        Holds what is iterated on while that goes on; it is filled and emptied here.
+        The running steppers; filled and emptied here.
     watch : Watch, optional
     """
-    # a network's file is looked at once, not for every block
+    # check a network's file once, not for every block
     edges_of = cache(edges_for)
     width = min(available_cores() if threads is None else threads, len(tasks))
     if width <= 1:
@@ -194,7 +196,7 @@ def filter_steps(
 
 
 def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
-    """Known pixels that blocks of so many pixels need at least to be iterated on."""
+    """Minimum number of known pixels that blocks of these sizes [px] need to be iterated on."""
     share = np.ceil(parameters.min_known_share * np.asarray(pixels))
     return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
 
@@ -202,8 +204,8 @@ def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floati
 def block_depth(
     frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
 ) -> NDArray[np.float32]:
-    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block; outside
-    the depth camera's view only if the parameters ask for it.
+    """Raw depth with P_i inserted where it is positive: in the defective area, or in the whole block; outside the depth
+    camera's view only if enabled in the parameters.
 
     Parameters
     ----------
@@ -212,7 +214,7 @@ def block_depth(
     surface : ndarray of float64
         P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
     parameters : Parameters
-        Their mode and `outside_view`.
+        Of these, `mode` and `outside_view`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""DICP's second half: frame + blocks + parameters -> completed depth."""
+"""The second half of DICP: frame + blocks + parameters -> completed depth."""
 
 from __future__ import annotations
 
@@ -25,17 +25,16 @@ from .filter import edges_for, make_stepper
 from .stepper import Stepper
 
 ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
-"""Of all blocks, or block label -> parameters; a text is the name of a preset."""
+"""Parameters of all blocks, or block label -> parameters; a text is the name of a preset."""
 
 
 class CompletionRun(Iterator[Progress]):
-    """All blocks of a frame, one iteration per `next()`, several blocks at a time.
+    """Completion of all blocks of a frame, one iteration per `next()`, several blocks at a time.
 
-    Whoever drives it decides about pace, pause and cancelling: while nobody calls `next()`, no more is done than a few
-    short slices of iterations. `results` holds the blocks whose end has been reported, which come in any order; what
-    they hold does not depend on the number of threads. Blocks that are corrected come last, when all have been iterated
-    on: there are steps then that tell of none. A run that is left before its end must be closed, by `close` or as a
-    context manager.
+    The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
+    are computed ahead. `results` contains the finished blocks, in any order; it does not depend on the number of
+    threads. Corrected blocks come last, when all have been iterated on; steps in between belong to no block. A run that
+    is abandoned must be closed, by `close` or as a context manager.
 
     Parameters
     ----------
@@ -45,25 +44,24 @@ class CompletionRun(Iterator[Progress]):
     parameters : Parameters, str or mapping of label to either
         A text is the name of a preset.
     only : collection of int, optional
-        Run just these blocks; in the order of a sequence, if they run one after the other.
+        Run only these blocks; in the order of a sequence if they run one after the other.
     threads : int, optional
-        Blocks that run at the same time; as many as there are cores if left out. With 1 they run one after the other
-        in the caller's thread, each `next()` exactly one iteration.
+        Number of blocks that run at the same time; the number of cores if left out. With 1 they run one after the other
+        in the caller's thread, and each `next()` is exactly one iteration.
     extraction : BlockParameters, optional
-        What the blocks were extracted with, where that is known: the filter sees edges with the same parameters of
-        Canny and depth jumps. Those of the defaults if left out.
+        Parameters of the blocks' extraction, if known: the filter uses the same ones for Canny and depth jumps. The
+        defaults if left out.
     drawn : array_like of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand; see
-        `ilf.complete`.
+        Pixels of blocks whose border, to another block or to none, was drawn by hand; see `ilf.complete`.
     watch : callable, optional
-        A `Watch`, for those who want to look at the surface of every single iteration. The run waits for it.
+        A `Watch` that receives the surface of every iteration. The run waits for it.
 
     Raises
     ------
     InputError
         If label map or drawn borders do not fit the frame, or a block has no parameters.
     ParameterError
-        For an unknown preset, or what are no parameters.
+        For an unknown preset or an object that is not parameters.
     """
 
     def __init__(
@@ -81,7 +79,7 @@ class CompletionRun(Iterator[Progress]):
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self.uncorrected: dict[int, BlockResult] = {}
-        """Blocks that have been iterated on and wait for the correction, as they are without it."""
+        """Blocks that have been iterated on and wait for the correction, with their uncorrected depth."""
         choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
         self._tasks = {
             label: BlockTask(
@@ -98,7 +96,7 @@ class CompletionRun(Iterator[Progress]):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know of how the results so far came about, each sentence once."""
+        """Notes for the user on the results so far, each sentence once."""
         return notes_of(self.results)
 
     def __next__(self) -> Progress:
@@ -109,7 +107,7 @@ class CompletionRun(Iterator[Progress]):
         return progress
 
     def close(self) -> None:
-        """End the run where it is; no thread is left when this returns. Not from another thread than `next()`."""
+        """End the run and wait for its threads. Call it from the same thread as `next()`."""
         self._steps.close()
         self._live.clear()
 
@@ -120,8 +118,8 @@ class CompletionRun(Iterator[Progress]):
         self.close()
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
-        """The running blocks, those that wait for the correction among them, and what their depth [m] would be if they
-        stopped now. From any thread."""
+        """The running blocks, including those that wait for the correction, with their current depth [m]. From any
+        thread."""
         running = []
         for label, stepper in list(self._live.items()):
             task = self._tasks[label]
@@ -140,7 +138,7 @@ def iterate(
     guide: ArrayLike | Guide | None = None,
     **changes: Value,
 ) -> Stepper:
-    """The stepper of one block: iterate over it for one record per iteration.
+    """Make the stepper of one block; iterating over it gives one record per iteration.
 
     Parameters
     ----------
@@ -150,7 +148,7 @@ def iterate(
     label : int
         The block.
     preset : Parameters or str, optional
-        Or the name of a preset. The default preset, "best", if left out.
+        Parameters or the name of a preset; "best" if left out.
     extraction : BlockParameters, optional
         As in `ilf.complete`.
     drawn : array_like of bool, shape (H, W), optional
@@ -158,19 +156,19 @@ def iterate(
     guide : array_like or Guide, optional
         As in `ilf.complete`.
     **changes
-        Any of the `Parameters` by name.
+        Any of the `Parameters`, by name.
 
     Returns
     -------
     Stepper
-        Its `surface` is P_i at the block's pixels at any time, and its `notes` say what there is to know.
+        Its `surface` is P_i at the block's pixels at any time; its `notes` are sentences for the user.
 
     Raises
     ------
     InputError
-        If there is no such block, or it has no known depth at all.
+        If there is no such block, or it has no known depth.
     ParameterError
-        For an unknown preset or parameter, or what are no parameters.
+        For an unknown preset or parameter, or an object that is not parameters.
 
     Examples
     --------
@@ -191,14 +189,14 @@ def iterate(
         raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
     block = found[label]
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
-        raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
+        raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
     guided = frame if guide is None else frame.with_guide(guide)
     return make_stepper(guided, block, parameters, extraction, own)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
-    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once."""
+    """Compute in advance what all runs of a frame with these parameters share: the frame's edges."""
     edges_for(frame, parameters, extraction)
 
 
@@ -209,7 +207,7 @@ def _stages(
     threads: int | None,
     watch: Watch | None,
 ) -> Steps[Progress]:
-    """The way of a run's data: blocks, those that the correction starts from among them, filter, correction."""
+    """The stages of a run: filter the blocks, including those that the correction starts from, then correct."""
     base = find_base([*tasks.values()])
     done: dict[int, BlockResult] = {}
     with closing(filter_steps([*tasks.values()], threads, live, watch)) as steps:
@@ -225,7 +223,7 @@ def _stages(
         return
     correction, notes = yield from _look(base, done, threads)
     for label in list(uncorrected):
-        check_stopped()  # each is either handed over or still waits
+        check_stopped()  # every block has either been yielded or still waits
         del uncorrected[label]
         yield Progress(label, result=_corrected(tasks[label], done[label], correction, notes))
 
@@ -233,7 +231,7 @@ def _stages(
 def _look(
     base: Base | Correction | None, done: Mapping[int, BlockResult], threads: int | None
 ) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
-    """What the correction network says of the frame, or why it says nothing; the rest of a base is completed before."""
+    """Complete the rest of a base and run the correction network; the correction or None, and notes on why not."""
     if not isinstance(base, Base):
         return base, ()
     try:

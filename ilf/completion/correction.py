@@ -1,7 +1,7 @@
-"""The correction: what a network that has learnt from generated scenes still changes about completed depth.
+"""The correction: changes of completed depth by a network trained on generated scenes.
 
-The network looks at the frame's base completion: its blocks as extracted, completed by `UNCORRECTED`. So what it says
-depends on the frame and its extraction alone, and a block's result on frame and block, whatever else is run.
+The network's input is the frame's base completion: its blocks as extracted, completed with `UNCORRECTED`. So its output
+depends only on the frame and its extraction, and a block's result only on frame and block, whatever else is run.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ from .correction_network import Array, CorrectionNetwork, load_correction_networ
 from .filter import edges_for, is_guided
 
 UNCORRECTED = preset("best", correction=False)
-"""What the network has seen the depth completed with."""
+"""Parameters of the completions that the network was trained on."""
 
 _SHARE = 0.85
-"""Of every change so much is made: on frames of real sensors the network goes a little too far."""
+"""Fraction of every change that is applied: on real sensor frames the network overshoots slightly."""
 
 _FADED, _FAR = 2.0, 8.0
-"""Distance to known depth [px] up to which nothing is changed, and from which on changes are made in full."""
+"""Distance to known depth [px] up to which nothing is changed, and from which on changes are applied in full."""
 
 _ALIKE = 0.02
-"""A block's log depth that is off so far from what the network has seen takes over 37 % of the change."""
+"""Difference of a block's log depth from the network's input at which 37 % of the change is applied."""
 
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """What the network says of a frame, worked out once.
+    """The network's output for a frame, computed once.
 
     Attributes
     ----------
     opinion : ndarray of float32, shape (H, W)
-        The completed depth that it has seen [m]: of the frame as it is, its blocks as extracted and the filter as the
-        preset `best` has it; NaN = missing.
+        The completed depth that it was given [m]: blocks as extracted, completed with the filter of the preset `best`;
+        NaN = missing.
     change : ndarray of float32, shape (H, W)
-        By how much the logarithm of that is to be changed.
+        Change of the logarithm of that depth.
     network : str
         SHA-256 of the network.
     """
@@ -59,8 +59,8 @@ class Correction:
     network: str
 
     def applied(self, block: Block, raw: Array, depth: Array) -> Array:
-        """A block's depth, corrected where it was missing, and as far as it is what the network has seen: other
-        blocks, borders or values of the filter may have made something else of it.
+        """A block's depth, corrected where it was missing, as far as it equals the network's input: other blocks,
+        borders or filter parameters may have changed it.
 
         Parameters
         ----------
@@ -77,26 +77,26 @@ class Correction:
 
 
 def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
-    """The changes that are made of those that the network asks for.
+    """Convert the network's changes to the applied ones.
 
-    All are a little less, and those near known depth, which the filter follows better, fade.
+    All are reduced slightly, and they fade near known depth, where the filter is more accurate.
 
     Parameters
     ----------
     change : ndarray of float32, shape (H, W)
-        Of log depth.
+        Change of log depth.
     known : ndarray of bool, shape (H, W)
     """
     return np.asarray(np.float32(_SHARE) * _faded(known) * change, np.float32)
 
 
 def changes_any(known: NDArray[np.bool_]) -> bool:
-    """Whether any missing depth is far enough from known depth for a change to be made."""
+    """Whether any missing pixel is far enough from known depth to be changed."""
     return bool(_faded(known).any())
 
 
 def _faded(known: NDArray[np.bool_]) -> Array:
-    """How much is left of changes, from 0 near known depth to 1."""
+    """Factor on the changes, from 0 near known depth to 1."""
     faded = np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
     faded -= np.float32(_FADED)
     faded /= np.float32(_FAR - _FADED)
@@ -104,23 +104,23 @@ def _faded(known: NDArray[np.bool_]) -> Array:
 
 
 corrections = Memory[RGBDFrame, Correction]()
-"""Of each frame, by the parameters that its blocks are extracted with."""
+"""Cache by frame and extraction parameters."""
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """The base completion of a frame that is yet to be made.
+    """The base completion of a frame, not yet computed.
 
     Attributes
     ----------
     frame : RGBDFrame
     extraction : BlockParameters
     edges : FrameEdges
-        What the filter sees.
+        The filter's edges.
     own : tuple of int
-        The run's blocks that are as extracted, and are completed as the network is to see them.
+        Labels of the run's blocks that are as extracted and completed as in the base completion.
     rest : tuple of BlockTask
-        All other blocks as extracted.
+        All other extracted blocks.
     """
 
     frame: RGBDFrame
@@ -130,37 +130,37 @@ class Base:
     rest: tuple[BlockTask, ...]
 
     def network(self) -> CorrectionNetwork:
-        """The network that is to look at it.
+        """Load the correction network.
 
         Raises
         ------
         InputError
-            If it is missing or broken, or there are no contours for it.
+            If it is missing or broken, or its input from the edge network is missing.
         """
         network = load_correction_network()
         if self.edges.network is None:
-            raise InputError("the network that does so needs those of the edge network.")
+            raise InputError("the correction network needs the contours of the edge network.")
         return network
 
     def correction(self, network: CorrectionNetwork, results: Iterable[BlockResult]) -> Correction:
-        """What a network says of it, remembered with the frame.
+        """Run a network on the base completion and cache the correction with the frame.
 
         Parameters
         ----------
         network : CorrectionNetwork
         results : iterable of BlockResult
-            Of `own` and `rest`.
+            Results of `own` and `rest`.
 
         Raises
         ------
         InputError
-            If the network gives no numbers.
+            If the network's output is not finite.
         """
         frame, completed = self.frame, self.frame.depth.copy()
         for result in results:
             completed[result.block.box][result.block.mask] = result.depth
         left = frame.left_missing()
-        if left is not None:  # whatever the run has asked for
+        if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
         change = made_of(network.change(frame.rgb, frame.depth, completed, self.edges.detected), frame.known)
         give_back(change.size)
@@ -168,8 +168,8 @@ class Base:
 
 
 def find_base(tasks: Sequence[BlockTask]) -> Base | Correction | None:
-    """What the correction of a run's blocks starts from: the base that is to be completed, or what the network has said
-    of it already; None if nothing is to be corrected."""
+    """What the correction of a run's blocks starts from: the base to be completed, or the cached correction; None if
+    nothing is to be corrected."""
     if not any(task.drawn is None and _corrects(task.parameters) for task in tasks):
         return None
     frame, extraction = tasks[0].frame, tasks[0].extraction
@@ -190,8 +190,8 @@ def find_base(tasks: Sequence[BlockTask]) -> Base | Correction | None:
 
 
 def is_to_be_corrected(result: BlockResult) -> bool:
-    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there. Nor
-    one whose known depth a smooth surface explains."""
+    """Whether a block is to be corrected: not if its border was drawn by hand, since the user has defined it and no
+    depth crosses it, and not if a smooth surface explains its known depth."""
     own = result.drawn is not None or result.explained
     return _corrects(result.parameters) and result.outcome.recovered > 0 and not own
 
@@ -201,10 +201,10 @@ def _corrects(parameters: Parameters) -> bool:
 
 
 def _completes_alike(task: BlockTask) -> bool:
-    """Whether a block is completed as the network is to see it, but perhaps for what lies outside the view."""
+    """Whether a block is completed as in the base completion, except perhaps for pixels outside the view."""
     return task.drawn is None and task.parameters.replace(outside_view=False, correction=False).same_effect(UNCORRECTED)
 
 
 def _place(block: Block) -> tuple[int, int, bytes]:
-    """Other for other pixels."""
+    """A key of the block's pixels."""
     return block.box[0].start, block.box[1].start, np.packbits(block.mask).tobytes()

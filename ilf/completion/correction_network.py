@@ -1,4 +1,4 @@
-"""The correction network: what it is told of a frame, and how its answer becomes changes of log depth."""
+"""The correction network: its input features, and the conversion of its output to changes of log depth."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ..segmentation.edges.depth_edges import features_of, filled_log_depth
 Array = NDArray[np.float32]
 Floats = NDArray[np.floating]
 
-# What the correction network is told of a frame: the same numbers in training and in use.
+# Input features of the correction network: the same in training and in use.
 
 CHANNELS = (*KNOWN_CHANNELS, "completed", "departure", "completed relief", "contours")
-"""What `correction_features` gives, in this order."""
+"""The channels of `correction_features`, in this order."""
 
 _DEPARTURE_GAIN, _RELIEF_GAIN = 4, 20
 _FINE = 5
@@ -27,7 +27,7 @@ _LIMIT = 4
 
 
 def correction_features(depth: Array, completed: Array, contours: Array) -> tuple[Array, Array]:
-    """Known and completed depth and contours as pictures for the network, independent of scale.
+    """Compute the network's input from known and completed depth and contours, independent of scale.
 
     Parameters
     ----------
@@ -36,15 +36,15 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
     completed : ndarray of float32, shape (H, W)
         Completed depth [m]; NaN where it has not been completed.
     contours : ndarray of float32, shape (H, W)
-        Strength of the edges that the filter saw, in [0, 1].
+        Strength of the filter's edges, in [0, 1].
 
     Returns
     -------
     features : ndarray of float32, shape (10, H, W)
-        In the order of `CHANNELS`: those of `depth_features`; the completed log depth; what it departs from the one
-        whose gaps are filled from around; what it rises above its mean in 5 x 5 pixels; the contours.
+        In the order of `CHANNELS`: those of `depth_features`; the completed log depth; its difference from log depth
+        with gaps filled from around; its difference from its mean in 5 x 5 pixels; the contours.
     log_depth : ndarray of float32, shape (H, W)
-        The completed log depth less the median of the known one, filled from around where it has not been completed.
+        The completed log depth minus the median of the known one, filled from around where it has not been completed.
     """
     filled, median = filled_log_depth(depth)
     filled -= np.float32(median)
@@ -62,21 +62,21 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
     return features.astype(np.float32, copy=False), log_depth
 
 
-# Changes of depth that spread from cell to cell, as far as their links conduct.
+# Changes of depth spread from cell to cell, according to the conductance of the links.
 
 _LEAK = 1e-8
-"""How firmly every cell is held to 0 at least, so that there is a solution even where nothing else holds."""
+"""Minimum weight with which every cell is pulled to 0, so that there is always a solution."""
 
 
 def factors_of(right: Floats, below: Floats, held: Floats) -> Floats:
-    """Banded Cholesky factors of a grid, its cells being counted down the columns.
+    """Banded Cholesky factors of a grid, with cells numbered down the columns.
 
     Parameters
     ----------
     right, below : ndarray, shapes (H, W - 1) and (H - 1, W)
         Conductances of the links to the right and to the lower neighbour.
     held : ndarray, shape (H, W)
-        How firmly each cell is held to 0.
+        Weight with which each cell is pulled to 0.
     """
     height, width = held.shape
     diagonal = held + _LEAK
@@ -92,7 +92,7 @@ def factors_of(right: Floats, below: Floats, held: Floats) -> Floats:
 
 
 def load_of(right: Floats, below: Floats, rise_right: Floats, rise_below: Floats, pull: Floats) -> Floats:
-    """The right-hand side for rises along the links, and for what the cells are held to times how firmly they are."""
+    """The right-hand side for rises along the links, and for the cells' target values times their weights."""
     load = pull.copy()
     load[:, 1:] += right * rise_right
     load[:, :-1] -= right * rise_right
@@ -102,29 +102,29 @@ def load_of(right: Floats, below: Floats, rise_right: Floats, rise_below: Floats
 
 
 def solve(factors: Floats, load: Floats) -> Floats:
-    """The values of the cells, shape (H, W)."""
+    """Solve for the values of the cells, shape (H, W)."""
     height, width = load.shape
     values = cho_solve_banded((factors, True), load.T.reshape(-1), check_finite=False)
     return np.asarray(values.reshape(width, height).T)
 
 
 def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The changes of the cells.
+    """Compute the changes of the cells.
 
     Parameters
     ----------
     links : ndarray of float32, shape (6, H, W)
-        Conductances of the links to the right (of the last column, none) and below (of the last row, none), how much
-        more the change of the next cell is to be along them, how firmly each cell is held, and that times to what.
+        Conductances of the links to the right (unused in the last column) and below (unused in the last row), the
+        wanted rises of the change along them, the weight of each cell's target, and that weight times the target.
 
     Returns
     -------
     ndarray of float32, shape (H, W)
-        Those with the least sum held u^2 - 2 pull u + sum conductance (u_next - u - rise)^2.
+        The minimum of sum held u^2 - 2 pull u + sum conductance (u_next - u - rise)^2.
     """
     height, width = links.shape[1:]
     if height > width:
-        # the work grows with the square of the side that is counted along
+        # the cost grows with the square of the side that cells are numbered along
         return np.ascontiguousarray(spread(links[[1, 0, 3, 2, 4, 5]].transpose(0, 2, 1)).T)
     right, below, rise_right, rise_below, held, pull = links
     right, rise_right, below, rise_below = right[:, :-1], rise_right[:, :-1], below[:-1], rise_below[:-1]
@@ -132,48 +132,48 @@ def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
     return solve(factors_of(right, below, held), load)
 
 
-# The correction network in use: how far completed depth is to be changed, from colour, known and completed depth.
+# The correction network in use: changes of completed depth from colour, known and completed depth.
 
 CELL = 4
-"""So many pixels one of the cells has to a side that changes spread between."""
+"""Side [px] of the cells that changes spread between."""
 
 MULTIPLE = 32
-"""What the sides of the network's input are multiples of."""
+"""The sides of the network's input are multiples of this."""
 
 LARGEST = 1.0
-"""Change of log depth that is not exceeded."""
+"""Maximum change of log depth."""
 
 LONGEST_SIDE = 640
-"""A frame with a longer side [px] is looked at as large as that: the network has learnt from such."""
+"""A frame with a longer side [px] is scaled down to this: the network was trained at this size."""
 
 _LINKS, _AROUND, _PAIR = 6, 9, 2
 
 _CLEAR = 0.008
-"""Change of log depth from which on most of it is made: what a network says of smaller ones is no better than noise."""
+"""Change of log depth above which most of it is applied: smaller changes are no better than noise."""
 
 _MEDIAN = 5
-"""Side [px] of the median that takes away what single cells say."""
+"""Side [px] of the median filter that removes single cells."""
 
 _WINDOW, _ALIKE_COLOUR, _NEAR = 13, 0.03, 4.0
-"""Of the bilateral filter that takes away the cells' grid: its side [px], and how far changes of log depth, and places
-[px], may lie apart to count as one."""
+"""The bilateral filter that removes the cells' grid: its side [px] and its standard deviations, in change of log depth
+and in position [px]."""
 
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
 class CorrectionNetwork(OnnxNetwork):
-    """A correction network, ready to run. `load` makes one; it may be used from any thread.
+    """A correction network, ready to run. `load` creates one; it may be used from any thread.
 
     The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `features`, the
     `correction_features`, H and W multiples of 32. Its outputs are `links`, (1, 6, H/4, W/4), in the order that
-    `spread` takes, and `logits`, (1, 36, H/2, W/2): of whose change each pixel takes how much, of the 9 cells around
-    it, as logarithms but for what they have in common; of every cell those of 2 x 2 pixels.
+    `spread` expects, and `logits`, (1, 36, H/2, W/2): for each pixel the unnormalised logarithms of its weights for the
+    9 cells around it; those of 2 x 2 pixels together.
     """
 
     KIND = "correction network"
 
     def change(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        """How far the logarithm of completed depth is to be changed.
+        """Compute the change of the logarithm of completed depth.
 
         Parameters
         ----------
@@ -181,9 +181,9 @@ class CorrectionNetwork(OnnxNetwork):
         depth : ndarray of float32, shape (H, W)
             Known depth [m], NaN = missing; at least one known pixel.
         completed : ndarray of float32, shape (H, W)
-            Completed depth [m], NaN where it is not.
+            Completed depth [m], NaN where it is missing.
         contours : ndarray of float32, shape (H, W)
-            Strength of the contours that the filter saw, in [0, 1].
+            Strength of the filter's contours, in [0, 1].
 
         Returns
         -------
@@ -212,14 +212,16 @@ class CorrectionNetwork(OnnxNetwork):
             outputs = self._forward({"image": colour, "features": whole[None]})
         except cv2.error as error:
             raise FormatError(
-                f"{self.path.name} is no correction network: it does not take an image of {size} and its depth."
+                f"{self.path.name} is not a correction network: it does not accept an image of {size} and its depth."
             ) from error
         shapes = [one.shape for one in outputs]
         cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
         if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:
-            raise FormatError(f"{self.path.name} is no correction network: it makes {shapes} of an image of {size}.")
+            raise FormatError(
+                f"{self.path.name} is not a correction network: its output shapes for an image of {size} are {shapes}."
+            )
         if not all(np.isfinite(one).all() for one in outputs):
-            raise FormatError(f"{self.path.name} gives no numbers for this frame.")
+            raise FormatError(f"{self.path.name} returns values that are not finite for this frame.")
         links, logits = outputs[0][0], outputs[1][0]
         return smoothed(_weighted(spread(links), logits))[window]
 
@@ -230,11 +232,11 @@ class CorrectionNetwork(OnnxNetwork):
             known = np.where(ramp[..., 1] > 128, depth, np.float32(np.nan))
             found = self._look(ramp, known, depth, np.zeros_like(depth))
             if not np.isfinite(found).all():
-                raise FormatError(f"{self.path.name} is no correction network: its changes are not finite.")
+                raise FormatError(f"{self.path.name} is not a correction network: its changes are not finite.")
 
 
 def smoothed(change: Array) -> Array:
-    """Changes without small ones, without specks, and without the grid of the cells; their edges stay."""
+    """Remove small changes, specks and the grid of the cells; edges stay."""
     change = np.clip(change, -LARGEST, LARGEST)
     found = np.asarray(change * -np.expm1(-np.square(change / np.float32(_CLEAR))), np.float32)
     for _ in range(2):
@@ -243,9 +245,9 @@ def smoothed(change: Array) -> Array:
 
 
 def _weighted(cells: Array, logits: Array) -> Array:
-    """Of every pixel the weighted mean of what its cell and those around it have."""
+    """For every pixel, the weighted mean over its cell and those around it."""
     height, width = logits.shape[1:]
-    # what a cell has stands at each of its pairs of pixels, as the logits do
+    # a cell's value is repeated at each of its pairs of pixels, like the logits
     around = np.pad(cells, 1, mode="edge").repeat(CELL // _PAIR, axis=0).repeat(CELL // _PAIR, axis=1)
     of_cells = logits.reshape(_AROUND, _PAIR**2, height, width)
     largest = of_cells.max(axis=0)
@@ -260,13 +262,13 @@ def _weighted(cells: Array, logits: Array) -> Array:
 
 
 def load_correction_network() -> CorrectionNetwork:
-    """The correction network that comes with the program.
+    """Load the correction network that comes with the program.
 
     Raises
     ------
     InputError
         If its file is missing.
     FormatError
-        If it is no such network.
+        If it is not a correction network.
     """
     return CorrectionNetwork.load(model_path(CORRECTION))

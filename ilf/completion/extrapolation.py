@@ -1,4 +1,4 @@
-"""The optional last step for people who need depth at every pixel: guesses where no block could be completed."""
+"""Extrapolation, the optional last step: depth at the pixels where no block could be completed."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .completion import iterate
 def guess_steps(
     completion: Completion, extraction: BlockParameters | None = None, outside_view: bool = False
 ) -> Generator[IterationRecord, None, Completion]:
-    """`ilf.fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
-    iteration, and returns the completion.
+    """`ilf.fill_rest` step by step, for progress and cancellation: yields the record of every iteration and returns the
+    completion.
 
     Parameters
     ----------
     completion : Completion
     extraction : BlockParameters, optional
-        What the blocks were extracted with, where that is known: the edges are the same.
+        Parameters of the blocks' extraction, if known: the same edges are used.
     outside_view : bool
-        Whether what lies outside the depth camera's view is guessed, too.
+        Whether pixels outside the depth camera's view are extrapolated as well.
     """
     frame = completion.frame
     guessed = ~np.isfinite(completion.depth)

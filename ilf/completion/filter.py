@@ -1,4 +1,4 @@
-"""The filters that parameters ask for, and the edges that these see."""
+"""The filter that parameters select, and the edges that it uses."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ def make_stepper(
     drawn: NDArray[np.bool_] | None = None,
     edges: FrameEdges | None = None,
 ) -> Stepper:
-    """The stepper of a block.
+    """Make the stepper of a block.
 
     Parameters
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth, unless a guide carries them.
+        The pixels to iterate on, at least one of them with known depth, unless a guide suffices.
     parameters : Parameters
     extraction : BlockParameters, optional
-        What the blocks were extracted with, where that is known; see `edges_for`.
+        Parameters of the blocks' extraction, if known; see `edges_for`.
     drawn : ndarray of bool, optional
-        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: to the
-        edge-aware filter an edge of full strength, to the pass band, which sees nothing beyond the block, none.
+        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: an edge of full
+        strength for the edge-aware filter, ignored by the pass band, which sees nothing beyond the block.
     edges : FrameEdges, optional
-        What `edges_for` gives with these parameters, for those who have it.
+        Result of `edges_for` with these parameters, if already computed.
     """
     edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
@@ -49,7 +49,7 @@ def make_stepper(
 
 
 def most_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
-    """How many pixels a block's stepper may take into account: the memory that it takes goes with them."""
+    """Maximum number of pixels that a block's stepper processes; its memory is proportional to it."""
     if parameters.filter != "edge-aware":
         return block.mask.size
     rows, columns = widest_window(frame.shape, block.box, parameters.mode)
@@ -57,28 +57,28 @@ def most_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
 
 
 def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:
-    """Whether the frame's guide is believed so far that a block can be completed with hardly any known depth."""
+    """Whether the belief in the frame's guide is high enough to complete a block with hardly any known depth."""
     guide = fit_guide(frame) if parameters.filter == "edge-aware" else None
     return guide is not None and guide.carries(block)
 
 
 def is_guided(frame: RGBDFrame) -> bool:
-    """Whether the frame has a guide that is followed."""
+    """Whether the frame has a guide with a belief above 0."""
     guide = fit_guide(frame)
     return guide is not None and guide.belief > 0
 
 
 def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
-    """The frame's edges as a filter with such parameters needs them; None for the pass band, which knows no edges.
+    """The frame's edges for a filter with these parameters; None for the pass band, which uses no edges.
 
     Parameters
     ----------
     frame : RGBDFrame
     parameters : Parameters
-        They say whether the network is asked, and which.
+        They select the edge network, if any.
     extraction : BlockParameters, optional
-        Canny and the jumps of the depth have its parameters, so that filter and blocks see the same edges; those of
-        the defaults if left out.
+        Its parameters for Canny and depth jumps are used, so that filter and blocks see the same edges; the defaults
+        if left out.
     """
     wanted = edge_parameters(parameters, extraction)
     return None if wanted is None else find_edges(frame, wanted)
@@ -86,8 +86,8 @@ def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParamet
 
 @lru_cache(maxsize=64)
 def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
-    """What the edges for `edges_for` are found with, all that has no part in them as the defaults have it; None for the
-    pass band. Results with the same block, parameters and edge parameters are the same."""
+    """The parameters with which `edges_for` finds edges, everything irrelevant set to its default; None for the pass
+    band. Results with equal block, parameters and edge parameters are equal."""
     if parameters.filter != "edge-aware":
         return None
     shared = extraction or BlockParameters()

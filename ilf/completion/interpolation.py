@@ -1,4 +1,4 @@
-"""Interpolation between known pixels by their positions alone."""
+"""Interpolation between known pixels by position only."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def nearest(frame: RGBDFrame) -> NDArray[np.float32]:
 
 def linear(frame: RGBDFrame) -> NDArray[np.float32]:
     """Linear interpolation over the Delaunay triangles of the known pixels; the nearest outside their hull."""
-    # A triangle over missing pixels has its corners at the rims of holes only: the circle around it is empty, and
-    # one through a pixel whose eight neighbours are all known is not.
+    # Triangles over missing pixels have their corners on the rims of holes only: their circumcircles contain no known
+    # pixel, and a circle through a pixel with eight known neighbours does.
     known = frame.known
     corners = np.argwhere(known & ~binary_erosion(known, np.ones((3, 3), bool), border_value=1))
     filled = nearest(frame)
-    # fewer than three, or all on one line, make no triangle
+    # fewer than three points, or collinear ones, have no triangle
     if len(corners) < 3 or np.linalg.matrix_rank(np.diff(corners, axis=0)) < 2:
         return filled
     triangles = Delaunay(corners).simplices
@@ -38,18 +38,18 @@ def _inside(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Rows and columns of the pixels in triangles, rims included, and the linear interpolation there.
 
-    SciPy's interpolator finds the triangle of each point through tiny LAPACK calls, whose threads take minutes for a
-    frame on a machine that is busy otherwise. On the grid of pixels whole numbers do it, and exactly.
+    SciPy's interpolator finds the triangle of each point with tiny LAPACK calls, whose threads need minutes for a frame
+    on a busy machine. On the pixel grid, integer arithmetic is enough, and exact.
 
     Parameters
     ----------
     corners : ndarray of int, shape (T, 3, 2)
-        Row and column of the corners.
+        Rows and columns of the corners.
     values : ndarray of float, shape (T, 3)
-        At the corners.
+        Values at the corners.
     """
-    # Side i is where slope * column + rise * row + constant is 0. Inside, all three are positive, and each, divided by
-    # twice the area, is the weight of the corner opposite.
+    # On side i, slope * column + rise * row + constant is 0. Inside, all three are positive; each, divided by twice the
+    # area, is the weight of the opposite corner.
     along = np.roll(corners, -1, axis=1) - corners
     twice_area = along[:, 0, 1] * along[:, 1, 0] - along[:, 0, 0] * along[:, 1, 1]
     turn = np.sign(twice_area)[:, None]
@@ -68,7 +68,7 @@ def _inside(
 
 
 def _ranges(first: NDArray[np.int64], last: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """All whole numbers from `first` to `last` of each pair, and before them which pair each belongs to."""
+    """For each pair, all integers from `first` to `last`; returned after the index of the pair that each belongs to."""
     counts = np.maximum(last - first + 1, 0)
     pair = np.repeat(np.arange(counts.size), counts)
     return pair, np.arange(pair.size) - np.repeat(np.cumsum(counts) - counts - first, counts)

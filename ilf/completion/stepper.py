@@ -1,4 +1,4 @@
-"""What all filters promise to those who iterate with them."""
+"""The interface of all filters."""
 
 from __future__ import annotations
 
@@ -12,76 +12,76 @@ from ..data.results import IterationRecord
 
 
 class Stepper(Iterator[IterationRecord], Protocol):
-    """ILF on one block: an iterator, of which every `next()` is one iteration and gives its record.
+    """ILF on one block: an iterator; every `next()` runs one iteration and returns its record.
 
-    It ends when its filter has let through all that it is to let through and the iteration is steady, or after
-    `max_iterations`. `next()` is for one thread at a time; `surface` may be looked at from any other meanwhile. The
-    results depend on frame, block, its drawn pixels and parameters alone: neither on threads nor on other blocks.
+    It ends when the filter has reached its last stage and the iteration is steady, or after `max_iterations`. Call
+    `next()` from one thread at a time; `surface` may be read from any thread meanwhile. The results depend only on
+    frame, block, its drawn pixels and parameters, not on threads or other blocks.
     """
 
     def __next__(self) -> IterationRecord:
-        """One iteration: its record, whose `i` is one more than that of the last, and whose `stage` does not fall."""
+        """Run one iteration and return its record: `i` is one more than the last, and `stage` never decreases."""
         ...
 
     @property
     def surface(self) -> NDArray[np.float64]:
-        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
-        start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 the initial surface.
+        Finite everywhere, but may be 0 or negative, which is not depth. A copy."""
         ...
 
     def snapshot(self) -> Snapshot:
-        """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
+        """The current surface, to be computed later: P_i where it may become depth, elsewhere P_i or raw depth."""
         ...
 
     def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
-        """Let the records of all iterations to come tell their error against a truth, which changes nothing else.
+        """Add the error against ground truth to the records of all later iterations; nothing else changes.
 
         Parameters
         ----------
         pixels : ndarray of bool
             Some of the block's pixels, in the order of `block.mask`'s True values.
         truth : ndarray of float64
-            Their true depth [m].
+            Their ground-truth depth [m].
         """
         ...
 
     @property
     def settled(self) -> bool:
-        """Whether the last stage has come to its end, rather than the iteration to `max_iterations`."""
+        """Whether the last stage has ended, rather than the iteration at `max_iterations`."""
         ...
 
     @property
     def remark(self) -> str:
-        """What is to be said about how a settled iteration has ended; "" where there is nothing."""
+        """A remark on how a settled iteration has ended; "" for none."""
         ...
 
     @property
     def explained(self) -> bool:
-        """Whether a smooth surface explains all of the known depth up to its noise; False where none is looked for."""
+        """Whether a smooth surface explains all of the known depth up to its noise; False if none is fitted."""
         ...
 
     @property
     def network(self) -> str | None:
-        """SHA-256 of the edge network that had a part in it; None if none had."""
+        """SHA-256 of the edge network used; None for none."""
         ...
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know of how it came about: none if all is as asked for."""
+        """Notes for the user, for example on replaced networks; empty if all is as requested."""
         ...
 
 
 class Snapshot(NamedTuple):
-    """What an iteration has come to. It costs next to nothing, and stays as it is when the iteration goes on.
+    """The state of an iteration. It is cheap, and does not change when the iteration goes on.
 
     Attributes
     ----------
     work_out : callable
-        Gives P_i at the block's pixels; from any thread.
+        Returns P_i at the block's pixels; from any thread.
     nbytes : int
-        Memory that it holds for itself.
+        Memory of its own.
     shared : int
-        Memory that it holds together with all other snapshots of its stepper.
+        Memory that it shares with all other snapshots of its stepper.
     """
 
     work_out: Callable[[], NDArray[np.float64]]

@@ -1,1 +1,1 @@
-"""The data that everything works on: frames, cameras, blocks, parameters, results, points and meshes."""
+"""Data types of the library: frames, cameras, blocks, parameters, results, points and meshes."""

@@ -1,4 +1,4 @@
-"""An operation block, cut out of the label map."""
+"""Operation blocks of a label map."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
 
 _DENSE = 1 << 20
-"""Label maps with larger numbers have many that are no block's."""
+"""Maximum label up to which labels are assumed to be dense; above, most numbers are not labels of blocks."""
 
 
 def within(inside: Box, outside: Box) -> Box:
-    """Where a box lies in one around it."""
+    """Return a box relative to an enclosing box."""
     rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
     return rows, columns
 
 
 def union(one: Box, other: Box) -> Box:
-    """The smallest box around two."""
+    """Return the smallest box that encloses two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
     return rows, columns
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """One label's pixels on their bounding box.
+    """A block: the pixels of one label in their bounding box.
 
     Attributes
     ----------
@@ -51,8 +51,8 @@ class Block:
 
 
 def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
-    """The label map as int32; of a mask, bool, all that is True is block 1. Raises InputError if it does not fit a
-    frame of this shape (H, W)."""
+    """Return the label map as int32; a bool mask becomes block 1. Raise InputError if it does not have this shape
+    (H, W)."""
     array = np.asarray(labels)
     if array.shape != shape:
         raise InputError(
@@ -60,13 +60,13 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
             "Use blocks that were extracted from this frame."
         )
     if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
-        raise InputError("A label map holds whole numbers: 0 for no block, 1, 2, ... for blocks.")
+        raise InputError("A label map must contain integers: 0 for no block, 1, 2, ... for blocks.")
     return array.astype(np.int32, copy=False)
 
 
 def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    """A mask of drawn borders that nobody can write to, None if there are none; raises InputError if it does not fit a
-    frame of this shape (H, W)."""
+    """Return a read-only mask of drawn borders, None if there are none; raise InputError if it does not have this shape
+    (H, W)."""
     if drawn is None:
         return None
     mask = checked_mask(drawn, shape, "drawn borders")
@@ -74,14 +74,15 @@ def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np
 
 
 def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
-    """What a block sees of the mask of drawn borders: its own pixels' values, in the order of `block.mask`'s True
-    values; None if none of them is drawn."""
+    """Return the values of the mask of drawn borders at a block's pixels, in the order of `block.mask`'s True values;
+    None if none is set."""
     own = None if drawn is None else drawn[block.box][block.mask]
     return own if own is not None and own.any() else None
 
 
 def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
-    """All blocks of a label map, by label in rising order; or just some, in the order of `only` if that has one.
+    """Return all blocks of a label map by label, in ascending order; with `only`, some of them, in its order if it is a
+    sequence.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Camera intrinsics: what they are, presets of common depth cameras, and the forms in which programs hold theirs."""
+"""Camera intrinsics, presets of common depth cameras, and conversion from the formats of other programs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 
 _SHORTEST, _LARGEST = 1e-3, 1e6
-"""Focal length [px] below which, and intrinsics above which, points and normals would leave what float32 holds."""
+"""Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""
 
 WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
 
@@ -29,7 +29,7 @@ class CameraIntrinsics:
     cx, cy : float
         Principal point [px], measured from the centre of the top left pixel.
     name : str
-        Preset or file that the numbers came from; for display only.
+        Preset or file that the numbers come from; for display only.
 
     Examples
     --------
@@ -56,17 +56,17 @@ class CameraIntrinsics:
             )
         if min(self.fx, self.fy) < _SHORTEST or max(map(abs, numbers)) > _LARGEST:
             raise InputError(
-                f"Camera intrinsics must be pixels of a camera: focal lengths from {_SHORTEST:g} on, and none above "
+                f"Camera intrinsics must be in pixels: focal lengths of at least {_SHORTEST:g}, and no number above "
                 f"{_LARGEST:g}, not fx={self.fx:g}, fy={self.fy:g}, cx={self.cx:g}, cy={self.cy:g}."
             )
 
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
-        """Where pixels with depth lie in space.
+        """Back-project pixels with depth to 3-D points.
 
         Parameters
         ----------
         columns, rows : array_like, shape (N,)
-            Pixels, whole numbers at their centres.
+            Pixel coordinates; integers are pixel centres.
         depth : array_like, shape (N,)
             Depth along the optical axis [m]; where it is NaN, so is the point.
 
@@ -86,20 +86,20 @@ class CameraIntrinsics:
         return np.stack([x, y, z], axis=-1)
 
 
-# name -> fx, fy, cx, cy and the (width, height) that they are for
+# name -> fx, fy, cx, cy and the (width, height) that they apply to
 _PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
     # colour camera of NYU Depth V2 (toolbox, camera_params.m), onto which its depth is registered
     "nyu-kinect-v1": (518.8579, 519.4696, 325.5824, 253.7362, (640, 480)),
-    # infrared camera, as libfreenect2 reads it from a typical device
+    # infrared camera of a typical device, read by libfreenect2
     "kinect-v2": (365.456, 365.456, 254.878, 205.395, (512, 424)),
-    # depth aligned to colour, as RGB-D frames have it: nominal, from the colour camera's field of view (69.4 degrees
-    # at 16:9, of which 4:3 keeps the middle)
+    # depth aligned to colour, as in RGB-D frames: nominal, from the colour camera's field of view (69.4 degrees at
+    # 16:9, cropped to 4:3)
     "realsense-d435": (616.1, 616.1, 319.5, 239.5, (640, 480)),
     # native depth stream of a factory-calibrated device, for depth that is not aligned to colour
     "realsense-d435-depth": (385.134, 385.134, 321.635, 241.618, (640, 480)),
     # colour camera of the freiburg1 sequences
     "tum-fr1": (517.3, 516.5, 318.6, 255.3, (640, 480)),
-    # colour cameras of the other TUM sequences, and that of Bonn's dynamic ones
+    # colour cameras of the other TUM sequences, and of Bonn's dynamic ones
     "tum-fr2": (520.9, 521.0, 325.1, 249.7, (640, 480)),
     "tum-fr3": (535.4, 539.2, 320.1, 247.6, (640, 480)),
     "bonn": (542.822841, 542.57687, 315.59352, 237.756098, (640, 480)),
@@ -110,15 +110,15 @@ _PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
 INTRINSICS: dict[str, CameraIntrinsics] = {
     name: CameraIntrinsics(*numbers[:4], name=name) for name, numbers in _PUBLISHED.items()
 }
-"""Preset name -> intrinsics, at the image size of `IMAGE_SIZES`."""
+"""Preset name -> intrinsics, for the image size in `IMAGE_SIZES`."""
 
 IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in _PUBLISHED.items()}
-"""Preset name -> (width, height) in pixels that the numbers are for."""
+"""Preset name -> (width, height) [px] that the numbers apply to."""
 
 
 def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
-    """A motion of points as a matrix (4, 4) that nobody can write to; InputError, which begins with what it is called,
-    if it is none that turns and shifts."""
+    """Return a rigid transform as a read-only matrix (4, 4); raise InputError, whose message begins with `what`, if it
+    is not a rotation and a translation."""
     try:
         motion = np.array(matrix, np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -126,35 +126,35 @@ def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
         raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
     turn = motion[:3, :3]
-    is_small = np.abs(turn).max() < 2  # what is not has no products
+    is_small = np.abs(turn).max() < 2  # products of larger values could overflow
     if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
-        raise InputError(f"{what} must turn and shift, and neither scale nor flip.")
+        raise InputError(f"{what} must be a rotation and a translation, without scale or reflection.")
     motion.setflags(write=False)
     return motion
 
 
 def camera_text(camera: CameraIntrinsics | None) -> str:
-    """Intrinsics in words."""
+    """Format intrinsics as text."""
     if camera is None:
-        return "not known"
+        return "unknown"
     name = f" ({camera.name})" if camera.name else ""
     return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
 
 
 def is_preset(text: str) -> bool:
-    """Whether a text names one of the presets, in letters of any case."""
+    """Whether a text is the name of a preset, in upper or lower case."""
     return text.strip().lower() in INTRINSICS
 
 
 def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
-    """Intrinsics from what a caller of the library holds in their place; or InputError.
+    """Convert what a caller passes as intrinsics; raise InputError if that is not possible.
 
     Parameters
     ----------
     given : CameraIntrinsics, str, sequence, mapping or ndarray
-        Intrinsics as they are; the name of a preset; or what `camera_of` takes.
+        Intrinsics; the name of a preset; or anything that `camera_of` accepts.
     shape : (int, int), optional
-        (H, W) of the frame, to which numbers are scaled whose own image size is known.
+        (H, W) of the frame, to which numbers with a known image size are scaled.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
 
 
 def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
-    """Intrinsics from parsed JSON, or from what a caller of the library holds in its place; or InputError."""
+    """Convert parsed JSON, or an equivalent object of a caller, to intrinsics; raise InputError if it is invalid."""
     if not isinstance(data, Mapping):
         return camera_from_numbers(data, name)
     if "intrinsic_matrix" in data:
@@ -194,12 +194,12 @@ def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntr
         return found
     size = _array([data["width"], data["height"]])
     if size.shape != (2,) or not (np.isfinite(size).all() and (size >= 1).all()):
-        raise InputError("The width and height that belong to the intrinsics must be positive whole numbers.")
+        raise InputError("The width and height of the intrinsics must be positive integers.")
     return fitted(found, (int(size[0]), int(size[1])), shape)
 
 
 def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
-    """Intrinsics from fx, fy, cx, cy or a 3 x 3 camera matrix; InputError if they make no camera."""
+    """Convert fx, fy, cx, cy or a 3 x 3 camera matrix to intrinsics; raise InputError if they are invalid."""
     array = _array(numbers).astype(float)
     if array.shape == (4,):
         fx, fy, cx, cy = array.tolist()
@@ -225,7 +225,7 @@ def _array(numbers: Any) -> NDArray[Any]:
 
 
 def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
-    """Intrinsics for `size` (width, height), scaled to a frame of `shape` (H, W).
+    """Scale intrinsics for `size` (width, height) to a frame of `shape` (H, W).
 
     Examples
     --------
@@ -239,9 +239,9 @@ def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int
         raise InputError(
             f"The intrinsics {intrinsics.name or 'given'} are for {size[0]} x {size[1]} pixels and cannot "
             f"be scaled to a frame of {shape[1]} x {shape[0]}, which has another aspect ratio. "
-            "Give the frame's own numbers as fx,fy,cx,cy."
+            "Give the intrinsics of this frame as fx,fy,cx,cy."
         )
-    # the principal point is measured from the centre of a pixel, the image scales about a pixel's corner
+    # the principal point is measured from a pixel's centre, but the image scales about a pixel's corner
     return CameraIntrinsics(
         intrinsics.fx * scale,
         intrinsics.fy * scale,

@@ -1,7 +1,7 @@
-"""Parameters declared once: range, unit, default, help and source stand beside the name.
+"""Parameter declarations: name, range, unit, default, help and source of each parameter in one place.
 
-The form in the window, the flags of the command line, validation and every saved file read these
-declarations; nothing about a parameter is written anywhere else.
+The form in the window, the flags of the command line, validation and every saved file use these
+declarations; nothing about a parameter is defined anywhere else.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LONGEST_TEXT = 100
 
 @dataclass(frozen=True)
 class Declaration:
-    """What there is to know about one parameter.
+    """Declaration of one parameter.
 
     Attributes
     ----------
@@ -34,26 +34,26 @@ class Declaration:
     default : bool, int, float or str
         Its type is the parameter's type.
     label, help : str
-        For people; `help` is one or two sentences.
+        Texts for users; `help` is one or two sentences.
     group : str
-        Heading under which forms show it.
+        Heading of its group in forms.
     unit : str
-        "" where it has none.
+        "" for none.
     minimum, maximum : float or None
         Inclusive range of a number.
     step : float
-        A sensible step for a spin box.
+        Step of a spin box.
     choices : tuple of str
-        The values that a text parameter may take.
+        The allowed values of a text parameter.
     offers : callable or None
-        Finds the values that there are to choose from at the time, for a text parameter without `choices`. Others
-        pass the check: what a file from another computer names may be missing here, which shows when it is used.
+        Returns the values available at present, for a text parameter without `choices`. Other values are accepted,
+        too: a value from another computer's file may be unavailable here, which is reported when it is used.
     special : str
-        What the minimum means where it is not a quantity ("auto").
+        Meaning of the minimum if it is not a quantity ("auto").
     source : str
-        Where it comes from: an equation or section of the paper, or the released code.
+        Its origin: an equation or section of the paper, or the released code.
     scale : str
-        "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
+        "linear", or "log" for a slider with a logarithmic scale.
     when : tuple
         (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
         empty for always.
@@ -86,7 +86,7 @@ class Declaration:
         return "--" + self.name.replace("_", "-")
 
     def in_words(self, value: Value) -> str:
-        """A value as people write it, with its unit.
+        """Format a value with its unit.
 
         Examples
         --------
@@ -101,7 +101,7 @@ class Declaration:
         return f"{number} {self.unit}".strip()
 
     def checked(self, value: object) -> Value:
-        """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
+        """Return `value` in the parameter's type; raise ParameterError if it is of another type or out of range."""
         if self.choices:
             if value not in self.choices:
                 raise self._refusal(f"one of {', '.join(self.choices)}", value)
@@ -118,7 +118,7 @@ class Declaration:
             raise self._refusal("a number", value)
         number = as_float(value)
         if not math.isfinite(number) or (self.kind is int and number != int(number)):
-            raise self._refusal("a whole number" if self.kind is int else "a finite number", value)
+            raise self._refusal("an integer" if self.kind is int else "a finite number", value)
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if not low <= number <= high:
@@ -133,17 +133,17 @@ class Declaration:
 
 
 def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:
-    """A dataclass field that carries its Declaration."""
+    """Return a dataclass field with its Declaration as metadata."""
     return dataclasses.field(default=default, metadata={"declaration": (default, label, help, group, details)})
 
 
 _found: dict[type, Mapping[str, Declaration]] = {}
-"""Class -> its declarations, which forms and checks ask for all the time."""
+"""Cache: class -> its declarations, which forms and checks use often."""
 
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Base of the parameter dataclasses: immutable plain data, checked when made."""
+    """Base of the parameter dataclasses: immutable plain data, checked on creation."""
 
     def __post_init__(self) -> None:
         for name, declaration in self.declarations().items():
@@ -151,7 +151,7 @@ class ParameterSet:
 
     @classmethod
     def declarations(cls) -> Mapping[str, Declaration]:
-        """Name -> Declaration, in the order of the form."""
+        """Return name -> Declaration, in the order of the form."""
         if cls not in _found:
             declarations = {}
             for item in dataclasses.fields(cls):
@@ -161,11 +161,11 @@ class ParameterSet:
         return _found[cls]
 
     def matters(self, name: str) -> bool:
-        """Whether a parameter has any effect with the other values as they are."""
+        """Whether a parameter has any effect with the present values of the others."""
         return not self._unmet(name)
 
     def without_effect(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Those of some parameters that have no effect with the values as they are: a sentence on each, and why.
+        """Return a sentence for each of these parameters that has no effect with the present values, with the reason.
 
         Examples
         --------
@@ -182,7 +182,7 @@ class ParameterSet:
         return tuple(sentences)
 
     def unlike(self, other: Self) -> dict[str, Value]:
-        """Name -> value of the parameters that have other values in another set.
+        """Return name -> value of the parameters whose values differ from another set.
 
         Examples
         --------
@@ -194,13 +194,13 @@ class ParameterSet:
         return {name: value for name, value in self.to_dict().items() if value != others[name]}
 
     def same_effect(self, other: Self) -> bool:
-        """Whether two sets differ at most in values that have no effect."""
+        """Whether two sets differ only in values that have no effect."""
         return all(
             getattr(self, name) == getattr(other, name) or not self.matters(name) for name in self.declarations()
         )
 
     def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
-        """What must hold for a parameter to have any effect and does not, the outermost condition; empty if all do."""
+        """Return the outermost unmet condition for a parameter to have any effect; empty if all are met."""
         known = self.declarations()
         unmet: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
         condition = known[name].when
@@ -212,12 +212,12 @@ class ParameterSet:
         return unmet
 
     def changed(self, /, **changes: object) -> Self:
-        """A copy with values that somebody has chosen, each of which must therefore count for something.
+        """Return a copy with values selected by the user, each of which must therefore have an effect.
 
         Raises
         ------
         ParameterError
-            As `replace` does, and for parameters that have no effect with the values as they are then.
+            As `replace` does, and for parameters that have no effect with the resulting values.
         """
         result = self.replace(**changes)
         if sentences := result.without_effect(changes):
@@ -225,7 +225,7 @@ class ParameterSet:
         return result
 
     def replace(self, /, **changes: object) -> Self:
-        """A copy with other values, whether or not they have any effect.
+        """Return a copy with other values, whether or not they have any effect.
 
         Raises
         ------
@@ -236,19 +236,19 @@ class ParameterSet:
         return dataclasses.replace(self, **changes)
 
     def to_dict(self) -> dict[str, Value]:
-        """Name -> value, ready for JSON."""
+        """Return name -> value, ready for JSON."""
         return dataclasses.asdict(self)
 
     @classmethod
     def from_dict(cls, values: Mapping[str, object]) -> Self:
-        """Inverse of `to_dict`; raises ParameterError as `replace` does, and for names that are left out."""
+        """Create a set from the result of `to_dict`; raise ParameterError as `replace` does, and for missing names."""
         if missing := [name for name in cls.declarations() if name not in values]:
             raise ParameterError(f"There is no value for {', '.join(missing)}.")
         return cls().replace(**values)
 
 
 def check_names(given: Iterable[str], known: Collection[str]) -> None:
-    """Raise ParameterError for the first name that is not known, with the nearest known one.
+    """Raise ParameterError for the first unknown name, with the nearest known one.
 
     Examples
     --------
@@ -267,7 +267,7 @@ Kind = TypeVar("Kind", bound=type[ParameterSet])
 
 
 def described(kind: Kind) -> Kind:
-    """A parameter dataclass whose docstring lists every parameter as it is declared. A decorator above `dataclass`.
+    """Add all declared parameters to the docstring of a parameter dataclass. Use it as a decorator above `dataclass`.
 
     Examples
     --------
@@ -299,5 +299,5 @@ def _default(declaration: Declaration) -> str:
 
 
 def in_words(value: Value) -> str:
-    """A value as people write it."""
+    """Format a value as text."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

@@ -1,4 +1,4 @@
-"""The RGB-D frame: the one form in which colour and depth travel through the library."""
+"""The RGB-D frame: the data type for colour and depth throughout the library."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .guide import Guide, as_guide
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
 
-# Masks that go with a frame, and arrays that stay as they are.
+# Masks of a frame, and read-only arrays.
 
 Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def fixed(array: Array) -> Array:
-    """An array that nobody can write to: this very one if it is so already, as another frame's or run's, so that they
-    share it; else a copy.
+    """Return a read-only array: the same object if it is read-only already, so that frames and runs can share it; else
+    a copy.
 
     Examples
     --------
@@ -38,35 +38,35 @@ def fixed(array: Array) -> Array:
 
 
 def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
-    """A mask of `what` that nobody can write to, of bool or of whole numbers that are all 0 and 1, or 0 and 255; raises
-    InputError if it is another, or does not fit a frame of this shape (H, W)."""
+    """Return a read-only mask of `what`, from bool or from integers that are all 0 and 1, or 0 and 255; raise
+    InputError for other values, or if it does not have this shape (H, W)."""
     array = np.asarray(mask)
     if array.dtype.kind in "iu" and any(set(np.unique(array).tolist()) <= pair for pair in ({0, 1}, {0, 255})):
         array = array != 0
     if array.dtype != np.bool_ or array.shape != shape:
         raise InputError(
-            f"A mask of {what} must be bool with the frame's shape {shape}, or hold only 0 and 1, or 0 and 255; not "
-            f"{array.dtype} with shape {array.shape}."
+            f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
+            f"not {array.dtype} with shape {array.shape}."
         )
     return fixed(array)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)
-"""Least and largest depth [m] of any pixel."""
+"""Minimum and maximum depth [m] of any pixel."""
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
-"""Median depth [m] outside which a frame's depth scale is taken for a mistake."""
+"""Range of the median depth [m] outside which a frame's depth scale is considered wrong."""
 
 USUAL_MEDIAN_DEPTH = (0.3, 6.0)
-"""Median depth [m] of nearly all frames of depth cameras."""
+"""Range of the median depth [m] of nearly all frames of depth cameras."""
 
 COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
-"""File units per metre that are in use, the most common first."""
+"""File units per metre in common use, the most common first."""
 
 
 @dataclass(frozen=True)
 class InputFile:
-    """A file that was read: where it was, and the SHA-256 of the very bytes that were read."""
+    """A file that was read: its path, and the SHA-256 of the bytes that were read."""
 
     path: str
     sha256: str
@@ -74,7 +74,7 @@ class InputFile:
 
 @dataclass(frozen=True)
 class TruthFile(InputFile):
-    """The file of a frame's truth, and its units per metre."""
+    """The file of a frame's ground truth, and its units per metre."""
 
     units: float
 
@@ -83,10 +83,10 @@ class TruthFile(InputFile):
 class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
 
-    `encoding` names the depth encoding where no number of units says it; `depth_units` are then those of what it
-    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero. `frame` is the
-    key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the bytes in it that
-    hold the frame's colour and depth.
+    `encoding` is the name of the depth encoding if it is not given by units per metre; `depth_units` are then those of
+    the decoded depth. `invalid` is the depth file's value that marks missing depth, if there is one besides zero.
+    `frame` is the key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the
+    bytes in it that contain the frame's colour and depth.
     """
 
     rgb: InputFile
@@ -101,55 +101,55 @@ class FrameInputs:
 
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
-    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, but for colour that is
+    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, except for colour that is
     read-only already.
 
     Parameters
     ----------
     rgb : array_like
-        Colour, shape (H, W, 3), red first, or grey, shape (H, W) or (H, W, 1): uint8, or float from 0 to 1, which is
+        Colour, shape (H, W, 3), RGB, or grey, shape (H, W) or (H, W, 1): uint8, or float from 0 to 1, which is
         converted to uint8.
     depth : array_like
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
-        *missing* and become NaN, and so does distrusted depth.
+        *missing* and become NaN, and so does invalid depth.
     intrinsics : CameraIntrinsics, optional
         Needed for point clouds only. Also four numbers fx, fy, cx, cy [px], a 3 x 3 camera matrix, a mapping of either,
         or the name of a preset (`ilf.data.camera.INTRINSICS`).
     name : str
-        What to call the frame in lists and reports.
+        Name of the frame in lists and reports.
     inputs : FrameInputs, optional
-        The files that it was read from; filled by the readers.
+        The files that it was read from; set by the readers.
     distrusted : array_like of bool, optional
-        Pixels, shape (H, W), whose measured depth is known to be wrong (the wall behind a glass, flying pixels, glare)
-        and counts as missing. Where nothing was measured it means nothing. Masks may also be of whole numbers that are
-        all 0 and 1, or 0 and 255, as in files. Of a frame that has such a mask, make others by `distrusting`:
-        `dataclasses.replace` would take its `depth` for what was measured.
+        Invalid mask, shape (H, W): pixels whose measured depth is known to be wrong (the wall behind a glass, flying
+        pixels, glare) and counts as missing. It has no effect where nothing was measured. Masks may also be integers
+        that are all 0 and 1, or 0 and 255, as in files. To change the mask of a frame, use `distrusting`:
+        `dataclasses.replace` would treat the masked `depth` as the measured depth.
     truth : array_like, optional
-        True depth [m] of the same pixels, shape (H, W), any real type; what is not finite and positive is unknown and
-        becomes NaN. It is there to judge results by: nothing that makes them looks at it.
+        Ground truth depth [m] of the same pixels, shape (H, W), any real type; values that are not finite and positive
+        are unknown and become NaN. It is used only to evaluate results, never to compute them.
     guide : Guide or array_like, optional
-        What something else says of the frame's depth, in whatever unit and sense; the edge-aware filter follows it as
-        far as the known depth bears it out. Of another size, but the same aspect, it is resized.
+        Depth or inverse depth from another source, in any unit; the edge-aware filter follows it as far as it agrees
+        with the known depth. A guide of another size but the same aspect ratio is resized.
     notes : tuple of str
-        What the reader has left out, and what it doubts, a sentence or two each.
+        Values left out on reading, and plausibility warnings, a sentence or two each.
     outside_view : array_like of bool, optional
-        Pixels, shape (H, W), that the depth camera could not see, whatever stands there: those of registered depth that
-        lie outside its picture (`ilf.registration`). Where depth was measured it means nothing. They stay missing
-        unless they are asked for (`Parameters.outside_view`), and are counted apart.
+        Pixels, shape (H, W), that the depth camera could not see at any depth: those of registered depth that lie
+        outside its image (`ilf.registration`). It has no effect where depth was measured. They stay missing unless
+        `Parameters.outside_view` is set, and are counted separately.
     pose : array_like, optional
-        Where its camera was, shape (4, 4): takes its points [m], x to the right, y down, z forward, to the world's.
+        Camera-to-world transform of its points [m], shape (4, 4): x to the right, y down, z forward.
     doubts : tuple of str
-        Those of the notes that speak against the way that its files are read.
+        Those of the notes that are plausibility warnings about how its files were read.
 
     Attributes
     ----------
     measured : ndarray of float32, shape (H, W)
-        Depth [m] as it was given, distrusted depth included.
+        Depth [m] as given, including invalid depth.
 
     Raises
     ------
     InputError
-        If shapes or types do not fit, the intrinsics are none, no depth is known, or the median depth is outside
+        If shapes or types do not fit, the intrinsics are invalid, no depth is known, or the median depth is outside
         0.1-50 m.
 
     Examples
@@ -183,16 +183,16 @@ class RGBDFrame:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         measured = depth = checked_depth(self.depth)
         if self.distrusted is not None:
-            distrusted = checked_mask(self.distrusted, depth.shape, "distrusted depth")
+            distrusted = checked_mask(self.distrusted, depth.shape, "invalid depth")
             object.__setattr__(self, "distrusted", distrusted)
             depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
         object.__setattr__(self, "depth", depth)
         check_same_size(self.rgb, self.depth)
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
-            raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
+            raise InputError("All depth of the frame is marked invalid: no known depth is left. Unmark some of it.")
         if self.outside_view is not None:
-            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view")
+            outside = checked_mask(self.outside_view, depth.shape, "pixels outside the view")
             if np.isfinite(measured[outside]).any():
                 outside = _frozen(outside & np.isnan(measured))
             object.__setattr__(self, "outside_view", outside if outside.any() else None)
@@ -210,7 +210,7 @@ class RGBDFrame:
         return f"<{type(self).__name__} {self.summary()}>"
 
     def summary(self) -> str:
-        """Name, size, range of depth and share of missing pixels in a line."""
+        """Return name, size, depth range and share of missing pixels in one line."""
         low, high = np.nanmin(self.depth), np.nanmax(self.depth)
         return (
             f"{self.name!r}: {_size(self.depth)} pixels, depth {low:.3g} to {high:.3g} m, "
@@ -226,7 +226,7 @@ class RGBDFrame:
         Returns
         -------
         ndarray of matplotlib.axes.Axes
-            Of colour and depth; `axes[0].figure` is the figure.
+            Axes of colour and depth; `axes[0].figure` is the figure.
 
         Raises
         ------
@@ -237,7 +237,7 @@ class RGBDFrame:
 
     @property
     def sources(self) -> dict[str, object]:
-        """What `ilf.load_frame` takes to read the same files again, ready for JSON; empty if there are none."""
+        """Arguments of `ilf.load_frame` to read the same files again, ready for JSON; empty if there are no files."""
         if self.inputs is None:
             return {}
         camera, truth = self.inputs.intrinsics, self.inputs.truth
@@ -253,29 +253,29 @@ class RGBDFrame:
         }
 
     def distrusting(self, mask: ArrayLike | None) -> Self:
-        """The same frame with other depth distrusted: pixels of a mask, bool (H, W), or none at all."""
+        """Return the frame with another invalid mask, bool (H, W), or with none."""
         wanted = None if mask is None or not np.any(mask) else np.asarray(mask)
         if wanted is None and self.distrusted is None:
             return self
         return replace(self, depth=self.measured, distrusted=wanted)
 
     def also_distrusting(self, mask: NDArray[np.bool_]) -> Self:
-        """The same frame with the depth of a mask's pixels, bool (H, W), distrusted beside what is already."""
+        """Return the frame with the pixels of a mask, bool (H, W), added to its invalid mask."""
         return self.distrusting(mask if self.distrusted is None else mask | self.distrusted)
 
     def with_truth(self, truth: ArrayLike | None, file: TruthFile | None = None) -> Self:
-        """The same frame with another truth [m], shape (H, W), and the file that it is from; or with none."""
+        """Return the frame with another ground truth [m], shape (H, W), and the file it comes from; or with none."""
         inputs = None if self.inputs is None else replace(self.inputs, truth=file)
         return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth), inputs=inputs)
 
     def with_guide(self, guide: ArrayLike | Guide | None) -> Self:
-        """The same frame with another guide, or with none."""
+        """Return the frame with another guide, or with none."""
         if guide is self.guide:
             return self
         return replace(self, depth=self.measured, guide=None if guide is None else as_guide(guide))
 
     def to_open3d(self) -> Any:
-        """Colour and depth [m] as an `open3d.geometry.RGBDImage`, in which missing depth is 0.
+        """Return colour and depth [m] as an `open3d.geometry.RGBDImage`, with 0 for missing depth.
 
         Raises
         ------
@@ -285,47 +285,47 @@ class RGBDFrame:
         return image_of(self.rgb, self.depth)
 
     def open3d_camera(self) -> Any:
-        """The intrinsics as an `open3d.camera.PinholeCameraIntrinsic`.
+        """Return the intrinsics as an `open3d.camera.PinholeCameraIntrinsic`.
 
         Raises
         ------
         InputError
-            If they are not known.
+            If they are unknown.
         ExportError
             If Open3D is not installed (extra `cloud`).
         """
         if self.intrinsics is None:
-            raise InputError("The camera's intrinsics are not known: make the frame with intrinsics=.")
+            raise InputError("The camera's intrinsics are unknown: create the frame with intrinsics=.")
         return pinhole_of(self.intrinsics, self.shape)
 
     @classmethod
     def from_open3d(
         cls, image: Any, intrinsics: Any = None, *, depth_units: float | None = None, name: str = "frame"
     ) -> Self:
-        """A frame of an RGBDImage of `open3d.geometry` or `open3d.t.geometry`.
+        """Create a frame from an RGBDImage of `open3d.geometry` or `open3d.t.geometry`.
 
         Parameters
         ----------
         image : RGBDImage
-            With colour uint8, and depth.
+            With uint8 colour, and depth.
         intrinsics : PinholeCameraIntrinsic, CameraIntrinsics or array_like, optional
-            Or a 3 x 3 camera matrix.
+            An array is a 3 x 3 camera matrix.
         depth_units : float, optional
-            Of the image's depth per metre; must be given for whole numbers, others are metres by default.
+            Units per metre of the image's depth; required for integers, 1 (metres) by default for floats.
         name : str
-            What to call the frame.
+            Name of the frame.
 
         Raises
         ------
         InputError
-            If the image has no colour, its depth no units, or what `RGBDFrame` raises for.
+            If the image has no colour, the units of its depth are missing, or as `RGBDFrame` does.
         """
         rgb, depth = arrays_of(image, depth_units)
         return cls(rgb, depth, camera_of_open3d(intrinsics), name)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Height and width in pixels."""
+        """Height and width [px]."""
         return self.depth.shape[0], self.depth.shape[1]
 
     @property
@@ -335,14 +335,14 @@ class RGBDFrame:
 
     @property
     def missing(self) -> NDArray[np.bool_]:
-        """Pixels without depth that the depth camera could see, bool (H, W): all without depth if nothing is said of
-        its view."""
+        """Pixels without depth that the depth camera could see, bool (H, W): all without depth if its view is
+        unknown."""
         return ~self.known if self.outside_view is None else ~(self.known | self.outside_view)
 
     def left_missing(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
-        """Pixels, bool (H, W), that nothing fills: those outside the depth camera's view, unless they are asked for.
+        """Return the pixels, bool (H, W), that stay missing: those outside the depth camera's view, unless requested.
 
-        The one place that decides it. None if there are no such pixels.
+        This is decided only here. None if there are no such pixels.
         """
         return None if outside_view else self.outside_view
 
@@ -358,34 +358,33 @@ class RGBDFrame:
 
 
 def checked_frame(frame: RGBDFrame) -> RGBDFrame:
-    """The frame that a caller of the library gives; raises InputError for anything else, such as its colour alone."""
+    """Return the frame passed by a caller; raise InputError for other types, such as an array of colour."""
     if not isinstance(frame, RGBDFrame):
         raise InputError(
-            f"The first argument must be an ilf.RGBDFrame, not {type(frame).__name__}: make one of colour and depth by "
-            "ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
+            f"The first argument must be an ilf.RGBDFrame, not {type(frame).__name__}: create one from colour and "
+            "depth by ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
         )
     return frame
 
 
 def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> None:
-    """Raise InputError if colour and depth have other heights or widths."""
+    """Raise InputError if colour and depth have different heights or widths."""
     if rgb.shape[:2] != depth.shape:
         raise InputError(
-            f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must show the same pixels: register and resize "
+            f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must have the same pixels: register and resize "
             "one to the other first."
         )
 
 
 def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> float:
-    """Median of the known depth [m]; raise InputError where there is none or it cannot be metres.
+    """Return the median of the known depth [m]; raise InputError if there is none or it cannot be in metres.
 
     Parameters
     ----------
     depth : ndarray
         Depth [m], NaN = missing.
     in_file : bool
-        Whether it was read from a file, whose units per metre may be another number; else it is an array of the
-        caller's.
+        Whether it was read from a file, whose units per metre may be wrong; else it is an array of the caller.
     """
     known = depth[np.isfinite(depth)]
     if known.size == 0:
@@ -404,7 +403,7 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
             )
         direction = "larger" if median > high else "smaller"
         raise InputError(
-            f"{outside}The depth units are probably wrong: try a {direction} value of file units per metre "
+            f"{outside}The depth units are probably wrong: try a {direction} number of file units per metre "
             "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
         )
     _check_extremes(known)
@@ -412,18 +411,18 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
 
 
 def _check_extremes(known: NDArray[np.floating]) -> None:
-    """Raise InputError for depth [m] that cannot be, whose squares are beyond what float32 holds."""
+    """Raise InputError for impossible depth [m], whose squares would exceed float32."""
     low, high = DEPTH_LIMITS
     absurd = known[(known < low) | (known > high)]
     if absurd.size:
         raise InputError(
-            f"Depth of {absurd[0]:g} m cannot be: all must be within {low:g} and {high:g} m. Mark missing depth with 0 "
-            "or NaN."
+            f"Depth of {absurd[0]:g} m is impossible: all depth must be between {low:g} and {high:g} m. Mark missing "
+            "depth with 0 or NaN."
         )
 
 
 def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
-    """A sentence of doubt if the depth's scale is possible but unusual, and common units would make it usual.
+    """Return a plausibility warning if the depth scale is possible but unusual, and common units would make it usual.
 
     Parameters
     ----------
@@ -435,7 +434,7 @@ def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
     Returns
     -------
     str
-        "" where there is nothing to doubt.
+        "" if the scale is plausible.
     """
     median = float(np.nanmedian(depth))
     low, high = USUAL_MEDIAN_DEPTH
@@ -451,8 +450,8 @@ def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
 
 
 def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
-    """Colour, uint8 (H, W, 3), that nobody can write to; raises InputError if it is not colour or grey, of uint8 or of
-    float from 0 to 1.
+    """Return read-only colour, uint8 (H, W, 3); raise InputError if it is not colour or grey, of uint8 or of float from
+    0 to 1.
 
     Examples
     --------
@@ -471,16 +470,16 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
         if array.size and not (array.min() >= 0 and array.max() <= 1):
             raise InputError(
                 f"Colour of {array.dtype} must lie between 0 and 1, not {array.min():g} and {array.max():g}: divide it "
-                "by its largest possible value, or make it uint8."
+                "by its maximum possible value, or convert it to uint8."
             )
         array = np.round(255 * array).astype(np.uint8)
     if array.shape[2] == 1:
         array = np.repeat(array, 3, axis=2)
-    return fixed(array)  # what depends on it alone is then found once for all frames that share it
+    return fixed(array)  # results that depend on it alone are then computed once for all frames that share it
 
 
 def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
-    """Depth [m] that nobody can write to, NaN = missing; raises InputError if it is no image of real numbers."""
+    """Return read-only depth [m], NaN = missing; raise InputError if it is not an image of real numbers."""
     array = np.asarray(depth)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
         raise InputError(
@@ -496,17 +495,18 @@ def _checked_truth(truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float
     try:
         metres = checked_depth(truth)
     except InputError as error:
-        raise InputError(f"The truth cannot be used: {error}") from error
+        raise InputError(f"The ground truth cannot be used: {error}") from error
     if metres.shape != shape:
         raise InputError(
-            f"The truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must show the same pixels."
+            f"The ground truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must have the same "
+            "pixels."
         )
     if not np.isfinite(metres).any():
-        raise InputError("The truth has no known pixel (all are zero, negative or not finite).")
+        raise InputError("The ground truth has no known pixel (all are zero, negative or not finite).")
     try:
         _check_extremes(metres[np.isfinite(metres)])
     except InputError as error:
-        raise InputError(f"The truth cannot be used: {error}") from error
+        raise InputError(f"The ground truth cannot be used: {error}") from error
     return metres
 
 

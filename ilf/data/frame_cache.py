@@ -1,4 +1,4 @@
-"""What is worked out once for a frame, or for its colour alone, and kept as long as that is."""
+"""Frame cache: results computed once for a frame, or for its colour image, and cached as long as that exists."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .._runtime.cancellation import check_stopped, taking
 from .frame import RGBDFrame
 
 _KEPT = 3
-"""Of what a frame is asked for with ever other parameters, so many of the latest are kept."""
+"""Maximum number of cached results per function and frame, for different parameters; the latest are kept."""
 
 _memories: dict[Callable[..., object], Memory[Any, Any]] = {}
-"""Function that remembers -> what it knows."""
+"""Cached function -> its cache."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -29,28 +29,29 @@ Colour = NDArray[np.uint8]
 
 
 def once_per_frame(work_out: Callable[Concatenate[RGBDFrame, P], T]) -> Callable[Concatenate[RGBDFrame, P], T]:
-    """The same function with a memory: its arrays, also those in a dataclass or tuple, are read-only. From any thread.
+    """Decorate a function so that its results are cached per frame. Arrays in the results, also in a dataclass or
+    tuple, are read-only. Thread-safe.
 
-    What it takes beside the frame must be hashable; the latest few such choices are remembered.
+    All arguments besides the frame must be hashable; results for the latest few combinations are cached.
     """
     return _once(work_out)
 
 
 def once_per_image(work_out: Callable[Concatenate[Colour, P], T]) -> Callable[Concatenate[Colour, P], T]:
-    """As `once_per_frame`, for what depends on a frame's `rgb` alone: once for all frames with the very same array,
-    as those have that `RGBDFrame.distrusting` makes of each other."""
+    """Do the same as `once_per_frame` for functions of a frame's `rgb` alone: once for all frames that share the array,
+    such as those made by `RGBDFrame.distrusting`."""
     return _once(work_out)
 
 
 def forget(owner: object, *functions: Callable[..., object]) -> None:
-    """Give up what such functions know of a frame, or of a colour; who asks again waits again."""
+    """Clear the cached results of these functions for a frame, or for a colour image; the next call computes anew."""
     for function in functions:
         _memories[function].forget(owner)
 
 
 class Memory(Generic[Owner, T]):
-    """What is known of owners, of each the latest few; arrays in it, also in a dataclass or tuple, are read-only. From
-    any thread."""
+    """Cache of the latest few values of each owner; arrays in them, also in a dataclass or tuple, are read-only.
+    Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -58,7 +59,7 @@ class Memory(Generic[Owner, T]):
         self._known: dict[int, _Known[T]] = {}
 
     def find(self, owner: Owner, key: Hashable) -> T | None:
-        """What is known of an owner under a key; None if nothing is."""
+        """Return the cached value of an owner for a key; None if there is none."""
         with self._lock:
             known = self._of(owner).values
             if key in known:
@@ -66,7 +67,7 @@ class Memory(Generic[Owner, T]):
             return known.get(key)
 
     def keep(self, owner: Owner, key: Hashable, value: T) -> T:
-        """Know something of an owner, and no longer what was asked for least lately."""
+        """Cache a value of an owner, and drop the least recently used one."""
         _freeze(value)
         with self._lock:
             known = self._of(owner).values
@@ -77,12 +78,12 @@ class Memory(Generic[Owner, T]):
         return value
 
     def forget(self, owner: Owner) -> None:
-        """Know nothing of an owner any more."""
+        """Clear all values of an owner."""
         with self._lock:
             self._of(owner).values.clear()
 
     def lock_of(self, owner: Owner) -> Lock:
-        """What whoever works something out about an owner may hold, so that nobody else does it at the same time."""
+        """Return the lock of an owner, to be held while a value is computed, so that no other thread computes it."""
         with self._lock:
             return self._of(owner).lock
 
@@ -95,7 +96,7 @@ class Memory(Generic[Owner, T]):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Known(Generic[T]):
-    """What is known of one owner, which the reference takes away when the owner goes."""
+    """Cached values of one owner; they are removed when the weak reference to the owner dies."""
 
     owner: weakref.ref[Any]
     values: OrderedDict[Hashable, T] = dataclasses.field(default_factory=OrderedDict)

@@ -1,4 +1,4 @@
-"""A guide: what something else says of a frame's depth, in whatever unit and sense."""
+"""Guide: depth or inverse depth of a frame from another source, in any unit."""
 
 from __future__ import annotations
 
@@ -12,35 +12,34 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 
 _ASPECT = 0.01
-"""Aspects that differ by less than this share are the same: sides are rounded to whole pixels."""
+"""Relative difference below which aspect ratios count as equal: sides are rounded to whole pixels."""
 
 _LARGEST = 1e30
-"""Values from there on stand for nothing in files that cannot say NaN."""
+"""Values from here on count as missing, for files that cannot store NaN."""
 
 _MOSTLY = 0.5
-"""Of what a resized pixel is made of, so much has to be known."""
+"""Minimum known share of the area that a resized pixel covers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """Depth, inverse depth or anything else that rises or falls with depth, for the pixels of a frame; from a network
-    that guesses depth or another sensor. One that was made with the measured depth in sight, as another completion is,
-    agrees with it wherever it is known, and is followed more than it deserves. Immutable: its arrays are read-only
-    copies.
+    """Depth, inverse depth or any other monotone function of depth for the pixels of a frame, from a depth estimation
+    network or another sensor. A guide made from the measured depth itself, such as another completion, agrees with it
+    wherever it is known and is therefore followed too closely. Immutable: its arrays are read-only copies.
 
     Parameters
     ----------
     values : array_like
-        Shape (H, W), any real type. What is zero or not finite says nothing and becomes NaN.
+        Shape (H, W), any real type. Zero and non-finite values are ignored and become NaN.
     confidence : array_like, optional
-        How far to believe each value, from 0 to 1; 1 if left out.
+        Confidence of each value, 0 to 1; 1 if omitted.
     path : str, optional
         The file that it was read from.
 
     Raises
     ------
     InputError
-        If shapes or types do not fit, or the values say nothing.
+        If shapes or types do not fit, or there are no usable values.
 
     Examples
     --------
@@ -60,33 +59,35 @@ class Guide:
         values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
         said = values[np.isfinite(values)]
         if said.size == 0 or said.min() == said.max():
-            raise InputError("The guide says nothing: all its values are zero, not finite, or the same.")
+            raise InputError(
+                "The guide has no usable values: all are zero, not finite, or equal. Check that it is the right file."
+            )
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
         if self.confidence is not None:
             confidence = np.nan_to_num(_real(self.confidence, "A guide's confidence").astype(np.float32))
             if confidence.shape != values.shape:
                 raise InputError(
-                    f"The guide's confidence is {_size(confidence.shape)} but the guide {_size(values.shape)}."
+                    f"The guide's confidence is {_size(confidence.shape)} but the guide is {_size(values.shape)}."
                 )
             if not 0 <= confidence.min() <= confidence.max() <= 1:
                 raise InputError(
-                    f"The guide's confidence is {confidence.min():.3g} to {confidence.max():.3g}, not 0 to 1. Of an "
-                    "array of shape (2, H, W), the second half is its confidence."
+                    f"The guide's confidence is {confidence.min():.3g} to {confidence.max():.3g}, not 0 to 1. In an "
+                    "array of shape (2, H, W), the second half is the confidence."
                 )
             confidence.setflags(write=False)
             object.__setattr__(self, "confidence", confidence)
 
     def of_size(self, shape: tuple[int, int]) -> Guide:
-        """The same guide for a frame of this height and width; raises InputError if it has another aspect."""
+        """Return the guide resized to this height and width; raise InputError if the aspect ratio differs."""
         height, width = self.values.shape
         if (height, width) == shape:
             return self
         ratio = height * shape[1] / (width * shape[0])
         if abs(ratio - 1) > _ASPECT:
             raise InputError(
-                f"The guide is {_size((height, width))} but the frame is {_size(shape)}, which is another aspect: "
-                "a guide must show the same part of the scene. Crop or pad it first."
+                f"The guide is {_size((height, width))} but the frame is {_size(shape)}, which has another aspect "
+                "ratio: a guide must show the same part of the scene. Crop or pad it first."
             )
         known = np.isfinite(self.values)
         share = _resized(known.astype(np.float32), shape)
@@ -97,12 +98,12 @@ class Guide:
 
     @property
     def array(self) -> NDArray[np.float32]:
-        """All of it in one array: values (H, W), or values and confidence (2, H, W)."""
+        """Values (H, W), or values and confidence (2, H, W), in one array."""
         return self.values if self.confidence is None else np.stack([self.values, self.confidence])
 
     @classmethod
     def of_array(cls, array: NDArray[Any], path: str | None = None) -> Self:
-        """Inverse of `array`; of other shapes, sides of 1 do not count."""
+        """Create a guide from an array, the inverse of `array`; axes of length 1 are dropped."""
         if array.ndim == 3 and array.shape[0] == 2:
             return cls(array[0], array[1], path)
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
@@ -113,7 +114,7 @@ class Guide:
 
 
 def as_guide(guide: ArrayLike | Guide) -> Guide:
-    """A guide, of values alone if it is not one already."""
+    """Return a guide unchanged, or make one from an array of values."""
     return guide if isinstance(guide, Guide) else Guide(np.asarray(guide))
 
 

@@ -1,4 +1,4 @@
-"""Frames as Open3D has them, and back. Open3D is imported when it is needed, because that takes seconds."""
+"""Conversion of frames to and from Open3D. Open3D is imported on first use, because that takes seconds."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .._runtime.installation import load_libusb, way_out
 from ..errors import ExportError, InputError
 from .camera import CameraIntrinsics, camera_from_numbers
 
-# what Open3D is linked against that bare machines lack
+# libraries that Open3D is linked against and minimal systems lack
 _LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
 
 
 def load_open3d() -> Any:
-    """The open3d module.
+    """Import the module open3d.
 
     Raises
     ------
     ExportError
-        If it is not installed or cannot be loaded; the message names what to install.
+        If it is not installed or cannot be loaded; the message states what to install.
     """
     load_libusb()
     try:
@@ -34,7 +34,7 @@ def load_open3d() -> Any:
 
 
 def image_of(rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
-    """Colour and depth [m] as an `open3d.geometry.RGBDImage`, in which missing depth is 0."""
+    """Convert colour and depth [m] to an `open3d.geometry.RGBDImage`, with 0 for missing depth."""
     o3d = load_open3d()
     return o3d.geometry.RGBDImage.create_from_color_and_depth(
         o3d.geometry.Image(np.ascontiguousarray(rgb)),
@@ -46,38 +46,38 @@ def image_of(rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
 
 
 def pinhole_of(camera: CameraIntrinsics, shape: tuple[int, int]) -> Any:
-    """Intrinsics for images (H, W) as an `open3d.camera.PinholeCameraIntrinsic`."""
+    """Convert intrinsics for images (H, W) to an `open3d.camera.PinholeCameraIntrinsic`."""
     pinhole = load_open3d().camera.PinholeCameraIntrinsic
     return pinhole(shape[1], shape[0], camera.fx, camera.fy, camera.cx, camera.cy)
 
 
 def arrays_of(image: Any, depth_units: float | None) -> tuple[NDArray[Any], NDArray[np.floating]]:
-    """Colour (H, W, 3) and depth [m] (H, W) of an RGBDImage, of `open3d.geometry` or `open3d.t.geometry`.
+    """Return colour (H, W, 3) and depth [m] (H, W) of an RGBDImage of `open3d.geometry` or `open3d.t.geometry`.
 
     Raises
     ------
     InputError
-        If it is no such image, has grey in place of colour, or its depth has whole numbers and no units are given.
+        If it is not such an image, is grey instead of colour, or its depth is integer and no units are given.
     """
     if not (hasattr(image, "color") and hasattr(image, "depth")):
-        raise InputError(f"This is no RGBDImage of Open3D, but {type(image).__name__}.")
+        raise InputError(f"An RGBDImage of Open3D is needed, not {type(image).__name__}.")
     rgb, depth = _array(image.color), _array(image.depth)
     if rgb.ndim != 3 or rgb.shape[2] != 3:
         raise InputError(
-            "The image has grey in place of colour: make it with convert_rgb_to_intensity=False, as "
-            "RGBDImage.create_from_color_and_depth does not by itself."
+            "The image is grey instead of colour: create it with convert_rgb_to_intensity=False, which is not the "
+            "default of RGBDImage.create_from_color_and_depth."
         )
     if depth.ndim == 3 and depth.shape[2] == 1:
         depth = depth[..., 0]
     if depth_units is None and depth.dtype.kind in "iu":
         raise InputError(
-            f"The image's depth is {depth.dtype}: give depth_units, how many make a metre (1000 for millimetres)."
+            f"The image's depth is {depth.dtype}: give depth_units, the units per metre (1000 for millimetres)."
         )
     return rgb, depth.astype(np.float64) / (1.0 if depth_units is None else depth_units)
 
 
 def camera_of_open3d(intrinsics: Any) -> CameraIntrinsics | None:
-    """Intrinsics from a PinholeCameraIntrinsic, a 3 x 3 matrix (also as a tensor), or what they are already."""
+    """Convert a PinholeCameraIntrinsic or a 3 x 3 matrix (also as a tensor) to intrinsics; return intrinsics as is."""
     if intrinsics is None or isinstance(intrinsics, CameraIntrinsics):
         return intrinsics
     matrix = getattr(intrinsics, "intrinsic_matrix", intrinsics)
@@ -85,7 +85,7 @@ def camera_of_open3d(intrinsics: Any) -> CameraIntrinsics | None:
 
 
 def _array(values: Any) -> NDArray[Any]:
-    """A numpy array of an image of Open3D, old or new, or of a tensor on any device."""
+    """Convert an image of Open3D's legacy or tensor API, or a tensor on any device, to a numpy array."""
     if hasattr(values, "as_tensor"):
         values = values.as_tensor()
     return np.asarray(values.cpu().numpy() if hasattr(values, "cpu") else values)

@@ -1,4 +1,4 @@
-"""Frames and completions looked at in a notebook or a script: small pictures as HTML, plots by matplotlib."""
+"""Display of frames and completions in notebooks and scripts: thumbnails as HTML, plots by matplotlib."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from .._runtime.installation import optional
 
 _WIDTH = 240
-"""Of a small picture [px], at most."""
+"""Maximum width of a thumbnail [px]."""
 
 _MISSING = (178, 182, 189)
 """Colour of missing depth."""
 
 
 def html_row(caption: str, rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) -> str:
-    """A line of text and, side by side, small pictures of colour and of depth, all depth in one range of colours.
+    """Make a line of text and, side by side, thumbnails of colour and depth, all depth with one colour range.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def html_row(caption: str, rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[
     Returns
     -------
     str
-        HTML whose pictures are PNG data URIs.
+        HTML with the images as PNG data URIs.
     """
     limits = _limits(depths.values())
     pictures = {"Colour": _small(rgb)} | {title: _coloured(_small(depth), *limits) for title, depth in depths.items()}
@@ -46,7 +46,7 @@ def html_row(caption: str, rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[
 
 
 def plot_row(rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) -> NDArray[Any]:
-    """Colour and depth side by side, by matplotlib, all depth in one range of colours with its scale in metres.
+    """Plot colour and depth side by side by matplotlib, all depth with one colour range and a colour bar in metres.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def plot_row(rgb: NDArray[np.uint8], depths: Mapping[str, NDArray[np.float32]]) 
 
 
 def _limits(depths: Iterable[NDArray[np.float32]]) -> tuple[float, float]:
-    """1st and 99th percentile of all known depth [m], a little apart; (0, 1) where nothing is known."""
+    """Return the 1st and 99th percentile of all known depth [m], at least 1 mm apart; (0, 1) if none is known."""
     known = np.concatenate([depth[np.isfinite(depth)] for depth in depths])
     low, high = np.percentile(known, (1, 99)).tolist() if known.size else (0.0, 1.0)
     return low, max(high, low + 1e-3)
@@ -92,7 +92,7 @@ def _small(picture: NDArray[Any]) -> NDArray[Any]:
 
 
 def _coloured(depth: NDArray[np.float32], low: float, high: float) -> NDArray[np.uint8]:
-    """Depth as a picture, uint8 (H, W, 3), red first."""
+    """Render depth as a colour image, uint8 (H, W, 3), RGB."""
     known = np.isfinite(depth)
     shares = np.clip((np.where(known, depth, low) - low) / (high - low), 0, 1)
     picture = cv2.applyColorMap(np.round(255 * shares).astype(np.uint8), cv2.COLORMAP_TURBO)[..., ::-1]
@@ -100,6 +100,6 @@ def _coloured(depth: NDArray[np.float32], low: float, high: float) -> NDArray[np
 
 
 def _data_uri(picture: NDArray[np.uint8]) -> str:
-    # the encoder takes colours with blue first
+    # the encoder expects BGR
     png = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))[1]
     return f"data:image/png;base64,{base64.b64encode(png.tobytes()).decode('ascii')}"

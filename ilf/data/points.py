@@ -1,4 +1,4 @@
-"""Depth and intrinsics -> coloured point cloud."""
+"""Coloured point clouds from depth and intrinsics."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ AXES = ("camera", "y-up")
 """camera: x right, y down, z forward. y-up: x right, y up, z towards the viewer."""
 
 LENGTHS = ("expected_error",)
-"""Scalars that are lengths [m], and written in the unit of the points."""
+"""Scalars that are lengths [m], written in the unit of the points."""
 
 NEAREST, FARTHEST = 1e-6, 1e6
-"""Depth [m] outside which a pixel gives no point, so that whatever follows from its depth is finite."""
+"""Depth range [m] outside which a pixel gives no point, so that all values derived from depth are finite."""
 
 _AT_ONCE = 1 << 18  # points, so that intermediate arrays in double precision stay small
 
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Coloured points, and what else is known of each.
+    """Coloured points with optional normals and scalars.
 
     Parameters
     ----------
     points : ndarray
         float32 (N, 3) [m], all finite.
     colours : ndarray
-        uint8 (N, 3), red first.
+        uint8 (N, 3), RGB.
     normals : ndarray, optional
         float32 (N, 3), of length 1.
     scalars : mapping, optional
         Name -> ndarray (N,): "expected_error" float32 [m], 0 where depth was measured; "filled" bool; "unvouched" bool;
         "block" int32, 0 = none. Others under any name of letters, digits and underscores; all are written as float32.
     image_shape : (int, int), optional
-        Rows and columns of the image, where every one of its pixels has a point: an organised cloud, row by row.
+        Rows and columns of the image if each of its pixels has a point: an organised cloud, row by row.
 
     Raises
     ------
     InputError
-        If shapes do not fit, a name is none, or a number is not finite.
+        If shapes do not fit, a name is invalid, or a number is not finite.
     """
 
     points: NDArray[np.float32]
@@ -64,15 +64,17 @@ class PointCloud:
         if self.normals is not None and self.normals.shape != self.points.shape:
             raise InputError(f"The cloud's normals must have shape {self.points.shape}, not {self.normals.shape}.")
         if self.image_shape is not None and self.image_shape[0] * self.image_shape[1] != len(self.points):
-            raise InputError(f"An image of shape {self.image_shape} has not {len(self.points)} pixels.")
+            raise InputError(f"An image of shape {self.image_shape} does not have {len(self.points)} pixels.")
         for name, values in self.scalars.items():
             if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
-                raise InputError(f"A scalar's name has letters, digits and underscores, which {name!r:.60} has not.")
+                raise InputError(
+                    f"The name of a scalar must have letters, digits and underscores only, not {name!r:.60}."
+                )
             if values.shape != (len(self.points),):
                 raise InputError(f"The scalar {name} must have shape ({len(self.points)},), not {values.shape}.")
         for what, numbers in {"points": self.points, "normals": self.normals, **self.scalars}.items():
             if numbers is not None and numbers.dtype.kind == "f" and not _all_finite(numbers):
-                raise InputError(f"The {what} of a cloud must be finite: leave out what is not.")
+                raise InputError(f"The {what} of a cloud must be finite: remove points that are not.")
 
     def __len__(self) -> int:
         return len(self.points)
@@ -96,8 +98,8 @@ def point_cloud(
     Parameters
     ----------
     depth : array_like
-        Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
-        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
+        Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing and
+        give no point; nor do values outside `NEAREST` to `FARTHEST`.
     rgb : array_like
         uint8 (H, W, 3).
     intrinsics : CameraIntrinsics
@@ -105,10 +107,10 @@ def point_cloud(
     only : ndarray, optional
         bool (H, W): pixels that may give points.
     normals : ndarray, optional
-        float32 (H, W, 3), as `surface_normals` finds them.
+        float32 (H, W, 3), from `surface_normals`.
     scalars : mapping, optional
-        Name -> ndarray (H, W) of what else is known of every pixel; see `PointCloud`. Where lengths are NaN, as the
-        expected error is where depth was measured, they become 0.
+        Name -> ndarray (H, W) of further values of every pixel; see `PointCloud`. NaN in lengths, such as the expected
+        error where depth was measured, becomes 0.
 
     Returns
     -------
@@ -154,13 +156,13 @@ def point_cloud(
 def back_project(
     depth: ArrayLike, intrinsics: CameraIntrinsics | None, only: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Points of the known pixels, and which pixels they are.
+    """Return the points of the known pixels, and the indices of these pixels.
 
     Parameters
     ----------
     depth : array_like
-        Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
-        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
+        Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing and
+        give no point; nor do values outside `NEAREST` to `FARTHEST`.
     intrinsics : CameraIntrinsics
         Of this image.
     only : ndarray, optional
@@ -171,7 +173,7 @@ def back_project(
     points : ndarray
         float32 (N, 3) [m] in camera axes, row by row.
     pixels : ndarray
-        int32 (N,), rising: index of each point's pixel, its row times W plus its column.
+        int32 (N,), ascending: index of each point's pixel, row times W plus column.
 
     Raises
     ------
@@ -199,7 +201,7 @@ def back_project(
 
 
 def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Pixels with a depth that gives a point, bool (H, W)."""
+    """Return the pixels whose depth gives a point, bool (H, W)."""
     with np.errstate(invalid="ignore"):
         known = depth > NEAREST
         known &= depth < FARTHEST
@@ -207,7 +209,7 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
 
 
 def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
-    """The intrinsics, which a cloud cannot be without; InputError if they are not known."""
+    """Return the intrinsics, which a cloud requires; raise InputError if they are unknown."""
     if intrinsics is None:
         raise InputError(
             "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
@@ -217,7 +219,7 @@ def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
 
 
 def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:
-    """A cloud in camera axes, moved to where its camera was.
+    """Transform a cloud from camera axes to world coordinates by the camera's pose.
 
     Parameters
     ----------
@@ -239,7 +241,7 @@ def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:
 
 
 def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
-    """A cloud in camera axes, turned into one of `AXES`.
+    """Convert a cloud from camera axes to one of `AXES`.
 
     Raises
     ------
@@ -260,7 +262,7 @@ def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
 
 
 def axes_signs(axes: str) -> tuple[int, int, int]:
-    """What x, y and z in camera axes are multiplied with to be in one of `AXES`; ParameterError for others."""
+    """Return the factors of x, y and z from camera axes to one of `AXES`; raise ParameterError for others."""
     if axes not in AXES:
         raise ParameterError(f"axes must be one of {', '.join(AXES)}, not {axes!r}.")
     return (1, 1, 1) if axes == "camera" else (1, -1, -1)

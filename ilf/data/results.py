@@ -1,4 +1,4 @@
-"""What a completion gives: a block's outcome and result, and the frame that results compose to."""
+"""Results of a completion: iteration records, outcomes and results of blocks, and the completed frame."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .pictures import html_row, plot_row
 
 
 class NanEqual:
-    """Base of dataclasses, made with eq=False, in which NaN, the lack of a number, equals NaN."""
+    """Base of dataclasses, declared with eq=False, in which NaN (no value) equals NaN."""
 
     __slots__ = ()
 
@@ -36,42 +36,41 @@ class NanEqual:
 
 
 def _values(record: Any) -> tuple[object, ...]:
-    """A record's values, None for NaN."""
+    """Return a record's values, None for NaN."""
     values = (getattr(record, field.name) for field in dataclasses.fields(record))
     return tuple(None if value != value else value for value in values)
 
 
-# The record of one iteration, the curves that it carries, and the pixels that one of them takes.
+# The record of one iteration, the quantities of its curves, and the hold-out pixels.
 
 _SEED = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IterationRecord(NanEqual):
-    """What one iteration did, whatever the filter. NaN equals NaN when records are compared.
+    """Record of one iteration of any filter. NaN equals NaN when records are compared.
 
     Attributes
     ----------
     i : int
         Number of the iteration, from 1.
     stage : int
-        Number of the stage, from 1: a stretch of iterations that all let the same through, after which the filter lets
-        more through.
+        Number of the stage, from 1: iterations with the same pass band or weights; later stages pass more.
     sigma_i : float
         Deviation between P_i and P_(i-1) over the block [m], Eq. (2).
     l1 : float
         L1 norm of P_i over the block [m]: the sum of its absolute values.
     residual : float
-        Root mean square of P_i - raw [m] over the block's known pixels that the iteration takes; NaN if there are
+        Root mean square of P_i - raw [m] over the block's known pixels that the iteration uses; NaN if there are
         none.
     held_out : float
-        The same over the known pixels that are held out of it; NaN if there are none. Its minimum says where noise
-        begins to come in with the band, which sigma_i does not see.
+        The same over the known pixels that are held out; NaN if there are none. Its minimum shows where noise begins
+        to enter as the band grows, which sigma_i does not show.
     seconds : float
         Time since the block's iteration was set up [s].
     error : float
-        Root mean square of P_i - truth [m] over the block's pixels without known depth, where the frame's truth is
-        known (`RGBDFrame.truth`); NaN if there are none. It is measured after the iteration, which knows nothing of it.
+        Root mean square of P_i - ground truth [m] over the block's pixels without known depth, where the frame's ground
+        truth is known (`RGBDFrame.truth`); NaN if there are none. The iteration does not use it.
     """
 
     i: int
@@ -85,14 +84,14 @@ class IterationRecord(NanEqual):
 
 
 def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
-    """Known pixels to hold out of a block's iteration: a fixed choice, whatever else the frame holds.
+    """Select known pixels to hold out of a block's iteration: always the same ones for the same block.
 
     Parameters
     ----------
     known : ndarray of bool, shape (h, w)
         The block's known pixels on its bounding box.
     share : float
-        Share of them to hold out, below 1: at least one known pixel is left.
+        Share of them to hold out, below 1: at least one known pixel is not held out.
 
     Returns
     -------
@@ -108,13 +107,13 @@ def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
 
 
 def deviation(current: NDArray[np.float64], previous: NDArray[np.float64]) -> float:
-    """sigma_i = sqrt(sum (P_i - P_(i-1))^2 / N), Eq. (2); the arguments hold the block's N pixels [m]."""
+    """Return sigma_i = sqrt(sum (P_i - P_(i-1))^2 / N), Eq. (2), from values at the block's N pixels [m]."""
     difference = current - previous
     return float(np.sqrt(np.mean(difference * difference)))
 
 
 def l1_norm(values: NDArray[np.float64]) -> float:
-    """Sum of absolute values of P_i over the block's pixels [m]."""
+    """Return the sum of the absolute values of P_i over the block's pixels [m]."""
     return float(np.sum(np.abs(values)))
 
 
@@ -122,7 +121,7 @@ History = Sequence[IterationRecord]
 
 
 class Status(StrEnum):
-    """How a block ended."""
+    """Status of a block after a run."""
 
     COMPLETED = "completed"
     ITERATION_LIMIT = "iteration limit"
@@ -132,20 +131,20 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class BlockOutcome(NanEqual):
-    """What became of one block. NaN equals NaN when outcomes are compared.
+    """Outcome of one block. NaN equals NaN when outcomes are compared.
 
     Attributes
     ----------
     label : int
     status : Status
     message : str
-        The reason in words, where there is one to give.
+        The reason as text; "" if there is none.
     pixels, known, recovered : int
         Pixels of the block, those with raw depth, and those in the depth camera's view that were missing and now have
         depth.
     iterations, stages : int
     sigma_i : float
-        Deviation of the last iteration [m], NaN where there was none.
+        Deviation of the last iteration [m], NaN if there was none.
     outside : int
         Pixels of the block outside the depth camera's view. They count as neither missing nor recovered.
     """
@@ -168,7 +167,7 @@ class BlockOutcome(NanEqual):
 
 
 def blocks_by_message(outcomes: Iterable[BlockOutcome]) -> dict[str, list[int]]:
-    """Message -> labels of the blocks whose outcome has it, in their order; without those that have none."""
+    """Return message -> labels of the blocks with this message, in their order; blocks without one are omitted."""
     found: dict[str, list[int]] = {}
     for outcome in outcomes:
         if outcome.message:
@@ -178,31 +177,31 @@ def blocks_by_message(outcomes: Iterable[BlockOutcome]) -> dict[str, list[int]]:
 
 @dataclass(frozen=True, eq=False)
 class BlockResult:
-    """One block's completed depth, with all that explains it.
+    """One block's completed depth, with the data that explains it.
 
     Attributes
     ----------
     block : Block
-        The pixels, as they were when the block was run.
+        The pixels of the block at the time of the run.
     depth : ndarray of float32
         Depth [m] at the block's pixels in the order of `block.mask`'s True values, NaN = still missing.
     outcome : BlockOutcome
     history : sequence of IterationRecord
     parameters : Parameters
     network : str or None
-        SHA-256 of the edge network that had a part in it; None if none had.
+        SHA-256 of the edge network that was used; None if none was.
     notes : tuple of str
-        What the user should know of how it came about: none if all is as asked for.
+        What the user should know about how the result was computed; empty if all went as requested.
     edges : BlockParameters or None
-        What the edges that the filter took were found with (`edge_parameters`); None for the pass band.
+        Parameters of the edges that the filter used (`edge_parameters`); None for the pass band.
     drawn : ndarray of bool or None
         Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
         (`drawn_of`); None if none was.
     correction : str or None
-        SHA-256 of the correction network that had a part in it; None if none had.
+        SHA-256 of the correction network that was used; None if none was.
     explained : bool
-        Whether a smooth surface explains all of the block's known depth: nothing is left that a network could correct.
-        Told of the run alone, and not kept.
+        Whether a smooth surface explains all of the block's known depth, so that a network has nothing to correct.
+        Valid only during the run, and not stored.
     """
 
     block: Block
@@ -225,19 +224,19 @@ class Completion:
     Attributes
     ----------
     frame : RGBDFrame
-        As it was before.
+        The frame before completion.
     depth : ndarray of float32, shape (H, W)
         Depth [m], NaN where it could not be recovered.
     filled : ndarray of bool, shape (H, W)
-        Pixels that had no depth and now have.
+        Pixels that had no depth before and have depth now.
     results : dict
-        Block label -> BlockResult, in rising order of labels.
+        Block label -> BlockResult, in ascending order of labels.
     guessed : ndarray of bool, shape (H, W)
-        The filled pixels that no block vouches for: none, unless `ilf.fill_rest` has been asked for them.
+        The extrapolated pixels, filled outside of all completed blocks: none without `ilf.fill_rest`.
     notes : tuple of str
-        What the user should know of how it came about, each sentence once.
+        What the user should know about how the result was computed, each sentence once.
     guess_network : str or None
-        SHA-256 of the edge network that had a part in the guesses; None if none had.
+        SHA-256 of the edge network used for extrapolation; None if none was.
     """
 
     frame: RGBDFrame
@@ -252,13 +251,13 @@ class Completion:
         return f"<{type(self).__name__} of {self.summary()}>"
 
     def summary(self) -> str:
-        """Name and size of the frame, what was filled and what is still missing, in a line."""
+        """Return name and size of the frame, and the numbers of filled and still missing pixels, in one line."""
         height, width = self.depth.shape
         masks = self.filled, self.guessed, ~np.isfinite(self.depth)
         filled, guessed, left = (int(np.count_nonzero(mask)) for mask in masks)
         return (
             f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
-            f"{counted(filled, 'pixel')} filled{f' ({grouped(guessed)} guessed)' if guessed else ''}, "
+            f"{counted(filled, 'pixel')} filled{f' ({grouped(guessed)} extrapolated)' if guessed else ''}, "
             f"{grouped(left)} still missing"
         )
 
@@ -271,7 +270,7 @@ class Completion:
         Returns
         -------
         ndarray of matplotlib.axes.Axes
-            Of the three; `axes[0].figure` is the figure.
+            Axes of the three images; `axes[0].figure` is the figure.
 
         Raises
         ------
@@ -293,23 +292,23 @@ class Completion:
 
     @property
     def filled_by_blocks(self) -> NDArray[np.bool_]:
-        """The filled pixels without the guesses, bool, shape (H, W)."""
+        """The filled pixels without the extrapolated ones, bool, shape (H, W)."""
         return self.filled & ~self.guessed
 
     @property
     def history(self) -> dict[int, History]:
-        """Block label -> the record of every iteration."""
+        """Block label -> records of all iterations."""
         return {label: result.history for label, result in self.results.items()}
 
     @property
     def outcomes(self) -> dict[int, BlockOutcome]:
-        """Block label -> what became of the block."""
+        """Block label -> outcome of the block."""
         return {label: result.outcome for label, result in self.results.items()}
 
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """One step of a run: an iteration's record, or a block's result at its end, or something that is of no block."""
+    """One step of a run: the record of an iteration, the result of a finished block, or a step outside of blocks."""
 
     label: int
     record: IterationRecord | None = None
@@ -317,13 +316,13 @@ class Progress:
 
 
 NO_BLOCK = Progress(0)
-"""A step that tells of no block: the run has gone on, and may be left."""
+"""A step outside of blocks: it shows that the run has advanced, and allows leaving it."""
 
 
 def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:
-    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth.
+    """Insert the blocks' results into the frame's depth; pixels outside of blocks keep their raw depth.
 
-    With `base`, a completion of the same frame without guesses, only what differs from it is put in anew.
+    With `base`, a completion of the same frame without extrapolation, only differing results are inserted.
     """
     former = {} if base is None else base.results
     depth = (frame.depth if base is None else base.depth).copy()
@@ -340,7 +339,7 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completi
 
 
 def notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:
-    """Each sentence once."""
+    """Return the notes of all blocks, each sentence once."""
     return tuple(dict.fromkeys(note for result in results.values() for note in result.notes))
 
 
@@ -349,7 +348,7 @@ def notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PassBandRecord(IterationRecord):
-    """What one iteration of the ideal low-pass filter did. A stage is one pass band.
+    """Record of one iteration of the ideal low-pass filter. A stage is one pass band.
 
     Attributes
     ----------
@@ -368,34 +367,34 @@ class PassBandRecord(IterationRecord):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EdgeAwareRecord(IterationRecord):
-    """What one iteration of the edge-aware filter did. A stage is one grid, or one round on the finest.
+    """Record of one iteration of the edge-aware filter. A stage is one grid, or one round on the finest grid.
 
     Attributes
     ----------
     cell : int
-        Side of the cells of the grid that the iteration worked on [px]; 1 on the finest.
+        Cell size of the grid that the iteration used [px]; 1 on the finest.
     round : int
-        Which of the rounds in which jumps let go, from 1; 0 before them.
+        Number of the round in which jumps are cut, from 1; 0 before the first.
     """
 
     cell: int
     round: int
 
 
-# All records of a block's iterations, in little memory.
+# Compact storage of all records of a block's iterations.
 
 _AT_HAND = 32
-"""Histories whose records stay as they are when they have been looked at: plots ask for the same again and again."""
+"""Number of histories whose records are cached: plots read the same ones again and again."""
 
 
 class CompactHistory(Sequence[IterationRecord]):
-    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at, but for the first:
-    by that very record, what belongs to the iteration can be told from what belongs to a like one.
+    """Records stored in arrays, in at most a quarter of their size. Records are created on access, except for the
+    first: this object identifies the iteration among others with equal records.
 
     Parameters
     ----------
     records : sequence of IterationRecord
-        All of one filter, one at least.
+        Records of one filter, at least one.
 
     Examples
     --------
@@ -413,7 +412,7 @@ class CompactHistory(Sequence[IterationRecord]):
 
     @classmethod
     def of_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
-        """Inverse of `columns`: records of a kind, one at least, each value from the array of its name.
+        """Create a history from `columns`: at least one record of this type, each value from the array of its name.
 
         Examples
         --------
@@ -429,12 +428,12 @@ class CompactHistory(Sequence[IterationRecord]):
 
     @property
     def kind(self) -> type[IterationRecord]:
-        """What its records are."""
+        """Type of its records."""
         return type(self._first)
 
     @property
     def columns(self) -> Mapping[str, NDArray[Any]]:
-        """Name of a value -> that of every record, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
+        """Name of a value -> values of all records, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
         return self._columns
 
     def __len__(self) -> int:
@@ -451,7 +450,7 @@ class CompactHistory(Sequence[IterationRecord]):
         return repr(self.records())
 
     def records(self) -> tuple[IterationRecord, ...]:
-        """All records."""
+        """Return all records."""
         return _records(self)
 
 

@@ -15,36 +15,36 @@ from ..errors import InputError
 from .camera import CameraIntrinsics
 from .points import PointCloud, known_pixels, point_cloud, required
 
-# Where the surface goes on from a pixel to the next, and where it is cut because depth jumps.
+# Links between neighbouring pixels of one surface, cut where depth jumps.
 
 _STEEPEST = 5.7
-"""Tangent of 80 degrees: how steeply a surface may lie to the image for the step to the next pixel to be no jump."""
+"""Tangent of 80 degrees: maximum slope of a surface relative to the image at which a step is not a jump."""
 
 _NOISE = 0.010
-"""Share of depth that a step may be at 1 m whatever the angle, and in proportion farther away, as sensors' noise is."""
+"""Maximum step at 1 m as a share of depth, at any angle; proportional to depth, like sensor noise."""
 
 _LEAST, _MOST = 0.01, 0.04
-"""Share of depth that a step may always be, and above which it is a jump whatever the angle."""
+"""Share of depth up to which a step is never a jump, and above which it is always one."""
 
 _ON = 2
-"""Steeper steps are no jump if the inverse depth goes on alike for so many pixels on both sides: a floor far away."""
+"""Steeper steps are not jumps if inverse depth continues alike for this many pixels on both sides: a distant floor."""
 
 _ALIKE = 0.5
-"""Share of a step by which those beside it may differ."""
+"""Maximum difference of the steps beside a step, as a share of it."""
 
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """Which neighbours lie on one surface.
+    """Links between neighbouring pixels that lie on one surface.
 
     Parameters
     ----------
     right : ndarray of bool, shape (H, W - 1)
-        Each pixel and the one to its right.
+        Whether each pixel is linked to the one on its right.
     down : ndarray of bool, shape (H - 1, W)
-        Each pixel and the one below.
+        Whether each pixel is linked to the one below.
     """
 
     right: Mask
@@ -54,14 +54,14 @@ class Links:
 def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
     """Find which neighbours lie on one surface.
 
-    Neighbours do unless the surface between them would be seen at a grazing angle (80 degrees), which in depth images
-    is nearly always a jump, and the step is larger than noise. There they do if the surface goes on like that for two
-    pixels on both sides, as a floor far away does.
+    Neighbours are linked unless the surface between them would be seen at a grazing angle (80 degrees), which in depth
+    images is nearly always a jump, and the step is larger than noise. Even then they are linked if the surface
+    continues with the same slope for two pixels on both sides, like a distant floor.
 
     Parameters
     ----------
     depth : array_like
-        Depth along the optical axis [m], (H, W). What is not finite and positive is missing, and linked to nothing.
+        Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing, and not linked.
     intrinsics : CameraIntrinsics
         Of this image.
 
@@ -78,13 +78,13 @@ def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
 
 
 def _along_rows(inverse: NDArray[np.float32], focal: float) -> Mask:
-    """Whether the surface goes on from each pixel to the next of its row; inverse depth [1/m], NaN = missing."""
+    """Whether the surface continues from each pixel to the next in its row; inverse depth [1/m], NaN = missing."""
     if inverse.shape[1] < 2:
         return np.zeros((inverse.shape[0], 0), bool)
     step = np.diff(inverse, axis=1)
     size = np.abs(step)
     nearer, farther = np.maximum(inverse[:, 1:], inverse[:, :-1]), np.minimum(inverse[:, 1:], inverse[:, :-1])
-    share = size / farther  # that of the depth's step in the nearer depth
+    share = size / farther  # step in depth as a share of the nearer depth
     linked = share <= np.clip(np.maximum(_STEEPEST / focal, _NOISE / nearer), _LEAST, _MOST)
     goes_on = ~linked & np.isfinite(share)
     for away in range(1, _ON + 1):
@@ -106,9 +106,9 @@ class Mesh:
     Parameters
     ----------
     vertices : PointCloud
-        With whatever is known of each.
+        The vertices with their colours, normals and scalars.
     faces : ndarray
-        int32 (M, 3): three vertices each, counter-clockwise as the camera sees them, so that they face it.
+        int32 (M, 3): three vertices each, counter-clockwise as seen by the camera, so that they face it.
     """
 
     vertices: PointCloud
@@ -123,22 +123,21 @@ class Mesh:
 
 
 def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
-    """Triangles between neighbouring pixels that are linked.
+    """Create triangles between linked neighbouring pixels.
 
-    Of four pixels that are all linked, the diagonal with the smaller step in depth parts the two triangles; of three,
-    there is one.
+    Four linked pixels give two triangles, divided along the diagonal with the smaller step in depth; three give one.
 
     Parameters
     ----------
     depth : array_like
         Depth [m], (H, W).
     links : Links
-        Of that depth.
+        Links of that depth.
 
     Returns
     -------
     ndarray of int32, shape (M, 3)
-        Pixels, each its row times W plus its column, counter-clockwise as the camera sees them.
+        Pixel indices, row times W plus column, counter-clockwise as seen by the camera.
     """
     image = np.asarray(depth, np.float32)
     height, width = image.shape
@@ -152,7 +151,7 @@ def surface_faces(depth: ArrayLike, links: Links) -> NDArray[np.int32]:
 
 
 def _triangles(depth: NDArray[np.float32], links: Links, rows: slice) -> Iterator[NDArray[np.int32]]:
-    """Triangles between the pixels of some rows and those below them: a, b; c, d below."""
+    """Yield triangles between the pixels a, b of some rows and c, d below them."""
     below = slice(rows.start + 1, rows.stop + 1)
     top, bottom = links.right[rows], links.right[below]
     left, right = links.down[rows, :-1], links.down[rows, 1:]
@@ -183,12 +182,12 @@ def surface_mesh(
     normals: NDArray[np.float32] | None = None,
     scalars: Mapping[str, NDArray[Any]] | None = None,
 ) -> Mesh:
-    """The surface through the known pixels, cut where depth jumps.
+    """Create a mesh of the surface through the known pixels, cut where depth jumps.
 
     Parameters
     ----------
     depth, rgb, intrinsics, only, normals, scalars
-        As `point_cloud` takes them. Pixels without a neighbour on the same surface give no vertex.
+        As for `point_cloud`. Pixels without a neighbour on the same surface give no vertex.
 
     Returns
     -------
@@ -224,10 +223,10 @@ def surface_mesh(
     return Mesh(point_cloud(image, rgb, intrinsics, only=shown, normals=normals, scalars=scalars), faces)
 
 
-# Which way the surface faces at every pixel, from the slope of its inverse depth.
+# Surface normals at every pixel, from the slope of inverse depth.
 
 _RADIUS, _ROUNDS = 4, 2
-"""Slopes are averaged so often with those of linked pixels so far away, against the noise of sensors."""
+"""Radius [px] and number of passes of averaging slopes over linked pixels, to reduce sensor noise."""
 
 _NORMALS_BAND = 256  # rows at a time, so that intermediate arrays stay small
 
@@ -236,22 +235,22 @@ Double = NDArray[np.float64]
 
 
 def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Array:
-    """Which way the surface faces at every pixel.
+    """Compute the surface normal at every pixel.
 
-    The inverse depth of a plane is linear across the image, so its slope gives the normal. It is averaged over linked
-    neighbours, a few pixels around (sigma 3.7 px), but never across a jump.
+    The inverse depth of a plane is linear across the image, so its slope gives the normal. The slope is averaged over
+    linked neighbours within a few pixels (sigma 3.7 px), but never across a jump.
 
     Parameters
     ----------
     depth : array_like
-        Depth along the optical axis [m], (H, W). What is not finite and positive is missing.
+        Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing.
     intrinsics : CameraIntrinsics
         Of this image.
 
     Returns
     -------
     ndarray of float32, shape (H, W, 3)
-        Unit vectors in camera axes, towards the camera; 0, 0, -1 where a pixel is linked to none or depth is missing.
+        Unit vectors in camera axes, towards the camera; 0, 0, -1 where a pixel has no link or depth is missing.
 
     Examples
     --------
@@ -290,7 +289,7 @@ def _normals(depth: Array, links: Links, intrinsics: CameraIntrinsics, first_row
 
 
 def _slopes(inverse: Array, links: Links) -> Array:
-    """Mean step along the rows, in the middle of linked pixels; 0 where there is none."""
+    """Return the mean step along the rows over linked pixels; 0 where there is none."""
     total, count = np.zeros(inverse.shape), np.zeros(inverse.shape)
     step = np.where(links.right, np.diff(inverse, axis=1), 0)
     for side in (np.s_[:, :-1], np.s_[:, 1:]):
@@ -303,7 +302,8 @@ def _slopes(inverse: Array, links: Links) -> Array:
 
 
 def _reach(linked: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First pixel of each pixel's row that it is averaged with, and the one after the last: near by, and linked."""
+    """Return the first pixel of its row that each pixel is averaged with, and the one after the last: near and
+    linked."""
     height, width = linked.shape[0], linked.shape[1] + 1
     here = np.arange(width)
     first, last = np.zeros((height, width), np.intp), np.full((height, width), width - 1)
@@ -315,34 +315,34 @@ def _reach(linked: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp
 
 
 def _box_sums(values: Double, first: NDArray[np.intp], end: NDArray[np.intp]) -> Double:
-    """Sum of the values of each row from `first` to before `end`."""
+    """Return sums of the values of each row from `first` to before `end`."""
     sums = np.zeros((len(values), values.shape[1] + 1))
     np.cumsum(values, axis=1, out=sums[:, 1:])
     return np.asarray(np.take_along_axis(sums, end, 1) - np.take_along_axis(sums, first, 1))
 
 
-# Points in mid-air: between surfaces, on none of them.
+# Flying points: points between two surfaces that belong to neither.
 
 _FEW = 24
-"""Linked pixels, fewer of which are no surface."""
+"""Minimum number of linked pixels of a surface."""
 
 _REACH = 5
-"""Side [px] of the square that says whether depth is dense there."""
+"""Side [px] of the square in which the density of known depth is measured."""
 
 _DENSE = 9
-"""Known pixels in that square, fewer of which say nothing of the pixel in the middle."""
+"""Minimum number of known pixels in that square to classify its centre pixel."""
 
 
 def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.bool_]:
-    """Pixels whose points hang in mid-air, as sensors and filters put some between two surfaces.
+    """Find flying points: pixels whose points lie between two surfaces, as sensors and filters produce them.
 
-    These are pixels cut off (`surface_links`) from both neighbours of their row, or their column, one of which is
-    nearer and the other farther; and small pieces that are cut off from all around where depth is dense.
+    These are pixels without a link (`surface_links`) to either neighbour in their row, or their column, one of which is
+    nearer and the other farther; and small isolated pieces where depth is dense.
 
     Parameters
     ----------
     depth : array_like
-        Depth along the optical axis [m], (H, W). What is not finite and positive is missing.
+        Depth along the optical axis [m], (H, W). Values that are not finite and positive are missing.
     intrinsics : CameraIntrinsics
         Of this image.
 
@@ -370,7 +370,7 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
 
 
 def _between(depth: NDArray[np.float32], right: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels, all but the first and the last of each row, cut off from a nearer neighbour and from a farther one."""
+    """Return pixels, without the first and last of each row, not linked to their nearer and farther neighbours."""
     before, here, after = depth[:, :-2], depth[:, 1:-1], depth[:, 2:]
     with np.errstate(invalid="ignore"):
         within = ((before < here) & (here < after)) | ((before > here) & (here > after))
@@ -378,9 +378,9 @@ def _between(depth: NDArray[np.float32], right: NDArray[np.bool_]) -> NDArray[np
 
 
 def _piece_sizes(known: NDArray[np.bool_], links: Links) -> NDArray[np.int32]:
-    """How many pixels each known one is linked to, over others, itself among them; of others 0."""
+    """Return the size [px] of the connected piece that each known pixel belongs to; 0 for other pixels."""
     height, width = known.shape
-    # pixels on a grid with their links between them: its connected components are the pieces
+    # a grid of pixels with their links in between: its connected components are the pieces
     grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
     grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = known, links.right, links.down
     _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)

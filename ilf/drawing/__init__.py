@@ -1,1 +1,1 @@
-"""Pictures in numpy: label maps, stages of the extraction, point clouds."""
+"""Rendering with numpy: label maps, stages of the extraction, point clouds."""

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted
 from ..segmentation.extraction import Extraction, outlines
 from .colours import to_indices
 
@@ -15,7 +16,7 @@ _OPACITY = 0.5
 
 
 def block_colour(label: int) -> tuple[int, int, int]:
-    """Colour of a block: neighbours in number are far apart in hue, and the colour of a number never changes."""
+    """Colour of a block: consecutive numbers differ much in hue, and the colour of a number is fixed."""
     hue = (label * 0.61803398875) % 1.0
     saturation = (0.75, 0.55, 0.9)[label % 3]
     value = (0.95, 0.8, 1.0)[(label // 3) % 3]
@@ -30,7 +31,7 @@ def block_overlay(rgb: NDArray[np.uint8], labels: NDArray[np.int32]) -> NDArray[
     ----------
     rgb : ndarray of uint8, shape (H, W, 3)
     labels : ndarray of int32, shape (H, W)
-        Label map; 0 = no block stays as it is.
+        Label map; pixels without block (0) are not tinted.
 
     Returns
     -------
@@ -55,7 +56,7 @@ def stage_pictures(rgb: NDArray[np.uint8], extraction: Extraction) -> dict[str, 
     -------
     dict
         "strength": uint8 (H, W), 255 where it is 1. "edges" and "dilated": uint8 (H, W), 255 on the boundaries.
-        "contracted" and "blocks": uint8 (H, W, 3), the regions laid over the colour image.
+        "contracted" and "blocks": uint8 (H, W, 3), the regions overlaid on the colour image.
     """
     return {
         "strength": np.round(extraction.strength * 255).astype(np.uint8),
@@ -70,11 +71,11 @@ def stage_pictures(rgb: NDArray[np.uint8], extraction: Extraction) -> dict[str, 
 
 _DIMMED = 0.55
 _MARK_OPACITY = 0.75
-"""Of the marks: what they lie on shows through."""
+"""Opacity of the marks, below 1 so that the image shows through."""
 
 
 def dimmed(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The colour image, uint8 (H, W, 3), darker."""
+    """The darkened colour image, uint8 (H, W, 3)."""
     return np.asarray(cv2.convertScaleAbs(rgb, alpha=_DIMMED), np.uint8)
 
 
@@ -92,7 +93,7 @@ def marked_picture(rgb: NDArray[np.uint8], where: NDArray[np.bool_], colour: tup
     rgb : ndarray of uint8, shape (H, W, 3)
     where : ndarray of bool, shape (H, W)
     colour : tuple of int
-        (R, G, B) of the marks.
+        Colour (R, G, B) of the marks.
 
     Returns
     -------
@@ -137,7 +138,7 @@ def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) ->
     -------
     ndarray of uint8
         "strength": indices 1-255 for 0 to 1, shape (H, W). The others: shape (H, W, 3). Edges are drawn over the
-        dimmed colour image, with what the dilation adds around them; regions are tinted and outlined.
+        dimmed colour image, with the pixels added by the dilation around them; regions are tinted and outlined.
     """
     if stage == "strength":
         return to_indices(extraction.strength, 0.0, 1.0)
@@ -152,7 +153,7 @@ def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) ->
 
 
 def stage_legend(stage: str, extraction: Extraction) -> list[tuple[tuple[int, int, int], str]]:
-    """Colours in the picture of a stage, (R, G, B), and what they stand for; edges with their share of the pixels."""
+    """Legend of a stage's picture: colours (R, G, B) and texts; edges with their fraction of the pixels."""
     if stage == "binarised":
         return [(_EDGE, f"edges {_share(extraction.edges)}")]
     if stage == "dilated":
@@ -161,21 +162,21 @@ def stage_legend(stage: str, extraction: Extraction) -> list[tuple[tuple[int, in
 
 
 def stage_count(stage: str, extraction: Extraction) -> str:
-    """How many regions or blocks the picture of a stage shows; "" for the other stages."""
+    """Number of regions or blocks in a stage's picture, as text; "" for the other stages."""
     if stage not in ("contracted", "blocks"):
         return ""
     count = int(getattr(extraction, stage).max())
-    return f"{count} {'region' if stage == 'contracted' else 'block'}{'s' * (count != 1)}"
+    return counted(count, "region" if stage == "contracted" else "block")
 
 
 def _share(edges: NDArray[np.bool_]) -> str:
     return f"{np.count_nonzero(edges) / edges.size:.1%}"
 
 
-# Where a block's name or number is written: well inside it.
+# Positions for block names and numbers, well inside the blocks.
 
 _LARGEST_SIDE = 480
-"""Pixels that are looked at along the frame's longer side: names need no better place."""
+"""Maximum number of pixels sampled along the frame's longer side, which is precise enough for names."""
 
 InnerPoint = tuple[float, float, float]
 """Image coordinates x, y of the middle of a large circle inside a block, and its radius."""
@@ -194,7 +195,7 @@ def inner_points(labels: NDArray[np.int32]) -> dict[int, InnerPoint]:
     order = np.flatnonzero(distance)
     order = order[np.argsort(distance[order], kind="stable")]
     best = np.zeros(max(int(few.max()), 0) + 1, np.intp)
-    best[few.ravel()[order]] = order  # the last, and so the farthest from the border, stays
+    best[few.ravel()[order]] = order  # the last one, farthest from the border, stays
     points = {}
     for label in np.flatnonzero(best):
         row, column = divmod(int(best[label]), few.shape[1])

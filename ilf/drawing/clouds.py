@@ -1,4 +1,4 @@
-"""Point cloud to picture in numpy: a z-buffer splat and eye-dome lighting. No Qt, no OpenGL."""
+"""Point cloud rendering in numpy: z-buffer splatting and eye-dome lighting. No Qt, no OpenGL."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# A camera that orbits a point of the cloud: where it stands, and where it sees what.
+# A camera that orbits a point of the cloud.
 
 NEAR = 0.01
 """Points nearer to the eye than this [m] are not drawn."""
 
 _DISTANCES = (0.02, 1e4)
-_SAMPLE = 20_000  # points that are enough to judge a cloud's extent and density
+_SAMPLE = 20_000  # points, enough to estimate a cloud's extent and density
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class OrbitCamera:
     Parameters
     ----------
     target : tuple of float
-        Point that is looked at, (x, y, z) [m].
+        Point at which the camera looks, (x, y, z) [m].
     distance : float
         From the eye to the target [m].
     yaw, pitch : float
@@ -42,18 +42,18 @@ class OrbitCamera:
     fov: float = math.radians(45)
 
     def orbit(self, yaw: float, pitch: float) -> OrbitCamera:
-        """Turned about the target by two angles [rad]; the pitch stops straight above and below."""
+        """A camera rotated about the target by two angles [rad]; the pitch is limited to straight above and below."""
         turned = math.remainder(self.yaw + yaw, math.tau)
         return replace(self, yaw=turned, pitch=min(max(self.pitch + pitch, -math.pi / 2), math.pi / 2))
 
     def pan(self, right: float, down: float) -> OrbitCamera:
-        """Moved with its target along the picture's axes [m]."""
+        """A camera moved with its target along the picture's axes [m]."""
         x_axis, y_axis, _ = self.rotation()
         x, y, z = (np.asarray(self.target) + right * x_axis + down * y_axis).tolist()
         return replace(self, target=(x, y, z))
 
     def dolly(self, factor: float) -> OrbitCamera:
-        """Nearer (factor < 1) or farther (factor > 1), within 0.02 m to 10 km."""
+        """A camera moved nearer (factor < 1) or farther (factor > 1), within 0.02 m to 10 km."""
         return replace(self, distance=min(max(self.distance * factor, _DISTANCES[0]), _DISTANCES[1]))
 
     def rotation(self) -> NDArray[np.float64]:
@@ -80,8 +80,8 @@ class OrbitCamera:
         return 0.5 * height / math.tan(0.5 * self.fov)
 
     def project(self, points: NDArray[np.floating], width: int, height: int) -> NDArray[np.float64]:
-        """Where points of the cloud, (N, 3) [m], are in a picture of that size, float64 (N, 3): x and y [px] from its
-        upper left corner, and how far before the eye they are [m]; x and y mean nothing unless that is positive."""
+        """Project points of the cloud, (N, 3) [m], to a picture of that size, float64 (N, 3): x and y [px] from its
+        upper left corner, and distance before the eye [m]; x and y are valid only if that is positive."""
         matrix = self.view_matrix()
         eye = np.asarray(points, np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         with np.errstate(all="ignore"):
@@ -93,12 +93,12 @@ class OrbitCamera:
         return self.distance / self.focal(height)
 
     def fitted(self, points: NDArray[np.float32], aspect: float) -> OrbitCamera:
-        """Same direction, but aimed at the middle of a cloud and far enough away to see nearly all of it.
+        """A camera with the same direction that shows nearly all of a cloud, centred.
 
         Parameters
         ----------
         points : ndarray
-            float32 (N, 3) [m]. The outermost points do not count: stray ones would make the rest tiny.
+            float32 (N, 3) [m]. The outermost points are ignored: outliers would make the rest tiny.
         aspect : float
             Width of the picture over its height.
         """
@@ -109,7 +109,7 @@ class OrbitCamera:
         x, y, z = self.rotation() @ (sample - centre).T
         half = math.tan(0.5 * self.fov)
         middle = np.zeros(2)
-        for _ in range(4):  # the middle of the picture depends on the distance, and the other way round
+        for _ in range(4):  # the middle of the picture depends on the distance, and vice versa
             across, along = np.abs(x - middle[0]) / aspect, np.abs(y - middle[1])
             distance = max(float(np.percentile(np.maximum(across, along) / half - z, 99.5)), 2 * NEAR - float(z.min()))
             edges = np.percentile(np.stack([x - middle[0], y - middle[1]]) / (z + distance), (0.5, 99.5), axis=1)
@@ -119,24 +119,24 @@ class OrbitCamera:
 
 
 def few_of(points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The finite ones of at most 20 000 points, spread evenly over the cloud's order."""
+    """The finite points of a sample of at most 20 000 points, evenly spaced in the cloud's order."""
     if len(points) > _SAMPLE:
         points = points[np.linspace(0, len(points) - 1, _SAMPLE).astype(np.intp)]
     return points[np.isfinite(points).all(axis=1)]
 
 
-# The picture: every point a square, the nearest wins.
+# The picture: every point is a square, and the nearest point is visible.
 
 MAX_POINT_SIZE = 12
 """Largest side of a point [px]; automatic sizes stop here when zoomed far in."""
 
-_CHUNK = 1 << 15  # points at a time, so that the intermediate arrays stay in the cache
+_CHUNK = 1 << 15  # points at a time, so that intermediate arrays stay in the cache
 _EMPTY = np.uint64(0xFFFF_FFFF_FFFF_FFFF)
 _INDEX = np.uint64(0xFFFF_FFFF)
 _MOST = 5  # of eight neighbours
-_OVERLAP = 1.6  # automatic points are this much wider than their spacing, or slanted surfaces show slits
+_OVERLAP = 1.6  # ratio of automatic point size to spacing; smaller ones leave slits in slanted surfaces
 _EDL_STRENGTH = 12.0
-_EDL_STEPS = 4000  # per unit of the logarithm of depth: from NEAR to 100 km they fit into 16 bits
+_EDL_STEPS = 4000  # per unit of log depth: from NEAR to 100 km they fit into 16 bits
 _EDL_EMPTY = 0xFFFF
 _EDL_NEIGHBOURS = ((0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2))
 
@@ -145,21 +145,20 @@ _EDL_SHADES = np.round(255 * np.exp(-_EDL_STRENGTH / 8 / _EDL_STEPS * np.arange(
 
 @dataclass(frozen=True)
 class Look:
-    """How a cloud is looked at.
+    """View of a cloud: camera and rendering options.
 
     Parameters
     ----------
     camera : OrbitCamera
-        Where from.
     width, height : int
         Size of the picture [px].
     background : tuple of int
-        Red, green, blue where no point falls.
+        Red, green, blue of pixels without a point.
     point_size : int, optional
-        Side of a point [px], 1 to `MAX_POINT_SIZE`. None: each point is as wide as its distance to its
-        neighbours appears, taking the cloud as seen by a depth camera at the origin, and single gaps are closed.
+        Side of a point [px], 1 to `MAX_POINT_SIZE`. None: each point is as wide as its apparent distance to its
+        neighbours, assuming a depth camera at the origin, and single gaps are closed.
     shaded : bool
-        Eye-dome lighting: darken what lies behind its neighbourhood.
+        Whether to use eye-dome lighting, which darkens points behind their neighbourhood.
     depths : tuple of float
         Points whose z [m] in the cloud is not within these two are not drawn.
     """
@@ -175,14 +174,14 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Splat:
-    """A cloud's picture.
+    """A rendered picture of a cloud.
 
     Parameters
     ----------
     picture : ndarray
         uint8 (height, width, 3), red first.
     nearest : ndarray
-        int32 (height, width): index of the point that is seen at each pixel, -1 where there is none.
+        int32 (height, width): index of the visible point at each pixel, -1 where there is none.
     """
 
     picture: NDArray[np.uint8]
@@ -190,7 +189,7 @@ class Splat:
 
 
 def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, spacing: float | None = None) -> Splat:
-    """Draw a point cloud: every point a square, the nearest wins.
+    """Draw a point cloud: every point is a square, and the nearest point is visible.
 
     Parameters
     ----------
@@ -200,7 +199,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
         uint8 (N, 3), red first.
     look : Look
     spacing : float, optional
-        Of the points, as `spacing_of` finds it if it is not given.
+        Spacing of the points; found by `spacing_of` if left out.
 
     Returns
     -------
@@ -218,7 +217,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
 def splat_in_steps(
     points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, spacing: float | None = None
 ) -> Generator[None, None, Splat]:
-    """The same in steps of a few milliseconds, for those who may want to stop before the end."""
+    """`splat` as a generator with steps of a few milliseconds, so that it can be stopped early."""
     if look.point_size is None:
         gain = _OVERLAP * look.camera.focal(look.height) * (spacing_of(points) if spacing is None else spacing)
         smallest, largest = _size_range(points, look.camera, gain)
@@ -244,11 +243,11 @@ def _nearest(
 ) -> Generator[None, None, NDArray[np.uint64]]:
     """For each pixel the key (depth bits << 32 | index) of the nearest point that covers it, or _EMPTY.
 
-    The bits of positive floats sort like the floats, so the smallest key is the nearest point. Points go as single
-    pixels into one layer per size; a layer is then widened by a pixel and joined with the next smaller one.
-    That gives the same picture as filling every square, at a cost that does not depend on the number of points.
+    The bits of positive floats sort like the floats, so the smallest key is the nearest point. Points are drawn as
+    single pixels into one layer per size; a layer is then widened by a pixel and merged with the next smaller one.
+    The result equals filling every square, at a cost that does not depend on the number of points.
     """
-    margin = largest  # squares of points just outside reach into the picture
+    margin = largest  # squares of points just outside extend into the picture
     columns, rows = look.width + 2 * margin, look.height + 2 * margin
     layers = np.full((largest - smallest + 1, rows, columns), _EMPTY)
     flat = layers.reshape(-1)
@@ -301,9 +300,9 @@ def _widen(keys: NDArray[np.uint64], forward: bool) -> None:
 
 
 def _close(keys: NDArray[np.uint64]) -> None:
-    """Where most of the eight neighbours of a pixel have points and it has none, it takes the nearest one; in place.
+    """Give pixels without a point, but with most of their eight neighbours filled, the nearest of those; in place.
 
-    A surface that the depth camera saw from the side has wider gaps than its points are taken to be.
+    A surface that the depth camera saw at a grazing angle has gaps wider than its points.
     """
     seen = (keys != _EMPTY).view(np.uint8)
     around = cv2.boxFilter(seen, cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
@@ -318,10 +317,10 @@ def _close(keys: NDArray[np.uint64]) -> None:
 
 
 def spacing_of(points: NDArray[np.float32]) -> float:
-    """How far neighbours of a cloud lie apart, over their depth; 0 where too few points say.
+    """Distance between neighbouring points of a cloud, divided by their depth; 0 if there are too few points.
 
-    A depth camera samples equal angles, so neighbours at depth z lie k z apart. k is found from the solid
-    angle that the cloud fills and the number of its points.
+    A depth camera samples equal angles, so neighbours at depth z are k z apart. k is estimated from the solid angle
+    that the cloud fills and the number of its points.
 
     Parameters
     ----------
@@ -360,7 +359,7 @@ def _size_range(points: NDArray[np.float32], camera: OrbitCamera, gain: float) -
 def _eye_dome(
     colours: NDArray[np.uint8], depth: NDArray[np.float32], seen: NDArray[np.bool_], radius: int
 ) -> NDArray[np.uint8]:
-    """Darken pixels by how far they lie behind their eight neighbours, in ratios of depth, where points are seen."""
+    """Darken pixels with points by how far they lie behind their eight neighbours, in ratios of depth."""
     rows, columns = depth.shape
     with np.errstate(all="ignore"):
         far = np.log(depth)
@@ -372,7 +371,7 @@ def _eye_dome(
     behind, difference = np.zeros_like(levels), np.empty_like(levels)
     for dy, dx in _EDL_NEIGHBOURS:
         y, x = dy * radius, dx * radius
-        # both stop at the ends of 16 bits: in front is not behind, and what is black stays so
+        # both saturate at 16 bits: points in front do not count, and black stays black
         cv2.subtract(levels, padded[y : y + rows, x : x + columns], dst=difference)
         cv2.add(behind, difference, dst=behind)
     shade = np.take(_EDL_SHADES, behind)

@@ -1,4 +1,4 @@
-"""Numbers to 8-bit indices for lookup tables, and the levels between which they lie."""
+"""Colour maps: values to 8-bit indices, colour ranges, lookup tables, and the spectrum of a block's depth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SMALLEST_DIFFERENCE = 1.0
 
 
 def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
-    """Indices 1-255 for values from low to high (beyond: the ends), 0 for NaN (missing)."""
+    """Indices 1-255 for values from low to high (others are clipped), 0 for NaN (missing)."""
     scaled = (values - np.float32(low)) * np.float32(254 / (high - low))
     np.clip(scaled, 0, 254, out=scaled)
     scaled += np.float32(1.5)
@@ -23,7 +23,7 @@ def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray
 
 
 def log_indices(error: NDArray[np.floating], levels: tuple[float, float]) -> NDArray[np.uint8]:
-    """Indices 1-255 of errors [m] on a logarithmic scale between two levels [mm], 0 for NaN (missing)."""
+    """Indices 1-255 of errors [m] on a logarithmic colour range [mm], 0 for NaN (missing)."""
     indices = np.zeros(error.shape, np.uint8)
     known = np.isfinite(error)
     low, high = np.log(levels)
@@ -32,7 +32,7 @@ def log_indices(error: NDArray[np.floating], levels: tuple[float, float]) -> NDA
 
 
 def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
-    """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
+    """Robust colour range of depth: 1st and 99th percentile of the known depth [m]; (0, 1) if none is known."""
     known = _known_sample(depth)
     if known.size == 0:
         return 0.0, 1.0
@@ -41,7 +41,8 @@ def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
 
 
 def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
-    """Levels [mm] of a logarithmic scale: 1st and 99th percentile, widened to 1, 2 or 5 times a power of ten."""
+    """Robust colour range [mm] of errors, logarithmic: 1st and 99th percentile, widened to 1, 2 or 5 times a power of
+    ten."""
     known = _known_sample(error)
     if known.size == 0:
         return 1.0, 10.0
@@ -51,9 +52,10 @@ def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
 
 
 def robust_difference_level(difference: NDArray[np.floating]) -> float:
-    """Symmetric level [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a power of ten.
+    """End of a robust symmetric colour range [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a
+    power of ten.
 
-    The rounding keeps the colours steady while a run refreshes the view.
+    The rounding keeps the colours stable while a run refreshes the view.
     """
     known = _known_sample(difference)
     level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
@@ -63,18 +65,18 @@ def robust_difference_level(difference: NDArray[np.floating]) -> float:
 
 
 def _round_up(value: float) -> float:
-    """The next 1, 2 or 5 times a power of ten. Its inverse, of an inverse, is the one before."""
+    """Round up to 1, 2 or 5 times a power of ten. Applied to the inverse, its inverse rounds down."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
 
 
 def sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
-    """About `_SAMPLES` of an array's values, spread evenly: enough for percentiles, quick enough for live refresh.
+    """About `_SAMPLES` evenly spaced values of an array: enough for percentiles, fast enough for live refresh.
 
-    Arrays of one shape give values of the same places; of what was sampled, all is taken.
+    Arrays of the same shape are sampled at the same positions; a sample is returned whole.
     """
     flat = values.ravel()
-    # an odd stride does not fall in step with even image widths
+    # an odd stride avoids aliasing with even image widths
     return flat[:: (flat.size // _SAMPLES) | 1]
 
 
@@ -83,7 +85,7 @@ def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
     return few[np.isfinite(few)]
 
 
-# Lookup tables from 8-bit indices, as `to_indices` makes them, to colours. Index 0, missing, is grey in all of them.
+# Lookup tables from 8-bit indices of `to_indices` to colours. Index 0, missing, is grey in all of them.
 
 Colour = tuple[int, int, int]
 """Red, green, blue, 0-255."""
@@ -94,17 +96,17 @@ _BELOW, _ZERO, _ABOVE = (33, 84, 176), (246, 246, 244), (186, 32, 42)
 
 
 def depth_colours() -> NDArray[np.uint8]:
-    """Colours of depth, uint8 (256, 3): turbo, near is blue."""
+    """Colour map of depth, uint8 (256, 3): turbo, near is blue."""
     return _of_map(cv2.COLORMAP_TURBO)
 
 
 def error_colours() -> NDArray[np.uint8]:
-    """Colours of the size of errors, uint8 (256, 3): inferno, small is dark."""
+    """Colour map of absolute errors, uint8 (256, 3): inferno, small is dark."""
     return _of_map(cv2.COLORMAP_INFERNO)
 
 
 def difference_colours() -> NDArray[np.uint8]:
-    """Colours of signed differences, uint8 (256, 3): blue below zero, near white at it, red above."""
+    """Colour map of signed differences, uint8 (256, 3): blue below zero, nearly white at zero, red above."""
     below, zero, above = (np.array(colour, np.float64) for colour in (_BELOW, _ZERO, _ABOVE))
     t = np.linspace(-1, 1, 255)[:, None]
     return _with_missing(np.round(zero + np.abs(t) ** 0.8 * (np.where(t < 0, below, above) - zero)))
@@ -119,7 +121,7 @@ def _with_missing(colours: NDArray[np.number]) -> NDArray[np.uint8]:
     return np.vstack([MISSING, colours]).astype(np.uint8)
 
 
-# The spectrum of a block's depth, as it is looked at beside the pass band that filtered it.
+# The spectrum of a block's depth, for display with the pass band.
 
 
 def depth_spectrum(
@@ -127,21 +129,21 @@ def depth_spectrum(
 ) -> NDArray[np.float32]:
     """Log magnitude of the spectrum of a block's depth on the padded grid, with wave number 0 in the middle.
 
-    The mean of the known depth is taken off, and what is missing counts as 0: the mean alone would outshine the rest.
+    The mean of the known depth, which would dominate the spectrum, is subtracted; missing pixels count as 0.
 
     Parameters
     ----------
     depth : ndarray of float, shape (h, w)
         Depth on the block's bounding box [m], NaN outside the block and where it is missing.
     padding : float
-        Side of the grid in sides of the bounding box, as in `Parameters.padding`.
+        Ratio of the grid's sides to those of the bounding box, as in `Parameters.padding`.
     reach : tuple of int, optional
         Largest wave numbers (k_y, k_x) that are kept, in cycles per grid; all if left out.
 
     Returns
     -------
     ndarray of float32
-        In [0, 1]. In row k_y + rows // 2 and column k_x + columns // 2 there is wave number (k_y, k_x).
+        In [0, 1]. Row k_y + rows // 2 and column k_x + columns // 2 contain wave number (k_y, k_x).
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""How good depth and blocks are: ground truth, hold-out, comparison, quality checks, measuring."""
+"""Evaluation of depth and blocks: ground truth, hold-out, comparison, quality checks, measuring."""

@@ -1,4 +1,4 @@
-"""Whether an edit was for the better: by the truth, expected error, and error on depth hidden near the border."""
+"""Summary of an edit: errors before and after, by ground truth, expected error, and hold-out near the border."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from ..run.run import Run
 from ..segmentation.editing.patches import LabelPatch
 
 _BAND = 5
-"""All known depth is hidden up to so many pixels from those that have changed hands. The few samples of a random share
-that is left would decide what the depth between comes to, and they lie on either side of the border in question."""
+"""Known depth is hidden up to this distance [px] from the pixels that have changed blocks. All of it is hidden: a few
+samples left on either side of the border would determine the depth between."""
 
 _FEWEST = 20
-"""Pixels below which an error is not worth saying."""
+"""Minimum number of pixels for an error."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What an edit has done.
+    """Summary of an edit.
 
     Attributes
     ----------
     moved : int
-        Pixels that have changed hands.
+        Number of pixels that have changed blocks.
     filled : (int, int) or None
-        Pixels of the touched blocks that are filled, before and after; None where these have not been run.
+        Number of filled pixels of the affected blocks, before and after; None if these have not been run.
     expected : (float, float) or None
-        Root mean square of the expected error [m], before and after, of those that are filled both times; None where
-        they are too few.
+        Root mean square of the expected error [m], before and after, of the pixels filled both times; None if there are
+        too few.
     by_truth : (float, float) or None
-        Root mean square error [m] against the frame's truth, before and after, of the pixels of the touched blocks that
-        are filled both times; None where the frame has no truth, or the truth is known at too few of them.
+        Root mean square error [m] against ground truth, before and after, of the pixels of the affected blocks that are
+        filled both times; None without ground truth or with too few such pixels.
     held_out : (float, float) or None
-        Mean absolute error [m] on the hidden depth, before and after; None where there is too little known depth.
+        Mean absolute error [m] on the hidden depth, before and after; None if there is too little known depth.
     hidden : int
-        Pixels that `held_out` is over.
+        Number of pixels for `held_out`.
     """
 
     moved: int
@@ -55,10 +55,10 @@ class Effect:
 def edit_effect(
     before: Run, after: Run, patch: LabelPatch, completed: tuple[Completion | None, Completion | None] = (None, None)
 ) -> Effect:
-    """What an edit of the label map has done to the depth around it.
+    """Compute the effect of an edit of the label map on the depth around it.
 
-    Known depth near the pixels that have changed hands is hidden, and the blocks there are completed without it, once
-    as they were and once as they are.
+    Known depth near the pixels that have changed blocks is hidden, and the blocks there are completed without it, as
+    before and as after the edit.
 
     Parameters
     ----------
@@ -67,8 +67,7 @@ def edit_effect(
     patch : LabelPatch
         The edit, in either direction.
     completed : (Completion or None, Completion or None)
-        What the blocks were completed to before and after, where they have been; of no use where the touched blocks had
-        other pixels.
+        Existing completions before and after; ignored if the affected blocks had other pixels.
 
     Returns
     -------
@@ -96,12 +95,12 @@ def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
-    """Errors [m] of the hidden pixels, completed without them by each run; NaN where they come to no depth."""
+    """Errors [m] of the hidden pixels, completed without them by each run; NaN where they are not filled."""
     frame = runs[0].frame
     truth = frame.depth[hidden]
-    try:  # one for both runs, so that what is worked out once for a frame is
+    try:  # one frame for both runs, to share its cache
         without = frame.also_distrusting(hidden)
-    except InputError:  # nothing would be left
+    except InputError:  # no depth would be left
         return [np.full(truth.shape, np.nan, np.float32)] * len(runs)
     alone = [
         replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, dense=False)
@@ -129,7 +128,7 @@ def _filled_and_expected(
 def _by_truth(
     runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
 ) -> tuple[float, float] | None:
-    """Root mean square errors of what the touched blocks fill in both runs; they are completed where they are not."""
+    """Root mean square errors of the pixels that the affected blocks fill in both runs; completed here if needed."""
     truth = runs[0].frame.truth
     if truth is None:
         return None
@@ -146,12 +145,12 @@ def _by_truth(
 
 
 def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
-    """Pixels that these blocks have in one of the runs."""
+    """Pixels of these blocks in either run."""
     return np.isin(runs[0].blocks, list(touched)) | np.isin(runs[1].blocks, list(touched))
 
 
 def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
-    """Whether the results of these blocks, as far as there are any, are of the very pixels that the run gives them."""
+    """Whether the existing results of these blocks have exactly the pixels of the run's blocks."""
     return all(
         np.array_equal(run.blocks[result.block.box] == label, result.block.mask)
         and np.count_nonzero(run.blocks == label) == result.depth.size

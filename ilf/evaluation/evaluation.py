@@ -1,4 +1,4 @@
-"""How far completed depth is from a truth: over any pixels, over blocks, over a frame."""
+"""Evaluation of completed depth against ground truth: over any pixels, over blocks, over a frame."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ Depth = NDArray[np.floating]
 
 @dataclass(frozen=True, eq=False)
 class Judgement(NanEqual):
-    """How far depth is from the truth, over a set of pixels. NaN equals NaN when judgements are compared.
+    """Errors of depth against ground truth over a set of pixels. NaN equals NaN in comparisons of evaluations.
 
     Attributes
     ----------
     pixels : int
-        Pixels where both are known; with 0 of them the errors are NaN.
+        Number of pixels where both are known; if it is 0, the errors are NaN.
     rmse, mae, median : float
         Root mean square, mean absolute and median absolute error [m].
     bias : float
-        Mean error [m], positive where the depth is too large.
+        Mean error [m], positive if the depth is too large.
     within : float or None
-        Share of the pixels with an expected error whose error is at most that, 0-1; None where there are none.
+        Share of the pixels with an expected error whose error is at most that, 0-1; None without such pixels.
     """
 
     pixels: int = 0
@@ -49,16 +49,16 @@ class Judgement(NanEqual):
 def judge(
     depth: Depth, truth: Depth, mask: NDArray[np.bool_] | None = None, expected: Depth | None = None
 ) -> Judgement:
-    """Compare depth with the truth, over the pixels where both are known.
+    """Compare depth with ground truth over the pixels where both are known.
 
     Parameters
     ----------
     depth, truth : ndarray of float
-        Depth [m] of the same shape, NaN = not known.
+        Depth [m] of the same shape, NaN = unknown.
     mask : ndarray of bool, optional
         Only these pixels.
     expected : ndarray of float, optional
-        Expected error [m], NaN where there is none.
+        Expected error [m], NaN = none.
 
     Returns
     -------
@@ -76,10 +76,10 @@ def judge(
     >>> judgement.pixels, round(judgement.mae, 3), round(judgement.bias, 3), round(judgement.within, 2)
     (3, 0.1, 0.033, 0.67)
     """
-    given = {"depth": depth, "truth": truth, "mask": mask, "expected error": expected}
+    given = {"depth": depth, "ground truth": truth, "mask": mask, "expected error": expected}
     if len({values.shape for values in given.values() if values is not None}) > 1:
         shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
-        raise InputError(f"What is compared must show the same pixels: {shapes}.")
+        raise InputError(f"Only arrays of the same shape can be compared: {shapes}.")
     judged = np.isfinite(depth) & np.isfinite(truth)
     if mask is not None:
         judged &= mask
@@ -104,24 +104,24 @@ def judge_completion(
     every: bool = False,
     expected: Depth | None = None,
 ) -> Judgement:
-    """Compare what was filled in the depth camera's view with the frame's truth.
+    """Compare the depth filled in the depth camera's view with the frame's ground truth.
 
     Parameters
     ----------
     frame : RGBDFrame
-        That was completed; it has a truth.
+        The completed frame, with ground truth.
     completion : Completion
     area : ndarray of bool, shape (H, W), or Box, optional
-        Only there.
+        Only these pixels.
     every : bool
-        Judge the depth that was known before, too.
+        Evaluate previously known depth as well.
     expected : ndarray of float, shape (H, W), optional
         `ilf.expected_error` of the completion, for `Judgement.within`.
 
     Raises
     ------
     InputError
-        If the frame has no truth, or shapes differ.
+        If the frame has no ground truth, or shapes differ.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def judge_completion(
         inside[area] = True
         judged &= inside
     elif area is not None:
-        judged &= checked_mask(area, frame.shape, "the area to judge")
+        judged &= checked_mask(area, frame.shape, "the area to evaluate")
     return judge(completion.depth, _truth(frame), judged, expected)
 
 
@@ -151,24 +151,24 @@ def judge_blocks(
     every: bool = False,
     expected: Depth | None = None,
 ) -> dict[int, Judgement]:
-    """`judge_completion` of every block that has pixels to judge.
+    """`judge_completion` for every block that has pixels to evaluate.
 
     Parameters
     ----------
     frame, completion, every, expected
-        As there.
+        As for `judge_completion`.
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
 
     Returns
     -------
     dict
-        Label -> Judgement, in rising order of labels.
+        Label -> Judgement, in increasing order of labels.
 
     Raises
     ------
     InputError
-        If the frame has no truth, or shapes differ.
+        If the frame has no ground truth, or shapes differ.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def judge_blocks(
 
 
 def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
-    """Which of some flat places of a label map belong to each label, by their numbers, in rising order of labels."""
+    """For each label, in increasing order, the positions in `places` of its flat indices in a label map."""
     owners = labels.ravel()[places]
     order = np.argsort(owners, kind="stable")
     found, starts = np.unique(owners[order], return_index=True)
@@ -205,7 +205,7 @@ def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tu
 
 def _truth(frame: RGBDFrame) -> NDArray[np.float32]:
     if frame.truth is None:
-        raise InputError(f"{frame.name} has no truth to be judged by. Load one, or test on hidden depth.")
+        raise InputError(f"{frame.name} has no ground truth. Load one, or run a hold-out test.")
     return frame.truth
 
 
@@ -219,29 +219,29 @@ def _within(depth: Depth, truth: Depth, expected: Depth) -> float | None:
     said = np.isfinite(expected)
     if not said.any():
         return None
-    # as the bench has it, in the depth's own precision
+    # in the depth's own precision, as in the bench
     return share_within(depth[said] - truth[said], expected[said])
 
 
-# Errors pixel by pixel, and what they come to: together, part by part, block by block.
+# Errors pixel by pixel, and their evaluation: in total, part by part, block by block.
 
 ENOUGH = 0.9
-"""Who fills a smaller share of what the best fills is not compared: the others would be judged on the easy pixels only
-that are left."""
+"""Minimum share of the best one's filled pixels for a comparison: otherwise the others would be evaluated only on the
+remaining easy pixels."""
 
 Values = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class PixelErrors:
-    """Pixels that should have been filled, what they came to, and what would have been right.
+    """Pixels that should have been filled, with their completed depth and ground truth.
 
     Attributes
     ----------
     places : ndarray of int, shape (N,)
-        Where they lie in the flattened frame, in rising order.
+        Flat indices in the frame, in increasing order.
     depth, truth, expected : ndarray of float32, shape (N,)
-        Completed depth and truth [m] and the expected error [m]; NaN where the pixel was left open.
+        Completed depth, ground truth and expected error [m]; NaN where the pixel was not filled.
     """
 
     places: NDArray[np.intp]
@@ -251,27 +251,27 @@ class PixelErrors:
 
     @property
     def error(self) -> Values:
-        """Completed depth - truth [m], NaN where the pixel was left open."""
+        """Completed depth - ground truth [m], NaN where the pixel was not filled."""
         return self.depth - self.truth
 
     @property
     def filled(self) -> NDArray[np.bool_]:
-        """Which of the pixels have come to any depth."""
+        """Which of the pixels were filled."""
         return np.isfinite(self.depth)
 
     def among(self, places: NDArray[np.intp]) -> PixelErrors:
-        """The same, as if only these places had been filled."""
+        """The same, as if only the pixels at these flat indices had been filled."""
         there = np.isin(self.places, places, assume_unique=True)
         return replace(self, depth=np.where(there, self.depth, np.float32(np.nan)))
 
     def only(self, chosen: NDArray[np.intp]) -> PixelErrors:
-        """Some of the pixels, by their number in `places`."""
+        """Some of the pixels, by their positions in `places`."""
         return PixelErrors(self.places[chosen], self.depth[chosen], self.truth[chosen], self.expected[chosen])
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """What a completion, or several of the same blocks with other depth hidden, were judged on.
+    """The evaluated pixels of a completion, or of several of the same blocks with different hidden depth.
 
     Attributes
     ----------
@@ -280,7 +280,7 @@ class Judged:
     parts : tuple of PixelErrors
         One per completion.
     shared : tuple of PixelErrors or None
-        Those of the pixels that others have filled, too, which alone are judged; None for all.
+        The pixels that others have filled as well; only these are evaluated. None for all.
     """
 
     labels: NDArray[np.int32]
@@ -289,27 +289,27 @@ class Judged:
 
     @property
     def pixels(self) -> int:
-        """How many there are to be filled."""
+        """Number of pixels that should be filled."""
         return sum(part.places.size for part in self.parts)
 
     @property
     def coverage(self) -> float:
-        """Share of them that were filled, 0-1; 0 if there are none."""
+        """Share of them that was filled, 0-1; 0 if there are none."""
         return sum(int(np.count_nonzero(part.filled)) for part in self.parts) / max(self.pixels, 1)
 
     @cached_property
     def whole(self) -> Judgement:
-        """All together."""
+        """The evaluation of all completions together."""
         return _judgement(self._judged)
 
     @cached_property
     def by_part(self) -> tuple[Judgement, ...]:
-        """Every completion by itself."""
+        """The evaluation of every completion."""
         return tuple(_judgement([part]) for part in self._judged)
 
     @cached_property
     def blocks(self) -> dict[int, Judgement]:
-        """Every block with pixels to be filled, all completions together; label -> Judgement in rising order."""
+        """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}
         for part in self._judged:
             for label, chosen in by_label(self.labels, part.places):
@@ -323,15 +323,15 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class RunJudged:
-    """What a run was judged to be.
+    """The evaluation of a run.
 
     Attributes
     ----------
     run : Run
     judged : Judged
-        Error by error.
+        Its errors, pixel by pixel.
     seconds : float
-        That it took.
+        Duration.
     """
 
     run: Run
@@ -340,34 +340,34 @@ class RunJudged:
 
     @property
     def whole(self) -> Judgement:
-        """Over all blocks."""
+        """The evaluation of all blocks together."""
         return self.judged.whole
 
     @property
     def blocks(self) -> dict[int, Judgement]:
-        """Label -> Judgement of every block with pixels to be filled."""
+        """Label -> evaluation of every block with pixels to be filled."""
         return self.judged.blocks
 
     @property
     def errors(self) -> tuple[PixelErrors, ...]:
-        """Error by error, a part for every completion."""
+        """The errors pixel by pixel, one part per completion."""
         return self.judged.parts
 
     @property
     def coverage(self) -> float:
-        """Share of the pixels to be filled that were, 0-1."""
+        """Share of the pixels to be filled that was filled, 0-1."""
         return self.judged.coverage
 
 
 def over_shared(several: Sequence[Judged]) -> list[Judged]:
-    """The same, each judged over the pixels that all of them have filled.
+    """Restrict evaluations to the pixels that all of them have filled.
 
-    Those that leave more than a tenth of what the best fills open have no say in which pixels these are.
+    Those that fill less than nine tenths of what the best one fills do not restrict these pixels.
 
     Parameters
     ----------
     several : sequence of Judged
-        Of as many parts each, which belong together.
+        With equal numbers of corresponding parts.
     """
     leading = [judged for judged in several if fills_enough(judged, several)]
     if not leading:
@@ -383,7 +383,7 @@ def over_shared(several: Sequence[Judged]) -> list[Judged]:
 
 
 def fills_enough(judged: Judged, several: Sequence[Judged]) -> bool:
-    """Whether it fills enough, beside others, for its errors to be compared with theirs."""
+    """Whether it fills enough pixels for a comparison of its errors with the others'."""
     return judged.coverage > 0 and judged.coverage >= ENOUGH * max(other.coverage for other in several)
 
 
@@ -396,7 +396,7 @@ def _judgement(parts: Sequence[PixelErrors]) -> Judgement:
     return judge(depth, truth, expected=expected)
 
 
-# How far a judgement that takes a while has come.
+# Progress of a long evaluation.
 
 T = TypeVar("T")
 S = TypeVar("S")
@@ -404,14 +404,14 @@ S = TypeVar("S")
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a judgement.
+    """A progress report of an evaluation.
 
     Attributes
     ----------
     share : float
-        How much of all is done, 0-1.
+        Finished fraction, 0-1.
     text : str
-        What is under way.
+        The current work.
     """
 
     share: float
@@ -419,7 +419,7 @@ class Step:
 
 
 def part_of(steps: Generator[Step, None, T], start: float, width: float, before: str = "") -> Generator[Step, None, T]:
-    """The same steps as a part of more, which takes `width` of its share from `start` on; returns what they come to."""
+    """Map the progress of some steps to the range from `start` to `start + width`; returns their result."""
     with closing(steps):
         while True:
             try:
@@ -431,7 +431,7 @@ def part_of(steps: Generator[Step, None, T], start: float, width: float, before:
 
 
 def run_out(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:
-    """Go through all steps; what they come to. What `on_step` raises ends them."""
+    """Run all steps and return their result. An exception in `on_step` ends them."""
     with closing(steps):
         while True:
             try:

@@ -1,4 +1,4 @@
-"""How well a run does against its frame's truth."""
+"""Evaluation of a run against its frame's ground truth."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from .hold_out import completion_steps
 
 @dataclass(frozen=True, eq=False)
 class TruthResult(RunJudged):
-    """How well a run did against the truth, where depth was missing in the blocks that were run.
+    """Evaluation of a run against ground truth where depth was missing in the blocks that were run.
 
     Attributes
     ----------
     completion : Completion
-        Nothing in it is guessed, and its history tells no error of the iterations, which would take longer.
+        Without extrapolation; its history contains no errors of the iterations, which would take longer.
     """
 
     completion: Completion
 
 
 def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None, TruthResult]:
-    """Complete a run's blocks and compare them with the truth; nothing is guessed, even if the run is dense.
+    """Complete a run's blocks and compare them with ground truth; nothing is extrapolated, even if the run is dense.
 
     Parameters
     ----------
     run : Run
-        Its frame has a truth.
+        A run of a frame with ground truth.
     threads : int, optional
         As for `Run.steps`.
 
@@ -53,7 +53,7 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
     Raises
     ------
     InputError
-        If the frame has no truth where depth is missing in the blocks that are run.
+        If the frame has no ground truth where depth is missing in the blocks that are run.
 
     Examples
     --------
@@ -76,8 +76,8 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
 
 
 def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
-    """Pixels in view, bool (H, W), without depth but with a truth in the blocks that are run; InputError if there are
-    none."""
+    """Pixels in view, bool (H, W), without depth but with ground truth in the blocks that are run; InputError if there
+    are none."""
     frame = run.frame
     if frame.truth is not None:
         there = run.blocks > 0 if run.only is None else np.isin(run.blocks, list(run.only))
@@ -85,31 +85,31 @@ def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
         if wanted.any():
             return wanted
     raise InputError(
-        f"{frame.name} has no truth where depth is missing in the blocks that are run. Load one, or test on hidden "
-        "depth."
+        f"{frame.name} has no ground truth where depth is missing in the blocks that are run. Load one, or run a "
+        "hold-out test."
     )
 
 
 @once_per_frame
 def _without_truth(frame: RGBDFrame) -> RGBDFrame:
-    """Once, so that its edges are found once for all runs."""
+    """Cached, so that its edges are found once for all runs."""
     return frame.with_truth(None)
 
 
-# Where several completions of a frame can be compared: over the pixels that all of them have filled.
+# Pixels for the comparison of several completions of a frame: those that all of them have filled.
 
 
 def shared_pixels(completions: Sequence[Completion], *, every: bool = False) -> NDArray[np.bool_]:
-    """Pixels that all completions have filled.
+    """Find the pixels that all completions have filled.
 
-    Those that leave more than a tenth of what the best one fills open have no say.
+    Those that fill less than nine tenths of what the best one fills are ignored.
 
     Parameters
     ----------
     completions : sequence of Completion
-        Of one frame, at least one.
+        Of one frame; at least one.
     every : bool
-        Pixels where all have depth, whether it was filled or known.
+        Return the pixels where all have depth, filled or known.
 
     Returns
     -------

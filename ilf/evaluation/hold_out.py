@@ -1,4 +1,4 @@
-"""How well a run does on depth that is hidden from it."""
+"""Hold-out evaluation of a run: known depth is hidden, completed and compared."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..errors import InputError, ParameterError
 from ..run.run import Run
 from .evaluation import Judged, Judgement, PixelErrors, RunJudged, Step, over_shared, part_of, run_out
 
-# Which known depth is hidden to see how well it comes back: the same pixels whenever frame and seed are the same.
+# Patterns of hidden depth: the same pixels for the same frame and seed.
 
 RANDOM_KEPT = 0.4277
 """Share of the known depth that the pattern "random" keeps; that of the paper's Table 1."""
@@ -35,16 +35,16 @@ HIDDEN_PATTERNS = {
     "random": f"{RANDOM_KEPT:.2%} of the known depth kept, pixel by pixel",
     "areas": f"{AREAS_HIDDEN:.0%} of the known depth hidden in ellipses",
 }
-"""Name -> what it is."""
+"""Name -> description."""
 
 
 def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.bool_]:
-    """Pixels whose depth a pattern hides.
+    """Find the pixels whose depth a pattern hides.
 
     Parameters
     ----------
     frame : RGBDFrame
-        Its name and where depth was measured decide; which depth is distrusted does not.
+        The pixels depend on its name and on where depth was measured, not on its invalid mask.
     pattern : str
         One of `HIDDEN_PATTERNS`.
     seed : int
@@ -72,7 +72,7 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
 
 
 def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
-    """A frame of the same colour that has never had what a pattern hides, nor what is distrusted, nor a truth.
+    """Make a frame of the same colour without the depth that a pattern hides, invalid depth and ground truth.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
     Raises
     ------
     InputError
-        If nothing would be left, or for another pattern.
+        If no depth would be left, or for another pattern.
 
     Examples
     --------
@@ -102,10 +102,10 @@ def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool
 
 @once_per_frame
 def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
-    """Once, so that its edges are found once for all that is run on it."""
+    """Cached, so that its edges are found once for all runs of it."""
     depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.depth)
     if not np.isfinite(depth).any():
-        raise InputError("Too little depth is known: all of it would be hidden.")
+        raise InputError("Too little depth is known: all of it would be hidden. Use a frame with more depth.")
     return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide, outside_view=frame.outside_view)
 
 
@@ -122,7 +122,7 @@ def _random(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bo
 
 
 def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Ellipses around known pixels; the last one is as small as the share asks for."""
+    """Ellipses around known pixels; the last one is reduced to the required share."""
     rows, columns = np.indices(known.shape, np.float32)
     visible = known.copy()
     left = round(AREAS_HIDDEN * np.count_nonzero(known))
@@ -140,15 +140,15 @@ def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.boo
     return known & ~visible
 
 
-# Several runs of one frame, judged one after the other and then over the same pixels.
+# Several runs of one frame, evaluated one after the other and then over the same pixels.
 
 R = TypeVar("R", bound=RunJudged)
 
 
 def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Step, None, list[R]]:
-    """Judge runs one after the other; returns what they come to, over the pixels that all of them have filled.
+    """Evaluate runs one after the other; returns the results over the pixels that all of them have filled.
 
-    Runs that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+    Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
     Returns
     -------
     list
-        What these return, in their order.
+        Their results, in the same order.
     """
     width = 1 / max(len(several), 1)
     results = []
@@ -174,11 +174,11 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
     return [replace(result, judged=judged) for result, judged in zip(results, shared, strict=True)]
 
 
-# A run, step by step, with the share that is done.
+# A run, step by step, with the finished fraction.
 
 
 def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Completion]:
-    """Complete a run's blocks, a step per iteration of one of them; returns what they come to."""
+    """Complete a run's blocks, with a step per iteration of a block; returns the completion."""
     with run.steps(threads) as steps:
         sizes = {label: int(np.count_nonzero(block.mask)) for label, block in steps.blocks.items()}
         total, done = max(sum(sizes.values()), 1), 0
@@ -191,19 +191,19 @@ def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Com
 
 @dataclass(frozen=True)
 class HiddenTest:
-    """Which known depth is hidden.
+    """The pattern and the seeds of a hold-out test.
 
     Parameters
     ----------
     pattern : str
-        "areas", holes as large as those that cameras leave, or "random", pixel by pixel (`HIDDEN_PATTERNS`).
+        "areas", holes as large as those of cameras, or "random", pixel by pixel (`HIDDEN_PATTERNS`).
     seeds : tuple of int
-        Not negative; the test is made once for each, and the errors are pooled.
+        Not negative; the test runs once for each, and the errors are pooled.
 
     Raises
     ------
     ParameterError
-        For another pattern, or if there is no seed or one that is not a whole number from 0 on.
+        For another pattern, without seeds, or for a seed that is not an integer from 0 on.
     """
 
     pattern: str = "areas"
@@ -214,18 +214,16 @@ class HiddenTest:
             raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
         object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
         if not self.seeds or not all(type(seed) is int and seed >= 0 for seed in self.seeds):
-            raise ParameterError(
-                f"A test on hidden depth needs seeds: whole numbers from 0 on, not {self.seeds!r:.40}."
-            )
+            raise ParameterError(f"A hold-out test needs seeds: integers from 0 on, not {self.seeds!r:.40}.")
 
     def hidden(self, frame: RGBDFrame, seed: int) -> NDArray[np.bool_]:
-        """Pixels, bool (H, W), that are hidden for one of the seeds; the same for all runs of a frame."""
+        """The hidden pixels, bool (H, W), for one of the seeds; the same for all runs of a frame."""
         return hidden_pixels(frame, self.pattern, seed)
 
 
 @dataclass(frozen=True, eq=False)
 class HiddenResult(RunJudged):
-    """How well a run did on depth that was hidden from it; errors have a part for every seed.
+    """Result of a hold-out test of a run; errors have one part per seed.
 
     Attributes
     ----------
@@ -236,24 +234,24 @@ class HiddenResult(RunJudged):
 
     @property
     def by_seed(self) -> tuple[Judgement, ...]:
-        """Over all blocks, for every seed."""
+        """The evaluation of all blocks together, for every seed."""
         return self.judged.by_part
 
     @property
     def hidden(self) -> int:
-        """Pixels that were hidden in the blocks, over all seeds."""
+        """Number of hidden pixels in the blocks, over all seeds."""
         return self.judged.pixels
 
 
 def hidden_steps(
     run: Run, test: HiddenTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
 ) -> Generator[Step, None, HiddenResult]:
-    """`judge_hidden`, step by step, for those who show it or may stop it.
+    """`judge_hidden` step by step, for progress and cancellation.
 
     Parameters
     ----------
     run, test, only, threads
-        As there.
+        As for `judge_hidden`.
 
     Yields
     ------
@@ -296,23 +294,23 @@ def judge_hidden(
     threads: int | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> HiddenResult:
-    """Hide some of a frame's known depth, complete its blocks without it, and see how far off it comes out.
+    """Hide some of a frame's known depth, complete its blocks without it, and compute the errors.
 
-    The blocks stay as they are: where they end, the hidden depth may have had a say; it has none in anything else. On
-    eight real frames errors were 3 % (RMSE) and 7 % (MAE) smaller for that, in the median, than with blocks extracted
-    without that depth. Nothing is guessed, even if the run is dense.
+    The blocks are not changed: the hidden depth may have affected their borders, but nothing else. On eight real
+    frames, this made errors 3 % (RMSE) and 7 % (MAE) smaller, in the median, than with blocks extracted without that
+    depth. Nothing is extrapolated, even if the run is dense.
 
     Parameters
     ----------
     run : Run
     test : HiddenTest, optional
-        In areas, with three seeds, if left out.
+        Areas with three seeds if left out.
     only : collection of int, optional
-        Just these blocks; those of the run if left out. Blocks in which nothing is hidden are not run.
+        Only these blocks; those of the run if left out. Blocks without hidden depth are not run.
     threads : int, optional
         As for `Run.steps`.
     on_step : callable, optional
-        Called with every `Step`; what it raises ends the test.
+        Called with every `Step`; an exception in it ends the test.
 
     Returns
     -------
@@ -341,12 +339,12 @@ def comparison_steps(
     *,
     threads: int | None = None,
 ) -> Generator[Step, None, list[HiddenResult]]:
-    """`compare_hidden`, step by step.
+    """`compare_hidden` step by step.
 
     Parameters
     ----------
     runs, test, only, threads
-        As there.
+        As for `compare_hidden`.
 
     Yields
     ------
@@ -375,12 +373,12 @@ def compare_hidden(
 ) -> list[HiddenResult]:
     """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
 
-    Runs that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+    Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
 
     Parameters
     ----------
     runs : sequence of Run
-        Of one frame; blocks, parameters and distrusted depth may differ.
+        Of one frame; blocks, parameters and invalid masks may differ.
     test, only, threads, on_step
         As for `judge_hidden`.
 

@@ -1,4 +1,4 @@
-"""Distances, heights and angles between points of the image that have depth."""
+"""Measuring: depth profiles, and distances, heights and angles between image points with depth."""
 
 from __future__ import annotations
 
@@ -22,18 +22,17 @@ ImagePoint = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class DepthProfile:
-    """Samples of depth along a line, one per pixel that it passes.
+    """Samples of depth along a line, one per pixel on it.
 
     Attributes
     ----------
     columns, rows : ndarray of intp, shape (N,)
         The pixels, from the line's start to its end.
     pixels : ndarray of float64, shape (N,)
-        Distance from the first of them in the image [px].
+        Distance from the first pixel in the image [px].
     metres : ndarray of float64, shape (N,), or None
-        Distance along the surface [m]: from each sample with depth straight to the next one in space. It is
-        interpolated where depth is missing, NaN before the first and after the last sample with depth, and None without
-        intrinsics.
+        Distance along the surface [m]: sum of the straight distances between samples with depth. Interpolated where
+        depth is missing, NaN before the first and after the last sample with depth, None without intrinsics.
     depth : ndarray of float32, shape (N,)
         Depth [m], NaN = missing.
     others : dict of str to ndarray of float32, shape (N,)
@@ -51,7 +50,7 @@ class DepthProfile:
         return len(self.pixels)
 
     def to_csv(self) -> str:
-        """A table with a line per sample; the cell of what is missing is empty."""
+        """A table with one line per sample; missing values are empty cells."""
         metres = {} if self.metres is None else {"surface_m": self.metres}
         lengths = {"distance_px": self.pixels, **metres}
         depths = {"depth_m": self.depth, **self.others}
@@ -70,23 +69,23 @@ def depth_profile(
     intrinsics: CameraIntrinsics | None = None,
     others: Mapping[str, ArrayLike] | None = None,
 ) -> DepthProfile:
-    """Depth along the straight line between two points, at the pixels that it passes: nothing is interpolated.
+    """Sample depth along the straight line between two points, at the pixels on it, without interpolation.
 
     Parameters
     ----------
     depth : array_like
-        Depth [m], (H, W). What is not finite and positive is missing.
+        Depth [m], (H, W). Values that are not finite and positive are missing.
     start, end : (float, float)
-        Image coordinates x, y. What lies off the image is left out.
+        Image coordinates x, y. Parts outside the image are left out.
     intrinsics : CameraIntrinsics, optional
         Needed for distances along the surface.
     others : mapping of str to array_like, optional
-        Other maps (H, W) by name, to be read at the same pixels as they are.
+        Other maps (H, W), by name, sampled at the same pixels.
 
     Raises
     ------
     InputError
-        If shapes differ or no part of the line lies on the image.
+        If shapes differ or the line is outside the image.
 
     Examples
     --------
@@ -104,7 +103,7 @@ def depth_profile(
     height, width = image.shape
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     if not inside.any():
-        raise InputError("No part of the line lies on the image. Draw it across the frame.")
+        raise InputError("The line is outside the image. Draw it across the frame.")
     columns, rows = columns[inside], rows[inside]
     found = image[rows, columns]
     found = np.where(np.isfinite(found) & (found > 0), found, np.float32(np.nan))
@@ -114,7 +113,7 @@ def depth_profile(
 
 
 def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Columns and rows of the pixels between two, one per step along the longer side."""
+    """Columns and rows of the pixels between two points, one per step along the longer side."""
     if not np.isfinite([*start, *end]).all():
         raise InputError(f"The ends of a line must be finite image coordinates, not {start} and {end}.")
     (x0, y0), (x1, y1) = np.floor(start), np.floor(end)
@@ -126,7 +125,7 @@ def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArr
 
 
 def _along(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Length of the way through points (N, 3) up to each of them; pixels say where missing ones lie between."""
+    """Length of the path through points (N, 3) up to each of them; missing ones are interpolated by `pixels`."""
     known = np.isfinite(points[:, 2])
     if not known.any():
         return np.full(len(points), np.nan)
@@ -146,9 +145,9 @@ def _others(
 
 
 CAMERA_UP = (0.0, -1.0, 0.0)
-"""Up in the image: the camera's y points down."""
+"""Up direction in the image: the camera's y axis points down."""
 
-NEEDS_CAMERA = "Lengths and angles in space need the camera's intrinsics, and this frame has none. Open it with them."
+NEEDS_CAMERA = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,13 +157,13 @@ class Measured:
     Attributes
     ----------
     points : ndarray of float64, shape (N, 3)
-        In camera axes [m]: x right, y down, z forward; NaN where there is no depth.
+        Points in camera axes [m]: x right, y down, z forward; NaN without depth.
     distances : ndarray of float64, shape (N - 1,)
-        From each point straight to the next [m].
+        Straight distance from each point to the next [m].
     heights : ndarray of float64, shape (N - 1,)
-        How much higher the next point lies [m].
+        Height of the next point above each point [m].
     angles : ndarray of float64, shape (N,)
-        Between the ways to the points before and after [degrees]; NaN at the ends of the chain.
+        Angle between the directions to the previous and the next point [degrees]; NaN at the ends of the chain.
     """
 
     points: NDArray[np.float64]
@@ -174,19 +173,19 @@ class Measured:
 
     @property
     def length(self) -> float:
-        """Of the whole chain [m]; NaN if a point has no depth."""
+        """Length of the chain [m]; NaN if a point has no depth."""
         return float(self.distances.sum())
 
 
 def place_of(
     depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics | None
 ) -> NDArray[np.float64]:
-    """Where the pixel at image coordinates x, y lies in space [m]: the centre of the pixel, at its depth.
+    """Compute the position in space [m] of the pixel at image coordinates x, y: its centre, at its depth.
 
     Raises
     ------
     InputError
-        Without intrinsics, off the image, or where depth is missing.
+        Without intrinsics, outside the image, or where depth is missing.
 
     Examples
     --------
@@ -198,10 +197,10 @@ def place_of(
     column, row = math.floor(point[0]), math.floor(point[1])
     height, width = depth.shape
     if not (0 <= row < height and 0 <= column < width):
-        raise InputError(f"The point x {column}, y {row} lies off the image. Choose one on it.")
+        raise InputError(f"The point x {column}, y {row} is outside the image. Select a point in the image.")
     z = float(depth[row, column])
     if not (math.isfinite(z) and z > 0):
-        raise InputError(f"There is no depth at x {column}, y {row}. Choose a pixel beside it, or complete the block.")
+        raise InputError(f"There is no depth at x {column}, y {row}. Select a pixel beside it, or complete the block.")
     return intrinsics.points(column, row, z)
 
 
@@ -211,22 +210,22 @@ def measure(
     intrinsics: CameraIntrinsics | None,
     up: tuple[float, float, float] = CAMERA_UP,
 ) -> Measured:
-    """Distances, heights and angles along a chain of points of the image.
+    """Compute distances, heights and angles along a chain of image points.
 
     Parameters
     ----------
     depth : array_like
-        Depth [m], (H, W). What is not finite and positive is missing.
+        Depth [m], (H, W). Values that are not finite and positive are missing.
     chain : sequence of (float, float)
         Image coordinates x, y.
     intrinsics : CameraIntrinsics
     up : (float, float, float)
-        Where heights are measured along, in camera axes: the image's upright unless given, or a `PlaneFit.normal`.
+        Direction of heights in camera axes, such as a `PlaneFit.normal`; up in the image if left out.
 
     Returns
     -------
     Measured
-        With NaN for what depends on a point without depth, which may have lost it since it was chosen.
+        With NaN for values that depend on a point without depth.
 
     Raises
     ------
@@ -247,7 +246,7 @@ def measure(
     axis = np.asarray(up, np.float64)
     size = float(np.linalg.norm(axis))
     if not (math.isfinite(size) and size > 0):
-        raise InputError(f"Heights are measured along a direction, which {up} is not.")
+        raise InputError(f"{up} is not a direction for heights. Give a vector of finite length above 0.")
     image = np.asarray(depth)
     points = np.array([_place_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
     ways = np.diff(points, axis=0)
@@ -258,7 +257,7 @@ def measure(
 
 
 def angle_between(one: PlaneFit, other: PlaneFit) -> float:
-    """Angle between two planes [degrees], 0 for parallel ones, at most 90.
+    """Compute the angle between two planes [degrees], from 0 for parallel ones to 90.
 
     Raises
     ------
@@ -278,9 +277,9 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
 
 
 def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], Measured]]) -> str:
-    """A table with a line per point: where it is, how far from the one before and how much higher, and the angle there.
+    """A table with one line per point: position, distance from the previous point and height above it, and angle.
 
-    What is missing is an empty cell.
+    Missing values are empty cells.
     """
     names = ["x_m", "y_m", "z_m", "distance_m", "height_m", "angle_deg"]
     rows: list[list[object]] = [["measurement", "point", "x", "y", *names]]
@@ -301,9 +300,9 @@ def _place_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: Ca
 
 
 def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Between two directions [degrees]; NaN if one of them has none."""
+    """Angle between two directions [degrees]; NaN if one of them is zero."""
     size = float(np.linalg.norm(one) * np.linalg.norm(other))
     if not size > 0:
         return math.nan
-    # well conditioned for small angles, too
+    # well conditioned for small angles as well
     return math.degrees(math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other)))

@@ -1,4 +1,4 @@
-"""Measures of completed depth against a truth (section 7). Metres throughout."""
+"""Measures of completed depth against ground truth (section 7). Metres throughout."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted, grouped
 from ..errors import InputError
 
 DELTA_BASE = 1.25
@@ -15,7 +16,7 @@ DELTA_BASE = 1.25
 
 @dataclass(frozen=True)
 class ErrorMeasures:
-    """How far depth is from the truth, over a set of pixels. The error of a pixel is depth - truth.
+    """Errors of depth against ground truth over a set of pixels. The error of a pixel is depth - ground truth.
 
     Attributes
     ----------
@@ -26,14 +27,14 @@ class ErrorMeasures:
     median : float
         Median absolute error [m].
     rel : float
-        Mean of |error| / truth, Eq. (7).
+        Mean of |error| / ground truth, Eq. (7).
     delta : tuple of float
-        Shares of pixels with max(depth / truth, truth / depth) < 1.25^k, for k = 1, 2, 3.
+        Shares of pixels with max(depth / ground truth, ground truth / depth) < 1.25^k, for k = 1, 2, 3.
     acc : float
         Accuracy ACC, Eq. (3): the mean error [m], with its sign.
     prs : float
         Precision PRS, Eq. (4): the standard deviation of the error [m], over N and not N - 1 pixels. As printed,
-        Eq. (4) squares the whole sum of the deviations, which is always 0; the deviations are squared here.
+        Eq. (4) squares the sum of the deviations, which is always 0; here, the deviations are squared.
     """
 
     pixels: int
@@ -47,14 +48,14 @@ class ErrorMeasures:
 
 
 def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mask: NDArray[np.bool_]) -> ErrorMeasures:
-    """Compare depth with the truth over a mask.
+    """Compare depth with ground truth over a mask.
 
     Parameters
     ----------
     depth : ndarray of float, shape (H, W)
         Completed depth [m].
     truth : ndarray of float, shape (H, W)
-        True depth [m].
+        Ground-truth depth [m].
     mask : ndarray of bool, shape (H, W)
         The pixels to compare; both depths must be known and positive there.
 
@@ -72,15 +73,18 @@ def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mas
     """
     if not depth.shape == truth.shape == mask.shape:
         raise InputError(
-            f"Depth {depth.shape}, truth {truth.shape} and mask {mask.shape} must have the same shape to be compared."
+            f"Depth {depth.shape}, ground truth {truth.shape} and mask {mask.shape} must have the same shape."
         )
     measured, true = depth[mask].astype(np.float64), truth[mask].astype(np.float64)
     if measured.size == 0:
-        raise InputError("No pixel is chosen to be compared with the truth.")
-    for name, values in (("depth", measured), ("truth", true)):
+        raise InputError("No pixel is selected for the comparison with ground truth. Give a mask with pixels.")
+    for name, values in (("depth", measured), ("ground truth", true)):
         lacking = np.count_nonzero(~(np.isfinite(values) & (values > 0)))
         if lacking:
-            raise InputError(f"The {name} is missing at {lacking} of {values.size} pixels that are to be compared.")
+            raise InputError(
+                f"The {name} is missing at {grouped(lacking)} of {counted(values.size, 'compared pixel')}. "
+                "Restrict the mask to known depth."
+            )
     error = measured - true
     size = np.abs(error)
     ratio = np.maximum(measured / true, true / measured)
@@ -98,12 +102,12 @@ def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mas
 
 
 def fill_rate(depth: NDArray[np.floating], wanted: NDArray[np.bool_]) -> float:
-    """Share of the wanted pixels that have depth, 0-1.
+    """Compute the share of the wanted pixels that have depth, 0-1.
 
     Parameters
     ----------
     depth : ndarray of float, shape (H, W)
-        Depth [m]; what is not finite and positive is missing.
+        Depth [m]; values that are not finite and positive are missing.
     wanted : ndarray of bool, shape (H, W)
         Pixels that should have depth, usually those that were missing before.
 
@@ -121,22 +125,22 @@ def fill_rate(depth: NDArray[np.floating], wanted: NDArray[np.bool_]) -> float:
         raise InputError(f"Depth {depth.shape} and mask {wanted.shape} must have the same shape.")
     values = depth[wanted]
     if values.size == 0:
-        raise InputError("No pixel is wanted, so there is no share of them that is filled.")
+        raise InputError("No pixel is wanted, so the fill rate is undefined. Give a mask with pixels.")
     return float(np.mean(np.isfinite(values) & (values > 0)))
 
 
-# How good an expected error is, once the true errors are known: how many lie within it, and how it ranks pixels.
+# Quality of the expected error, given the true errors: the share within it, and its ranking of pixels.
 
 Values = NDArray[np.floating]
 
 
 def share_within(error: Values, expected: Values, times: float = 1.0) -> float:
-    """Share of the errors, 0-1, that are at most so many times the expected ones.
+    """Compute the share of the errors, 0-1, that are at most `times` the expected ones.
 
     Parameters
     ----------
     error, expected : ndarray of float, shape (N,)
-        True and expected errors [m], of either sign and positive; at least one.
+        True errors (signed) and expected errors (positive) [m]; at least one.
     times : float
 
     Examples
@@ -148,18 +152,18 @@ def share_within(error: Values, expected: Values, times: float = 1.0) -> float:
 
 
 def sparsification_error(error: Values, expected: Values) -> float:
-    """How much worse than the true errors the expected ones say which pixels to do without: 0 is perfect.
+    """Compute the area between the sparsification curves of the expected and of the true errors: 0 is perfect.
 
-    Pixels leave one by one, those with the largest expected error first, and the RMSE of the rest is taken each time;
-    so is that of pixels that leave by their true errors, which no other order can beat. The mean difference of these
-    two curves, over the RMSE of all pixels, is what is told. An order without any sense has 0.6 where errors are
-    normal, and more where few are large. It depends on the order of the expected errors alone, not on their size.
+    Pixels are removed one by one, those with the largest expected error first, and the RMSE of the rest is computed
+    each time; likewise by their true errors, which is the optimal order. The result is the mean difference of these two
+    curves over the RMSE of all pixels. A random order has 0.6 for normally distributed errors, and more if few are
+    large. It depends only on the order of the expected errors, not on their size.
 
     Parameters
     ----------
     error, expected : ndarray of float, shape (N,)
-        True and expected errors [m], of either sign and positive; at least one. Pixels of the same expected error leave
-        together: their squared errors are taken for the mean of them.
+        True errors (signed) and expected errors (positive) [m]; at least one. Pixels with equal expected errors have
+        the mean of their squared errors.
 
     Examples
     --------

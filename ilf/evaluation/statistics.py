@@ -1,4 +1,4 @@
-"""Depth of a surface in numbers: what is missing, how it spreads, how flat and how noisy it is."""
+"""Statistics of a surface's depth: missing share, spread, flatness and noise."""
 
 from __future__ import annotations
 
@@ -14,28 +14,29 @@ from ..data.camera import CameraIntrinsics
 from ..data.frame import checked_mask
 from ..errors import InputError
 
-# Planes and quadrics through known depth, by least squares that outliers have no pull on.
+# Planes and quadrics through known depth, by robust least squares.
 
 Array = NDArray[np.float64]
 
 _PER_COEFFICIENT = 4
-"""Least number of points per coefficient of a surface."""
+"""Minimum number of points per coefficient of a surface."""
 
 _LEAST_WIDTH = 0.75, 1.05
-"""Least deviation of the pixels across their strip for a plane and for a quadric [px]: three and four side by side."""
+"""Minimum standard deviation of the pixels across their strip for a plane and for a quadric [px]: a width of three and
+of four pixels."""
 
 _MOST = 40_000
-"""A surface is fitted to at most so many points, evenly chosen."""
+"""Maximum number of points for a fit, evenly selected."""
 
 _ROUNDS = 12
 _PULL = 2.385
-"""Cauchy's weights halve at so many robust deviations."""
+"""Robust deviations at which Cauchy's weights are halved."""
 
 _OUTLIER = 3.5
-"""What is off by more than so many robust deviations is an outlier."""
+"""Robust deviations above which a point is an outlier."""
 
 _ROUNDING = 1e-6
-"""Deviations below this share of depth are those of float32 numbers."""
+"""Share of depth below which deviations are due to float32 rounding."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +46,12 @@ class PlaneFit:
     Attributes
     ----------
     rms : float
-        Root mean square of the points' distances from it [m], outliers left out: at right angles to it in camera space,
+        Root mean square of the points' distances from it [m] without outliers: perpendicular to it in camera space,
         along the optical axis without intrinsics.
     outliers : float
-        Share of the points that are farther off than 3.5 robust deviations, 0-1.
+        Share of the points farther from it than 3.5 robust deviations, 0-1.
     normal : (float, float, float) or None
-        Unit vector at right angles to it, towards the camera; None without intrinsics.
+        Unit normal vector, towards the camera; None without intrinsics.
     tilt : float
         Angle between normal and optical axis [degrees], 0 for a plane that faces the camera; NaN without intrinsics.
     """
@@ -68,7 +69,7 @@ class QuadricFit:
     Attributes
     ----------
     rms, outliers : float
-        As `PlaneFit`; distances are along the plane's normal.
+        As in `PlaneFit`; distances are along the plane's normal.
     """
 
     rms: float
@@ -76,14 +77,14 @@ class QuadricFit:
 
 
 def fit_plane(points: Array, pixels: Array) -> PlaneFit:
-    """The plane through points in camera space.
+    """Fit a plane to points in camera space.
 
     Parameters
     ----------
     points : ndarray, shape (N, 3)
-        [m].
+        Points [m].
     pixels : ndarray, shape (N, 2)
-        Where they are in the image [px].
+        Their image coordinates [px].
 
     Raises
     ------
@@ -95,7 +96,7 @@ def fit_plane(points: Array, pixels: Array) -> PlaneFit:
 
 
 def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
-    """The quadric through points in camera space; as `fit_plane`."""
+    """Fit a quadric to points in camera space; parameters and errors as for `fit_plane`."""
     check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
     _, axes, centre = _plane(points)
     local = (points - centre) @ axes.T
@@ -103,30 +104,32 @@ def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
 
 
 def fit_depth_plane(depth: Array, pixels: Array) -> PlaneFit:
-    """Depth [m], shape (N,), as a linear function of pixel coordinates, for want of intrinsics; as `fit_plane`."""
+    """Fit depth [m], shape (N,), as a linear function of pixel coordinates, without intrinsics; as `fit_plane`."""
     check_support(pixels, 3, _LEAST_WIDTH[0], "plane")
     fit = _height_fit(depth, pixels, _linear, np.abs(depth).max())
     return PlaneFit(fit.rms, fit.outliers, None, float("nan"))
 
 
 def fit_depth_quadric(depth: Array, pixels: Array) -> QuadricFit:
-    """Depth [m], shape (N,), as a quadratic function of pixel coordinates; as `fit_plane`."""
+    """Fit depth [m], shape (N,), as a quadratic function of pixel coordinates; as `fit_plane`."""
     check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
     return _height_fit(depth, pixels, _quadratic, np.abs(depth).max())
 
 
 def check_support(pixels: Array, coefficients: int, width: float, what: str) -> None:
-    """Raise InputError if a surface of so many coefficients would not be held by these pixels (N, 2)."""
+    """Raise InputError if these pixels (N, 2) do not determine a surface of so many coefficients."""
     least = _PER_COEFFICIENT * coefficients
     if len(pixels) < least:
-        raise InputError(f"A {what} needs at least {least} pixels with depth; here are {len(pixels)}.")
+        raise InputError(
+            f"A {what} needs at least {least} pixels with depth; there are {len(pixels)}. Select a larger area."
+        )
     across = np.linalg.eigvalsh(np.cov(pixels.T))[0]
     if across < width**2:
-        raise InputError(f"The pixels with depth form too narrow a strip for a {what}.")
+        raise InputError(f"The pixels with depth form too narrow a strip for a {what}. Select a wider area.")
 
 
 def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
-    """Fit, axes (3, 3) with the normal last, and centre, by total least squares."""
+    """Fit by total least squares; returns the fit, axes (3, 3) with the normal last, and centre."""
     few = _thinned(points)
     weights = np.ones(len(few))
     floor = _ROUNDING * float(np.abs(few[:, 2]).max())
@@ -144,7 +147,7 @@ def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
 
 
 def _principal(points: Array, weights: Array) -> tuple[Array, Array]:
-    """Axes of the widest, second and least spread, the last towards the camera, and the centre."""
+    """Axes of largest, second and smallest spread, the last towards the camera, and the centre."""
     centre = np.average(points, axis=0, weights=weights)
     apart = points - centre
     _, vectors = np.linalg.eigh((apart * weights[:, None]).T @ apart)
@@ -155,7 +158,7 @@ def _principal(points: Array, weights: Array) -> tuple[Array, Array]:
 
 
 def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], depth: float) -> QuadricFit:
-    """Heights (N,) as a polynomial of places (N, 2), which are turned and scaled so that it is well conditioned."""
+    """Fit heights (N,) as a polynomial of places (N, 2), rotated and scaled for good conditioning."""
     apart = places - places.mean(axis=0)
     spread, turn = np.linalg.eigh(np.cov(apart.T))
     design = terms(apart @ turn / np.sqrt(spread))
@@ -193,30 +196,29 @@ def _cauchy(offsets: Array, floor: float) -> Array:
 
 
 def _deviation(offsets: Array, floor: float) -> float:
-    """Robust standard deviation, not below a floor."""
+    """Robust standard deviation, at least `floor`."""
     return max(float(np.median(np.abs(offsets))) / 0.6745, floor)
 
 
 def _judged(offsets: Array, floor: float) -> tuple[float, float]:
-    """Root mean square without the outliers, and the outliers' share."""
+    """Root mean square without outliers, and the share of outliers."""
     good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
     return float(np.sqrt(np.mean(offsets[good] ** 2))), 1.0 - float(np.mean(good))
 
 
 @dataclass(frozen=True)
 class SurfaceStatistics:
-    """Depth at some pixels in numbers, all in metres unless said otherwise; NaN where there is nothing to tell it by.
+    """Statistics of the depth at some pixels, in metres unless stated otherwise; NaN if undefined.
 
     Attributes
     ----------
     pixels, known : int
-        Pixels that were asked for, and those of them with depth.
+        Number of selected pixels, and of those with depth.
     mean, median, deviation, least, largest : float
-        Of the known depth; the deviation is the standard deviation.
+        Mean, median, standard deviation, minimum and maximum of the known depth.
     noise : float
-        Standard deviation of what differs from pixel to pixel, whatever the surface's shape: from the median size of
-        the second differences of three neighbours in a row or column, over 0.6745 and the root of 6. Depth that comes
-        in steps shows less than it has.
+        Standard deviation of the pixel noise, independent of the surface's shape: the median absolute second difference
+        of three neighbours in a row or column, over 0.6745 and the root of 6. Too small for quantised depth.
     plane : PlaneFit or None
     quadric : QuadricFit or None
     reason : str
@@ -244,17 +246,17 @@ class SurfaceStatistics:
 def surface_statistics(
     depth: ArrayLike, mask: ArrayLike | None = None, intrinsics: CameraIntrinsics | None = None
 ) -> SurfaceStatistics:
-    """Statistics of the depth at the pixels of a mask, with the plane and the quadric that fit it best.
+    """Compute statistics of the depth at the pixels of a mask, with the best-fitting plane and quadric.
 
-    With intrinsics, both are fitted in camera space, a plane of the world being one there; else to depth over pixel
-    coordinates. A few outliers have no pull on them.
+    With intrinsics, both are fitted in camera space; otherwise to depth over pixel coordinates. The fits are robust
+    against outliers.
 
     Parameters
     ----------
     depth : array_like
-        Depth [m], (H, W). What is not finite and positive is missing.
+        Depth [m], (H, W). Values that are not finite and positive are missing.
     mask : array_like of bool, optional
-        The pixels, (H, W), such as a block's; all of them if not given.
+        The pixels, (H, W), such as a block's; all if left out.
     intrinsics : CameraIntrinsics, optional
 
     Raises
@@ -273,7 +275,7 @@ def surface_statistics(
     >>> round(found.plane.tilt, 3), found.plane.rms < 1e-6
     (45.0, True)
     >>> surface_statistics([[1.0, 2.0]]).reason
-    'A plane needs at least 12 pixels with depth; here are 2.'
+    'A plane needs at least 12 pixels with depth; there are 2. Select a larger area.'
     """
     image = np.asarray(depth, np.float32)
     if image.ndim != 2:
@@ -281,7 +283,7 @@ def surface_statistics(
     wanted = np.ones(image.shape, bool) if mask is None else checked_mask(mask, image.shape, "a surface")
     count = int(np.count_nonzero(wanted))
     if count == 0:
-        raise InputError("There is no pixel to take statistics of. Choose a block or draw a rectangle.")
+        raise InputError("No pixels are selected for statistics. Select a block or draw a rectangle.")
     inside = wanted & np.isfinite(image) & (image > 0)
     rows, columns = np.nonzero(inside)
     z = image[inside].astype(np.float64)
@@ -310,7 +312,7 @@ def surface_statistics(
 def _surfaces(
     z: NDArray[np.float64], rows: NDArray[np.intp], columns: NDArray[np.intp], intrinsics: CameraIntrinsics | None
 ) -> tuple[PlaneFit | None, QuadricFit | None, str]:
-    """Plane, quadric, and why there is not one."""
+    """Plane, quadric, and the reason if one is missing."""
     pixels = np.column_stack([columns, rows]).astype(np.float64)
     plane: PlaneFit | None = None
     try:

@@ -1,4 +1,4 @@
-"""One parameter over a range, or two on a grid: what each value comes to, and which is best."""
+"""Sweep of one parameter over a range, or of two on a grid: the error of each value, and the best one."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ from .ground_truth import pixels_with_truth, truth_steps
 from .hold_out import HiddenTest, completion_steps, hidden_steps
 
 MOST_POINTS = 150
-"""Of a sweep: the depth of every point is held until its end."""
+"""Maximum number of points of a sweep: the depth of every point stays in memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Which values of which parameters are tried, and by what they are judged.
+    """The parameters and values of a sweep, and its criterion.
 
     Parameters
     ----------
     run : Run
-        What is run with ever other values.
+        The run to vary.
     values : mapping of str to sequence
         Name of a parameter of the filter -> its values; one name, or two for a grid.
     criterion : HiddenTest, optional
-        By hidden depth; by the frame's truth, over the filled pixels, if left out.
+        A hold-out test; the frame's ground truth at the filled pixels if left out.
     only : collection of int, optional
-        Vary these blocks' own values, and run them alone. If left out, the common values are varied and all blocks are
-        run; those with values of their own keep them.
+        Vary the own parameters of these blocks, and run only them. If left out, the common parameters are varied and
+        all blocks are run; blocks with own parameters keep them.
 
     Raises
     ------
     ParameterError
-        If there are not one or two names or no values, more than `MOST_POINTS` points, a parameter is not known, a
-        value is out of range, or a parameter has no effect with any of the others' values.
+        If there are not one or two names, no values, more than `MOST_POINTS` points, an unknown parameter, a value out
+        of range, or a parameter without effect for all values of the others.
     InputError
-        If the frame has no truth where it is to be judged by that, or there are no such blocks.
+        If the frame has no ground truth for the criterion, or there are no such blocks.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Sweep:
     def __post_init__(self) -> None:
         known = Parameters.declarations()
         if not 1 <= len(self.values) <= 2 or not all(len(values) for values in self.values.values()):
-            raise ParameterError("A sweep takes one or two parameters with at least one value each.")
+            raise ParameterError("A sweep needs one or two parameters with at least one value each.")
         if unknown := [name for name in self.values if name not in known]:
             self.run.parameters.replace(**dict.fromkeys(unknown))
         checked = {
@@ -74,10 +74,10 @@ class Sweep:
         }
         object.__setattr__(self, "values", checked)
         if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
-            raise InputError(f"There are no such blocks to vary the values of: {sorted(self.only)}.")
+            raise InputError(f"There are no such blocks: {sorted(self.only)}. Select existing blocks.")
         if (count := math.prod(map(len, checked.values()))) > MOST_POINTS:
             raise ParameterError(
-                f"A sweep of {count} points would take too much memory: take fewer values, for {MOST_POINTS} at most."
+                f"A sweep of {count} points needs too much memory. Give fewer values: maximum {MOST_POINTS} points."
             )
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
@@ -89,7 +89,7 @@ class Sweep:
 
     @property
     def points(self) -> tuple[dict[str, Value], ...]:
-        """The values of every point; of two parameters every pair, the second one changing fastest."""
+        """The values of every point; for two parameters every pair, the second one changing fastest."""
         return tuple(
             dict(zip(self.values, combination, strict=True)) for combination in itertools.product(*self.values.values())
         )
@@ -104,14 +104,14 @@ class Sweep:
 
 @dataclass(frozen=True, eq=False)
 class SweepPoint(RunJudged):
-    """What came of some values; its run has them.
+    """The result for some values, which its run has.
 
     Attributes
     ----------
     values : dict
-        Name of parameter -> value.
+        Name of the parameter -> value.
     depth : ndarray of float32, shape (H, W)
-        Completed depth [m], nothing being hidden; that of blocks that were not run is as it was measured.
+        Completed depth [m] without hidden depth; measured depth in blocks that were not run.
     """
 
     values: dict[str, Value]
@@ -120,9 +120,9 @@ class SweepPoint(RunJudged):
 
 @dataclass(frozen=True, eq=False)
 class SweepResult:
-    """All points of a sweep, judged over the pixels that all of them have filled.
+    """All points of a sweep, evaluated over the pixels that all of them have filled.
 
-    Points that leave more than a tenth of what the best one fills open have no say in which pixels these are.
+    Points that fill less than nine tenths of what the best one fills do not restrict these pixels.
 
     Attributes
     ----------
@@ -136,29 +136,29 @@ class SweepResult:
 
     @property
     def best(self) -> SweepPoint | None:
-        """The point with the smallest RMSE, the first of several; None if none filled anything."""
+        """The point with the smallest RMSE, the first of equals; None if none filled anything."""
         return self.best_by("rmse")
 
     def best_by(self, measure: str) -> SweepPoint | None:
-        """The point with the smallest "rmse", "mae" or "median", of those that fill enough; None if there is none."""
+        """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
         everyone = [point.judged for point in self.points]
         able = [point for point in self.points if point.whole.pixels and fills_enough(point.judged, everyone)]
         return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
 def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
-    """`run_sweep`, step by step, for those who show it or may stop it.
+    """`run_sweep` step by step, for progress and cancellation.
 
     Parameters
     ----------
     sweep, threads
-        As there.
+        As for `run_sweep`.
 
     Yields
     ------
     Step or SweepPoint
-        A point at its end, judged over all that it has filled itself; those of the result are judged over what all of
-        them have filled.
+        A finished point, evaluated over all that it has filled; those of the result are evaluated over what all of them
+        have filled.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     Raises
     ------
     InputError
-        If too little depth is known for some of it to be hidden.
+        If too little depth is known for a hold-out.
     """
     points: list[SweepPoint] = []
     width = 1 / len(sweep.points)
@@ -185,7 +185,7 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
 def run_sweep(
     sweep: Sweep, *, threads: int | None = None, on_step: Callable[[Step | SweepPoint], None] | None = None
 ) -> SweepResult:
-    """Try all values of a sweep.
+    """Run all points of a sweep.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def run_sweep(
     threads : int, optional
         As for `Run.steps`.
     on_step : callable, optional
-        Called with every `Step` and with every `SweepPoint` at its end; what it raises ends the sweep.
+        Called with every `Step` and every finished `SweepPoint`; an exception in it ends the sweep.
 
     Returns
     -------
@@ -202,7 +202,7 @@ def run_sweep(
     Raises
     ------
     InputError
-        If too little depth is known for some of it to be hidden.
+        If too little depth is known for a hold-out.
 
     Examples
     --------
@@ -231,28 +231,28 @@ def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> G
     return SweepPoint(run, judged, time.perf_counter() - started, values, depth)
 
 
-# Which values of a parameter are worth trying: a range around the present value, and values spread over it.
+# Values of a parameter for a sweep: a range around the present value, and values spread over it.
 
 LEAST_STEPS, MOST_STEPS = 2, 50
-"""Values that a range is spread over."""
+"""Minimum and maximum number of values in a range."""
 
 _FACTOR = 8.0
-"""A parameter whose size is felt by its ratio is tried from an eighth of its value to eight times it."""
+"""Range of a parameter with a logarithmic scale: from an eighth of its value to eight times it."""
 
 _LINEAR_STEPS = 20
-"""Another over so many of its own steps, or twice its distance from its minimum if that is more."""
+"""Range of other parameters in their steps, or twice the distance from the minimum if that is more."""
 
 _DIGITS = 3
-"""Significant digits of values."""
+"""Number of significant digits of values."""
 
 
 def can_be_swept(declaration: Declaration) -> bool:
-    """Whether a parameter is a number, which has a range."""
+    """Whether a parameter is a number, and thus has a range."""
     return declaration.kind in (int, float)
 
 
 def usual_range(declaration: Declaration, present: Value) -> tuple[float, float]:
-    """A range around the present value that is likely to show what the parameter does, within its bounds.
+    """A suitable range around the present value, within the parameter's bounds.
 
     Examples
     --------
@@ -266,7 +266,7 @@ def usual_range(declaration: Declaration, present: Value) -> tuple[float, float]
     least = -math.inf if declaration.minimum is None else float(declaration.minimum)
     most = math.inf if declaration.maximum is None else float(declaration.maximum)
     if declaration.scale == "log":
-        # what has no ratio to the rest, as 0 for "auto", is left by as little as a person would
+        # a value without a ratio, such as 0 for "auto", is replaced by one step
         centre = now if now > 0 else max(step, least)
         low, high = centre / _FACTOR, centre * _FACTOR
     else:
@@ -289,25 +289,25 @@ def spread(
     logarithmic: bool,
     present: Value | None = None,
 ) -> tuple[Value, ...]:
-    """Values from one end of a range to the other, rising, each once.
+    """Values from one end of a range to the other, increasing, each once.
 
     Parameters
     ----------
     declaration : Declaration
-        Of a number.
+        The declaration of a number.
     low, high : float
         Both ends, which are among the values.
     steps : int
-        How many values; fewer come where a whole number has not so many.
+        Number of values; fewer if an integer range has fewer.
     logarithmic : bool
-        Whether neighbours have equal ratios, and not equal differences.
+        Equal ratios of neighbours instead of equal differences.
     present : int or float, optional
-        A value that is to be among them if it lies in the range.
+        A value to include if it lies in the range.
 
     Raises
     ------
     ParameterError
-        With a sentence that says what is wrong with the range.
+        With a sentence on the error in the range.
 
     Examples
     --------
@@ -317,12 +317,12 @@ def spread(
     (0.1, 0.5, 1.0, 10.0)
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ParameterError(f"{declaration.label}: the range must rise, from {low:g} to {high:g} it does not.")
+        raise ParameterError(f"{declaration.label}: the range must increase, not go from {low:g} to {high:g}.")
     if not LEAST_STEPS <= steps <= MOST_STEPS:
-        raise ParameterError(f"A range is spread over {LEAST_STEPS} to {MOST_STEPS} values, not {steps}.")
+        raise ParameterError(f"A range has {LEAST_STEPS} to {MOST_STEPS} values, not {steps}.")
     if logarithmic and low <= 0:
         raise ParameterError(
-            f"{declaration.label}: equal ratios cannot start at {low:g}. Start above 0, or take equal differences."
+            f"{declaration.label}: equal ratios cannot start at {low:g}. Start above 0, or use equal differences."
         )
     if logarithmic:
         digits = _DIGITS + max(-math.floor(math.log10(high / low - 1)), 0)  # more where neighbours are closer

@@ -1,1 +1,2 @@
-"""Files of images, depth, clouds, meshes and blocks. File units, names and formats exist here and in `sources` only."""
+"""Readers and writers for images, depth, clouds, meshes and blocks. File units, names and formats are used only here
+and in `sources`."""

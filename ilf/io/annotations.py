@@ -1,4 +1,4 @@
-"""COCO's JSON, and lists of masks like segment-anything's: polygons and run lengths, one file for many images."""
+"""Blocks in annotation files: COCO's JSON and lists of masks like segment-anything's, and labelme's JSON."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
+from .._runtime.formatting import counted
 from ..errors import FormatError, InputError
 from .images import image_header, read_image
 from .labels import UNNAMED, Candidate, LoadedBlocks, Part, cropped, stacked
@@ -23,7 +24,7 @@ _IMAGES_SHOWN = 5
 
 
 def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], image: Path | None) -> LoadedBlocks:
-    """The blocks of a file's content: one per annotation of the image, named as its category.
+    """Convert a COCO file's content to blocks: one per annotation of the image, named after its category.
 
     Parameters
     ----------
@@ -33,25 +34,25 @@ def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], 
     shape : (int, int)
         (H, W) of the frame.
     image : Path, optional
-        The frame's colour file, by whose name the image is chosen if there are several.
+        The frame's colour file, whose name selects the image if there are several.
 
     Raises
     ------
     InputError
-        If there are several images and none of that name, if its size is another, or an annotation is damaged or off
+        If there are several images and none has that name, if its size differs, or an annotation is damaged or outside
         the image.
     """
     images = content["images"] if "images" in content else [content["image"]] if "image" in content else []
     if not isinstance(images, list) or not all(isinstance(one, dict) for one in images):
-        raise InputError(f"{path}: its images are no list of images. Export it again.")
+        raise InputError(f'{path}: "images" is not a list of images. Export it again.')
     annotations = _checked(path, content["annotations"])
     if images:
         chosen = _chosen_image(path, images, image)
         stated = chosen.get("height"), chosen.get("width")
         if None not in stated and stated != shape:
             raise InputError(
-                f"{path}: its image {_name(chosen)!r} is {stated[1]!s:.20} x {stated[0]!s:.20}, the frame {shape[1]} x "
-                f"{shape[0]}. Use the file of this frame."
+                f"{path}: its image {_name(chosen)!r} is {stated[1]!s:.20} x {stated[0]!s:.20}, but the frame is "
+                f"{shape[1]} x {shape[0]}. Use the file of this frame."
             )
         if "id" in chosen:
             annotations = [one for one in annotations if one.get("image_id", chosen["id"]) == chosen["id"]]
@@ -59,22 +60,25 @@ def blocks_of_coco(path: Path, content: dict[str, Any], shape: tuple[int, int], 
 
 
 def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) -> LoadedBlocks:
-    """The blocks of a list of {"segmentation": ...}, as segment-anything writes it for an image.
+    """Convert a list of {"segmentation": ...}, as written by segment-anything for an image, to blocks.
 
     Raises
     ------
     InputError
-        If it is for several images, or a mask is damaged or for an image of another size than `shape` (H, W).
+        If it contains several images, or a mask is damaged or its image size differs from `shape` (H, W).
     """
     annotations = _checked(path, content)
     if len({str(one.get("image_id")) for one in annotations}) > 1:
-        raise InputError(f"{path} holds masks of several images and no list of them. Make a file for each image.")
-    # the ids of such masks count, if there are any, what the generator tried
+        raise InputError(
+            f"{path} contains masks of several images without a list of images. Make a file for each image."
+        )
+    # the ids of such masks, if any, are numbers of the generator's attempts
     return _stacked(path, [{**one, "id": None} for one in annotations], shape, {})
 
 
 def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, runs: bool) -> Any:
-    """A file's content: an annotation for every block, with the block's number as id and a category for its name."""
+    """Return the content of a COCO file: an annotation for every block, with its number as id and its name as
+    category."""
     from scipy.ndimage import find_objects
 
     boxes = find_objects(labels)
@@ -108,12 +112,12 @@ def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: P
 
 def _checked(path: Path, annotations: Any) -> list[dict[str, Any]]:
     if not isinstance(annotations, list) or not all(isinstance(one, dict) for one in annotations):
-        raise InputError(f"{path}: its annotations are no list of annotations. Export it again.")
+        raise InputError(f'{path}: "annotations" is not a list of annotations. Export it again.')
     return annotations
 
 
 def _chosen_image(path: Path, images: list[dict[str, Any]], image: Path | None) -> dict[str, Any]:
-    """The image whose name has most in common with that of the frame's colour file, from its end on."""
+    """Return the image whose path agrees best with the frame's colour file, compared from the end."""
     if len(images) == 1:
         return images[0]
     if image is not None:
@@ -123,15 +127,15 @@ def _chosen_image(path: Path, images: list[dict[str, Any]], image: Path | None) 
             return images[alike.index(best)]
     shown = ", ".join(repr(_name(one)) for one in images[:_IMAGES_SHOWN])
     more = f" and {len(images) - _IMAGES_SHOWN} more" if len(images) > _IMAGES_SHOWN else ""
-    sought = "the frame's" if image is None else f"the frame's, {image.name!r}"
+    sought = "the frame" if image is None else f"the frame's colour file {image.name!r}"
     raise InputError(
-        f"{path} holds {len(images)} images ({shown}{more}), and which is {sought}, is not clear. Export that image "
-        "alone, or name the colour file as it is named there."
+        f"{path} contains {len(images)} images ({shown}{more}); none clearly matches {sought}. Export only the image "
+        "of this frame, or rename the colour file to match."
     )
 
 
 def _alike(name: str, image: Path) -> int:
-    """How far two paths agree from the end on; a name but for its suffix, or the folder's, counts least."""
+    """Return how far two paths agree, compared from the end; an equal stem, or folder name, counts least."""
     stated = Path(name.replace("\\", "/"))
     common = 0
     for one, other in zip(reversed(stated.parts), reversed(image.parts), strict=False):
@@ -146,7 +150,7 @@ def _name(image: dict[str, Any]) -> str:
 
 
 def _categories(categories: Any) -> dict[object, str]:
-    """Number -> name."""
+    """Return category id -> name."""
     listed = categories if isinstance(categories, list) else []
     return {
         one["id"]: str(one["name"])
@@ -167,7 +171,7 @@ def _stacked(
         parts = _coco_parts(one["segmentation"], where, shape)
         candidates.append(Candidate(name, own if type(own) is int else None, parts))
     boxes = len(annotations) - len(outlined)
-    notes = [f"{boxes} annotations without an outline, such as boxes, are left out."] if boxes else []
+    notes = [f"Left out {counted(boxes, 'annotation')} without an outline, such as boxes."] if boxes else []
     return stacked(path, shape, candidates, notes)
 
 
@@ -177,7 +181,7 @@ def _coco_parts(segmentation: Any, where: str, shape: tuple[int, int]) -> Iterat
     elif isinstance(segmentation, list):
         found = [filled_polygon(points_of(one, where, shape), where, shape) for one in segmentation]
     else:
-        raise InputError(f"{where} has an outline that is neither polygons nor run lengths. Export it again.")
+        raise InputError(f"{where} has an outline that is neither a list of polygons nor run lengths. Export it again.")
     yield from (part for part in found if part is not None)
 
 
@@ -187,27 +191,27 @@ _AREAS = ("polygon", "rectangle", "circle", "mask")
 
 
 def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int]) -> LoadedBlocks:
-    """The blocks of a file's content.
+    """Convert a labelme file's content to blocks.
 
-    Shapes of one label and group_id are one block, as labelme has it; those without a group_id are one each. The
-    group_ids are the blocks' numbers where each block has another.
+    Shapes with the same label and group_id are one block, as in labelme; shapes without a group_id are one block each.
+    The group_ids are used as the blocks' numbers if they are all different.
 
     Raises
     ------
     InputError
-        If it is for an image of another size than `shape` (H, W), or a shape is damaged or off the image.
+        If its image size differs from `shape` (H, W), or a shape is damaged or outside the image.
     """
     stated = content.get("imageHeight"), content.get("imageWidth")
     if None not in stated and stated != shape:
         raise InputError(
-            f"{path}: its image is {stated[1]!s:.20} x {stated[0]!s:.20}, the frame {shape[1]} x {shape[0]}. "
+            f"{path}: its image is {stated[1]!s:.20} x {stated[0]!s:.20}, but the frame is {shape[1]} x {shape[0]}. "
             "Use the file of this frame."
         )
     groups: dict[object, list[tuple[int, dict[str, Any]]]] = {}
     left_out: Counter[str] = Counter()
     for number, one in enumerate(content["shapes"], 1):
         if not isinstance(one, dict):
-            raise InputError(f"{path}: shape {number} is no shape. Export it again.")
+            raise InputError(f"{path}: shape {number} is not a JSON object. Export it again.")
         kind = str(one.get("shape_type", "polygon"))
         if kind not in _AREAS:
             left_out[kind[:20]] += 1
@@ -223,12 +227,13 @@ def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int
         for shapes in groups.values()
     ]
     kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
-    notes = [f"Shapes without an area are left out: {kinds}."] if kinds else []
+    notes = [f"Left out shapes without an area: {kinds}."] if kinds else []
     return stacked(path, shape, candidates, notes)
 
 
 def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: Path | None, target: Path) -> Any:
-    """A file's content: a polygon for every connected part of a block, with the block's number as group_id."""
+    """Return the content of a labelme file: a polygon for every connected part of a block, with its number as
+    group_id."""
     return {
         "version": "5.5.0",
         "flags": {},
@@ -253,7 +258,7 @@ def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image
 
 
 def _way_to(image: Path, target: Path) -> str:
-    """Where the image lies, as seen from the file's folder."""
+    """Return the path of the image relative to the file's folder."""
     try:
         return Path(os.path.relpath(image, target.absolute().parent)).as_posix()
     except ValueError:  # on another drive
@@ -278,12 +283,12 @@ def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: 
 
 
 def _rectangle(points: Points) -> Points:
-    """Between two corners."""
+    """Return the corners of a rectangle from two opposite ones."""
     return np.column_stack((points[[0, 1, 1, 0], 0], points[[0, 0, 1, 1], 1]))
 
 
 def _part_of_circle(points: Points, shape: tuple[int, int]) -> Part | None:
-    """Around the first point, through the second."""
+    """Return the disk around the first point through the second."""
     (x, y), rim = points
     radius = np.hypot(rim[0] - x, rim[1] - y)
     rows, columns = np.arange(shape[0])[:, None] + 0.5, np.arange(shape[1]) + 0.5
@@ -291,19 +296,19 @@ def _part_of_circle(points: Points, shape: tuple[int, int]) -> Part | None:
 
 
 def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Part | None:
-    """A PNG in base64, from the first point on."""
+    """Decode a mask, a PNG in base64, whose top left corner is the first point."""
     try:
         data = base64.b64decode(encoded, validate=True)
     except (TypeError, ValueError, binascii.Error):
-        raise InputError(f"{where} has no mask that can be read. Export it again.") from None
+        raise InputError(f"{where} has no readable mask. Export it again.") from None
     source = FileContent(Path(where), np.frombuffer(data, np.uint8))
     header = image_header(source, data)
     left, top = np.floor(points.min(axis=0)).astype(int).tolist()
     if left < 0 or top < 0 or top + header.height > shape[0] or left + header.width > shape[1]:
         raise InputError(
-            f"{where} reaches beyond the image, which is {shape[1]} x {shape[0]}. Is this the frame's file?"
+            f"{where} extends beyond the image, which is {shape[1]} x {shape[0]}. Is this the file of this frame?"
         )
     image = read_image(source)
     if image.ndim != 2:
-        raise FormatError(f"{where} has a mask in colour. Export it with one channel.")
+        raise FormatError(f"{where} has a colour mask. Export it with one channel.")
     return cropped(image > 0, top, left)

@@ -1,4 +1,4 @@
-"""Files of other programs -> blocks; which format it is, the content says."""
+"""Reading and writing blocks in files of other programs; the format is recognised by the content."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list,
 from .labels import LoadedBlocks, blocks_of_mask_folder, checked_to_write, read_labels, write_labels
 
 _MAX_JSON_BYTES = 2**28
-_KINDS = "labelme's JSON, COCO's, or a list of masks like segment-anything's"
+_KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"
 
 
 def read_blocks(
@@ -23,17 +23,17 @@ def read_blocks(
 ) -> LoadedBlocks:
     """Read blocks from a label map (PNG), labelme's or COCO's JSON, a list of masks (JSON) or a folder of masks (PNG).
 
-    Where shapes overlap, the smallest lies on top. Polygons take the pixels whose centre is inside, by the even-odd
-    rule. Numbers are those of the file where they can be had: of group_ids (labelme) or annotations (COCO).
+    Where shapes overlap, the smallest is on top. Polygons contain the pixels whose centre is inside, by the even-odd
+    rule. Labels are taken from group_ids (labelme) or annotation ids (COCO) where possible.
 
     Parameters
     ----------
     path : path-like
         A file, or a folder of masks; the format is recognised by the content.
     shape : (int, int)
-        (H, W) of the frame, which it must be for.
+        (H, W) of the frame, which the file must match.
     image : path-like, optional
-        The frame's colour file, by whose name a COCO file's image is chosen if it has several.
+        The frame's colour file, whose name selects the image of a COCO file with several.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def read_blocks(
     Raises
     ------
     InputError
-        If there is no such file, it is for another size or image, or what it says is damaged or makes no sense.
+        If the file does not exist, is for another size or image, or its content is damaged or invalid.
     FormatError
         If it is of none of these formats.
 
@@ -66,7 +66,7 @@ def read_blocks(
         return LoadedBlocks(read_labels(content, shape))
     if content.data.size > _MAX_JSON_BYTES:
         raise InputError(
-            f"{place} has {content.data.size / 2**20:.0f} MiB; at most 256 are read. Export this image alone."
+            f"{place} has {content.data.size / 2**20:.0f} MiB; the maximum is 256 MiB. Export only this image."
         )
     parsed = read_json(content)
     colour = None if image is None else Path(image).absolute()
@@ -76,10 +76,10 @@ def read_blocks(
         return blocks_of_labelme(place, parsed, shape)
     if isinstance(parsed, dict) and "annotations" in parsed:
         return blocks_of_coco(place, parsed, shape, colour)
-    raise FormatError(f"{place} is JSON, but neither {_KINDS}. Export the blocks in one of these formats.")
+    raise FormatError(f"{place} is JSON, but not {_KINDS}. Export the blocks in one of these formats.")
 
 
-# Blocks -> files of other programs.
+# Writing blocks to files of other programs.
 
 BLOCK_FORMATS = {
     "png": ("Label map, 16 bit", ".png"),
@@ -87,7 +87,7 @@ BLOCK_FORMATS = {
     "coco-rle": ("COCO, run lengths", ".json"),
     "labelme": ("labelme, polygons", ".json"),
 }
-"""Format -> what it is, and its suffix. All of them are exact to the pixel; names are in all but the first."""
+"""Format -> description and suffix. All are exact to the pixel; all but the first contain names."""
 
 _DEFAULTS = {".png": "png", ".json": "coco"}
 
@@ -100,7 +100,7 @@ def write_blocks(
     names: Mapping[int, str] | None = None,
     image: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Write blocks atomically, so that `read_blocks` gives the very same label map.
+    """Write blocks atomically, so that `read_blocks` returns the identical label map.
 
     Parameters
     ----------
@@ -109,28 +109,27 @@ def write_blocks(
     labels : array_like
         Integers 0-65535, (H, W); 0 = no block.
     format : str, optional
-        One of `BLOCK_FORMATS`; if left out, "png" or "coco", by the suffix.
+        One of `BLOCK_FORMATS`; if omitted, "png" or "coco", by the suffix.
     names : mapping, optional
-        Label -> name. A block without one is called "block".
+        Label -> name. Blocks without a name are named "block".
     image : path-like, optional
-        The frame's colour file, which JSON files name.
+        The frame's colour file, referenced in JSON files.
 
     Raises
     ------
     ExportError
-        If the labels do not fit into 16 bits, format and suffix do not go together, or the file cannot be written.
+        If the labels do not fit into 16 bits, format and suffix do not match, or the file cannot be written.
 
     Notes
     -----
-    Polygons follow the edges of pixels. Programs that fill a polygon and draw its outline on the pixels, too, as
-    labelme does when it exports masks, make blocks up to a pixel wider; those that only fill it, as COCO's own tools
-    do, do not.
+    Polygons follow the edges of pixels. Programs that fill a polygon and also draw its outline, such as labelme when it
+    exports masks, make blocks up to a pixel wider; programs that only fill it, such as COCO's own tools, do not.
     """
     target = Path(path)
     suffix = target.suffix.lower()
     chosen = format or _DEFAULTS.get(suffix)
     if chosen not in BLOCK_FORMATS:
-        ways = "use .png or .json" if format is None else f"there are {', '.join(BLOCK_FORMATS)}"
+        ways = "use .png or .json" if format is None else f"use one of {', '.join(BLOCK_FORMATS)}"
         raise ExportError(f"Blocks cannot be written as {format or str(path)!r}: {ways}.")
     if suffix != BLOCK_FORMATS[chosen][1]:
         raise ExportError(f"Blocks as {chosen} cannot be written as {str(path)!r}: use {BLOCK_FORMATS[chosen][1]}.")

@@ -1,4 +1,4 @@
-"""Camera intrinsics from the many forms in which people give theirs: presets, text, numbers, JSON files."""
+"""Reading camera intrinsics in many forms: presets, text, numbers, JSON files."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | M
 
 
 def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> CameraIntrinsics | None:
-    """Intrinsics from whatever describes them.
+    """Convert any description of intrinsics to intrinsics.
 
     Parameters
     ----------
     spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
         A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
         a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
-        {"intrinsic_matrix": nine numbers, column-major} as Open3D writes it; or the path of a JSON file that
-        holds one of these.
+        {"intrinsic_matrix": nine numbers, column-major} as written by Open3D; or the path of a JSON file that
+        contains one of these.
     shape : (int, int), optional
-        (H, W) of the frame. Numbers whose own image size is known (presets; mappings with "width" and
-        "height") are scaled to it.
+        (H, W) of the frame. Numbers with a known image size (presets; mappings with "width" and "height") are
+        scaled to it.
 
     Returns
     -------
     CameraIntrinsics or None
-        None only where `spec` is None.
+        None only if `spec` is None.
 
     Raises
     ------
     InputError
-        If there is no such preset, the numbers make no camera, or their image size has another aspect ratio
-        than the frame.
+        If there is no such preset, the numbers are not valid intrinsics, or their image size has another aspect
+        ratio than the frame.
     FormatError
         If the JSON file cannot be read.
 
@@ -83,29 +83,29 @@ def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
         raise InputError(f"{path}: {error}") from error
 
 
-# Cameras of BOP scenes: scene_camera.json gives every image intrinsics and a depth scale of its own.
+# Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.
 
 CAMERA_FILE = "scene_camera.json"
 
 
 def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
-    """Number of every image of a scene -> its intrinsics, and the millimetres that one unit of its depth is.
+    """Read the cameras of a scene: number of the image -> intrinsics, and millimetres per unit of its depth.
 
     Raises
     ------
     InputError
-        If there is no such file.
+        If the file does not exist.
     FormatError
-        If it is damaged or holds something else.
+        If it is damaged or contains something else.
     """
     data = read_json(path)
     if not isinstance(data, dict):
-        raise FormatError(f"{path} must hold a JSON object with cam_K and depth_scale for each image.")
+        raise FormatError(f"{path} must contain a JSON object with cam_K and depth_scale for each image.")
     cameras = {}
     for key, values in data.items():
         try:
             if not isinstance(values, dict):
-                raise FormatError("It is no JSON object.")
+                raise FormatError("it must be a JSON object.")
             entry = Section(f"entry {key}", values)
             scale = entry.get("depth_scale", float)
             if not (scale > 0 and math.isfinite(1000 / scale)):
@@ -117,18 +117,18 @@ def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
 
 
 def camera_of_image(depth: Path) -> tuple[CameraIntrinsics, float]:
-    """Intrinsics and depth scale of a depth file of a scene, by the number that is its name.
+    """Return intrinsics and depth scale of a depth file of a scene, whose name is the image number.
 
     Raises
     ------
     InputError
-        If there is no scene_camera.json above its folder, or it has no entry for the file.
+        If there is no scene_camera.json in the parent of its folder, or it has no entry for the file.
     FormatError
         As `read_cameras`.
     """
     path = depth.absolute().parent.parent / CAMERA_FILE
     if not os.path.isfile(path):
-        raise InputError(f"{depth} is in no BOP scene: there is no {path}. Give its scale, as in bop:0.1.")
+        raise InputError(f"{depth} is not in a BOP scene: {path} does not exist. Give its scale, as in bop:0.1.")
     cameras = read_cameras(path)
     if not depth.stem.isdecimal() or int(depth.stem) not in cameras:
         raise InputError(f"{path} has no entry for {depth.name}. Give its scale, as in bop:0.1.")

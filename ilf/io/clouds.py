@@ -1,4 +1,4 @@
-"""Point clouds as PLY, PCD and XYZ, part by part, so that a large one is held once."""
+"""Writing point clouds as PLY, PCD and XYZ, part by part, so that a large one is in memory only once."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from .._runtime.files import write_parts
 from ..data.points import LENGTHS, PointCloud, axes_signs
 from ..errors import ExportError, ParameterError
 
-# What is known of a cloud's points, as columns of numbers that a file has in one order or another.
+# The values of a cloud's points as columns, which file formats write in different orders.
 
 UNITS_PER_METRE = {"m": 1.0, "mm": 1000.0}
 
 _AT_ONCE = 1 << 16  # points
 
-# enough digits for every float32 to come back as it was
+# enough digits to restore every float32 exactly
 _FORMATS = {"f": "%.9g", "u": "%d"}
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One number of every point.
+    """One value of every point.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Column:
     values : ndarray
         Shape (N,).
     factor : float
-        What to multiply them with.
+        Factor applied to the values.
     kind : str
         Type in the file: "<f4" or "u1".
     """
@@ -48,7 +48,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """All columns of a cloud in the axes and the unit that its file is to have."""
+    """All columns of a cloud in the axes and unit of the file."""
 
     points: tuple[Column, ...]
     normals: tuple[Column, ...]
@@ -57,9 +57,9 @@ class Columns:
 
 
 def columns_of(cloud: PointCloud, axes: str, unit: str) -> Columns:
-    """Columns x, y, z; nx, ny, nz; red, green, blue; and the scalars under their own names.
+    """Return columns x, y, z; nx, ny, nz; red, green, blue; and the scalars under their own names.
 
-    Nothing is copied: what is to be multiplied is so when it is written.
+    Nothing is copied: factors are applied on writing.
 
     Raises
     ------
@@ -81,13 +81,13 @@ def columns_of(cloud: PointCloud, axes: str, unit: str) -> Columns:
 
 
 def binary_rows(columns: Sequence[Column]) -> Iterator[bytes]:
-    """The numbers of one point after those of another, some points at a time."""
+    """Yield the values point by point as bytes, some points at a time."""
     for rows in _rows(columns):
         yield rows.tobytes()
 
 
 def text_rows(columns: Sequence[Column], start: str = "", formats: Sequence[str] = ()) -> Iterator[bytes]:
-    """A line for each point, some points at a time: with every digit, unless formats are given."""
+    """Yield a line for each point, some points at a time, without loss of precision unless formats are given."""
     line = " ".join(formats or [_FORMATS[np.dtype(column.kind).kind] for column in columns])
     for rows in _rows(columns):
         values = [rows[name].tolist() for name in rows.dtype.names or ()]
@@ -106,12 +106,12 @@ def _rows(columns: Sequence[Column]) -> Iterator[NDArray[np.void]]:
         yield rows
 
 
-# Clouds and meshes as PLY: named so that CloudCompare and MeshLab show what is known of the points.
+# Clouds and meshes as PLY, with property names that CloudCompare and MeshLab display.
 
 _KINDS = {"<f4": "float", "u1": "uchar"}
 
 SHOWN_BY_MESHLAB = "expected_error"
-"""The scalar that is also the quality, the only one that MeshLab colours by."""
+"""The scalar also written as quality, the only one that MeshLab uses for colouring."""
 
 
 def ply_parts(
@@ -122,10 +122,10 @@ def ply_parts(
     unit: str = "m",
     ascii: bool = False,
 ) -> Iterator[bytes]:
-    """A PLY file, part by part.
+    """Yield a PLY file, part by part.
 
-    Of every vertex float x, y, z; nx, ny, nz where there are normals; uchar red, green, blue; a float scalar_NAME for
-    each scalar, and the expected error once more as quality.
+    For every vertex float x, y, z; nx, ny, nz if there are normals; uchar red, green, blue; a float scalar_NAME for
+    each scalar, and the expected error also as quality.
 
     Parameters
     ----------
@@ -133,9 +133,9 @@ def ply_parts(
     faces : ndarray, optional
         int32 (M, 3): the three vertices of each triangle.
     axes, unit : str
-        As `write_cloud` takes them.
+        As for `write_cloud`.
     ascii : bool
-        Text, every digit of it, instead of little-endian binary.
+        Text, without loss of precision, instead of little-endian binary.
     """
     parts = columns_of(vertices, axes, unit)
     columns = [*parts.points, *parts.normals, *parts.colours, *scalar_columns(parts.scalars)]
@@ -156,7 +156,7 @@ def ply_parts(
 
 
 def scalar_columns(scalars: tuple[Column, ...]) -> list[Column]:
-    """Scalars under the names by which CloudCompare and MeshLab know them."""
+    """Return scalars under the names that CloudCompare and MeshLab recognise."""
     named = [replace(column, name=f"scalar_{column.name}") for column in scalars]
     return named + [replace(column, name="quality") for column in scalars if column.name == SHOWN_BY_MESHLAB]
 
@@ -179,17 +179,17 @@ def _text_faces(faces: NDArray[np.int32]) -> Iterator[bytes]:
 
 
 def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii: bool = False) -> Iterator[bytes]:
-    """A PCD file, part by part.
+    """Yield a PCD file, part by part.
 
-    Of every point float x, y, z; rgb, packed into the bits of a float as that library has it; normal_x, normal_y,
-    normal_z where there are normals; and the scalars as in PLY. The camera is the viewpoint. A cloud with a point for
+    For every point float x, y, z; rgb, packed into the bits of a float as in that library; normal_x, normal_y,
+    normal_z if there are normals; and the scalars as in PLY. The camera is the viewpoint. A cloud with a point for
     every pixel of its image is organised: WIDTH and HEIGHT are the image's.
 
     Parameters
     ----------
     cloud : PointCloud
     axes, unit, ascii
-        As `write_cloud` takes them.
+        As for `write_cloud`.
     """
     parts = columns_of(cloud, axes, unit)
     normals = [replace(column, name=f"normal_{column.name[1]}") for column in parts.normals]
@@ -215,23 +215,23 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
 
 
 def _packed(colours: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Colours as the bits 0x00RRGGBB of a float, which is finite whatever the colour."""
+    """Pack colours into the bits 0x00RRGGBB of a float, which is finite for every colour."""
     packed = np.zeros((len(colours), 4), np.uint8)
     packed[:, :3] = colours[:, ::-1]
     return packed.view("<f4")[:, 0]
 
 
 CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz", ".xyzrgb")
-"""Suffixes that `write_cloud` knows; .xyz has no colour."""
+"""Suffixes that `write_cloud` supports; .xyz has no colour."""
 
 
 def check_cloud_format(path: str | os.PathLike[str]) -> None:
-    """Find out before a long run whether `write_cloud` could write a file of this suffix.
+    """Check before a long run that `write_cloud` supports the suffix.
 
     Raises
     ------
     ExportError
-        For another suffix than `CLOUD_SUFFIXES`.
+        For a suffix that is not in `CLOUD_SUFFIXES`.
     """
     if Path(path).suffix.lower() not in CLOUD_SUFFIXES:
         raise ExportError(f"A cloud cannot be written as {str(path)!r}: use one of {', '.join(CLOUD_SUFFIXES)}.")
@@ -245,10 +245,10 @@ def write_cloud(
     unit: str = "m",
     ascii: bool = False,
 ) -> None:
-    """Write a point cloud atomically, as float32, in the format that the suffix names.
+    """Write a point cloud atomically, as float32, in the format given by the suffix.
 
-    PLY and PCD have all that is known of the points: scalars as scalar_NAME, which CloudCompare shows as scalar fields,
-    and the expected error also as quality, which MeshLab shows.
+    PLY and PCD contain all scalars of the points: as scalar_NAME, which CloudCompare shows as scalar fields, and the
+    expected error also as quality, which MeshLab shows.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def write_cloud(
     axes : str
         One of `ilf.cloud.AXES`.
     unit : str
-        "m" or "mm": of the points and of scalars that are lengths.
+        "m" or "mm", for the points and for scalars that are lengths.
     ascii : bool
         Text instead of binary for .ply and .pcd.
 
@@ -290,7 +290,7 @@ def write_cloud(
 
 
 def _xyz_parts(cloud: PointCloud, axes: str, unit: str, with_colours: bool) -> Iterator[bytes]:
-    """One line per point: x y z, every digit of it, and the colours, 0-1."""
+    """Yield one line per point: x y z, without loss of precision, and the colours, 0-1."""
     columns = columns_of(cloud, axes, unit)
     if not with_colours:
         return text_rows(columns.points)

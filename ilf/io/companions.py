@@ -1,4 +1,4 @@
-"""True depth of a frame, from a file like that of its depth."""
+"""Ground truth, guides and confidence maps of a frame, read from files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
-from .._runtime.formatting import as_float
+from .._runtime.formatting import as_float, counted
 from ..data.frame import COMMON_DEPTH_UNITS, RGBDFrame, TruthFile, check_depth_scale
 from ..data.guide import Guide
 from ..errors import FormatError, InputError, ParameterError
@@ -23,11 +23,11 @@ from .float_images import read_exr, read_npy, read_npz, read_pfm
 from .images import read_image
 
 _FARTHEST = 1.5
-"""Median ratio of truth and known depth, or its inverse, above which their units do not fit each other."""
+"""Median ratio of ground truth and known depth, or its inverse, above which their units do not match."""
 
 
 def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: float | None = None) -> NDArray[np.float32]:
-    """Read true depth.
+    """Read ground truth depth.
 
     Parameters
     ----------
@@ -36,19 +36,19 @@ def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: floa
     shape : (int, int)
         Height and width of the frame.
     units : float, optional
-        File units per metre; None takes 1000 if the file holds integers and 1 if it holds floats.
+        File units per metre; None means 1000 if the file contains integers and 1 if it contains floats.
 
     Returns
     -------
     ndarray of float32, shape (H, W)
-        [m], NaN = unknown, which what lies beyond all sensors (see `ilf.io.encodings`) is, too.
+        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`).
 
     Raises
     ------
     InputError
-        If there is no such file, its size is not the frame's, nothing is known, or the scale is absurd.
+        If the file does not exist, its size is not the frame's, no depth is known, or the scale is implausible.
     FormatError
-        If it is damaged or holds something other than depth.
+        If it is damaged or contains something other than depth.
     ParameterError
         If `units` is not a positive number.
 
@@ -63,7 +63,7 @@ def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: floa
 
 
 def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
-    """The same frame with the truth of a file, which its scale must fit.
+    """Return the frame with the ground truth from a file, whose scale must match the known depth.
 
     Parameters
     ----------
@@ -71,17 +71,18 @@ def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float
     path : path-like
         As for `load_truth`.
     units : float, optional
-        File units per metre. None takes those of the frame's depth file if both hold integers; otherwise as there.
+        File units per metre. None means those of the frame's depth file if both contain integers; otherwise as for
+        `load_truth`.
 
     Returns
     -------
     RGBDFrame
-        Its `inputs`, if it has any, name the file, too.
+        Its `inputs`, if it has any, include the file.
 
     Raises
     ------
     InputError, FormatError, ParameterError
-        As `load_truth` does, and if truth and known depth cannot be in the same unit.
+        As `load_truth` does, and if ground truth and known depth cannot be in the same unit.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float
 
 
 def scale_misfit(truth: NDArray[np.floating], depth: NDArray[np.floating], units: float) -> str:
-    """Why truth [m], read with some file units per metre, cannot be of the same scene as depth [m]; "" if it can."""
+    """Describe why ground truth [m], read with these file units per metre, does not match depth [m]; "" if it does."""
     both = np.isfinite(truth) & np.isfinite(depth)
     if not both.any():
         return ""
@@ -112,25 +113,25 @@ def scale_misfit(truth: NDArray[np.floating], depth: NDArray[np.floating], units
     fitting = [other for other in COMMON_DEPTH_UNITS if 1 / _FARTHEST <= ratio * units / other <= _FARTHEST]
     way_out = f"give {fitting[0]:g} as its units" if fitting else "check that it belongs to this frame"
     return (
-        f"With {units:g} units per metre, this truth would be {ratio:.3g} times the measured depth: {way_out}, "
-        "or correct those of the depth."
+        f"With {units:g} units per metre, this ground truth would be {ratio:.3g} times the measured depth: {way_out}, "
+        "or correct the units of the depth."
     )
 
 
 def read_truth(
     path: FileSource, shape: tuple[int, int], units: float | None = None, usual: float | None = None
 ) -> tuple[NDArray[np.float32], TruthFile]:
-    """`load_truth`, and what was read; integers are in `usual` file units per metre, if that is known."""
+    """Read ground truth as `load_truth` does, and the file; integers are in `usual` file units per metre, if known."""
     content = read_file(path)
     values = read_depth_values(content)
     if values.shape != shape:
         raise InputError(
-            f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: a truth "
-            "must show the same pixels."
+            f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: ground "
+            "truth must have the same pixels."
         )
     if units is None:
         default = default_depth_units(values)
-        # depth in floats has 1 unit per metre, which says nothing of integers
+        # depth in floats has 1 unit per metre, which does not apply to integers
         units = usual if usual not in {None, 1.0} and default != 1 else default
     try:
         scale = checked_units(units)
@@ -140,26 +141,26 @@ def read_truth(
     try:
         check_depth_scale(metres)
     except InputError as error:
-        raise InputError(f"{content} cannot be a truth: {error}") from error
+        raise InputError(f"{content} cannot be ground truth: {error}") from error
     return metres, TruthFile(str(content.path), content.sha256, scale)
 
 
 def is_truth(worth: object) -> bool:
-    """Whether the words of meta.json, or their lack, let its frame's gt.* count as a truth. Depth that an algorithm has
-    filled in is none."""
+    """Whether a frame's gt.* counts as ground truth by the text in meta.json, or without one. Depth filled in by an
+    algorithm does not."""
     if worth is None:
         return True
     words = str(worth).lower()
     return bool(words) and "fill" not in words and "not measured" not in words
 
 
-# A guide from a file, and into one.
+# Reading and writing guides.
 
 GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm", ".pfm", ".exr")
-"""Of files that a guide can be read from."""
+"""Suffixes of files that a guide can be read from."""
 
 _USUAL_NAMES = ("guide", "depth", "disparity", "prediction")
-"""Names by which an NPZ with several arrays is asked for one, the first that is there."""
+"""Names of the guide in an NPZ with several arrays; the first that exists is read."""
 
 _READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".npy": read_npy,
@@ -175,17 +176,17 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
     Parameters
     ----------
     path : path-like
-        PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one that is called guide, depth,
-        disparity or prediction. NPY and NPZ of shape (2, H, W) have a confidence from 0 to 1 beside the values.
+        PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one named guide, depth,
+        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1.
     shape : (int, int), optional
-        Height and width of the frame, which it is resized to; it must have the same aspect.
+        Height and width of the frame, to which it is resized; it must have the same aspect ratio.
 
     Raises
     ------
     InputError
-        If there is no such file, it says nothing, or its aspect is not the frame's.
+        If the file does not exist, has no usable values, or its aspect ratio is not the frame's.
     FormatError
-        If it is damaged or holds something else, such as a coloured picture of depth.
+        If it is damaged or contains something else, such as a colour-mapped depth image.
 
     Examples
     --------
@@ -204,37 +205,37 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
 
 
 def write_guide(path: str | os.PathLike[str], guide: Guide) -> None:
-    """Write a guide atomically as NPY, with every digit."""
+    """Write a guide atomically as NPY, without loss."""
     content = io.BytesIO()
     np.save(content, guide.array.astype("<f4"))
     write_bytes(path, content.getvalue())
 
 
 def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:
-    """Many programs write grey in three channels; alpha says nothing."""
+    """Return grey values, which many programs write in three channels; ignore alpha."""
     if image.ndim == 2:
         return image
     colours = image[..., :3] if image.shape[2] >= 3 else image[..., :1]
     if (colours != colours[..., :1]).any():
         raise FormatError(
-            f"{file}: this is a coloured picture of depth, whose colours do not rise with depth. Export the values "
+            f"{file}: this is a colour-mapped depth image, whose colours do not increase with depth. Export the values "
             "themselves, in grey or as NPY."
         )
     return colours[..., 0]
 
 
-# How sure the sensor was of its depth, pixel by pixel: what is below a level is distrusted.
+# Confidence maps: depth below the minimum confidence is marked invalid.
 
 CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 
 UNUSED = (
-    "There is a confidence map, and all depth counts all the same: with a least confidence (a row of the open dialog, "
-    "--min-confidence, min_confidence=; 2 for what ARKit calls high) what is below it is missing."
+    "There is a confidence map, but all depth is used: set a min. confidence (in the open dialog, --min-confidence, "
+    "min_confidence=; 2 is ARKit's high) to mark depth below it as missing."
 )
-"""What is said where a confidence map is not used."""
+"""Note if a confidence map is not used."""
 
-NO_MAP = "There is no confidence map, so the least confidence changes nothing."
-"""What is said where there is none to use."""
+NO_MAP = "There is no confidence map, so the min. confidence has no effect."
+"""Note if there is no confidence map."""
 
 
 def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
@@ -243,41 +244,41 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     Parameters
     ----------
     path : path-like
-        PNG, TIFF, PGM or NPY with one channel; the larger a value, the surer.
+        PNG, TIFF, PGM or NPY with one channel; larger values mean higher confidence.
     shape : (int, int)
         Height and width of the frame's depth.
 
     Returns
     -------
     ndarray, shape (H, W)
-        Real numbers of any type, as they are stored.
+        Real numbers of any type, as stored.
 
     Raises
     ------
     InputError
-        If there is no such file, or its size is not that of the depth.
+        If the file does not exist, or its size is not that of the depth.
     FormatError
         If it is damaged or has several channels.
     """
     content = read_file(path)
     values = read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
     if values.ndim != 2 or values.dtype.kind not in "biuf":
-        raise FormatError(f"{content}: a confidence map has one number per pixel, and this is {_kind(values)}.")
+        raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
     if values.shape != shape:
         raise InputError(
             f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
-            "confidence map must show the same pixels."
+            "confidence map must have the same pixels."
         )
     return values
 
 
 def below(confidence: NDArray[Any], least: float, depth: NDArray[np.floating]) -> tuple[NDArray[np.bool_], str]:
-    """Known depth whose confidence is below a level, as a mask (H, W), and what to say of it.
+    """Return known depth below a minimum confidence, as a mask (H, W), and a note about it.
 
     Parameters
     ----------
     confidence : ndarray
-        (H, W); NaN is no confidence.
+        (H, W); NaN counts as no confidence.
     least : float
     depth : ndarray
         [m], (H, W), NaN = missing.
@@ -292,20 +293,20 @@ def below(confidence: NDArray[Any], least: float, depth: NDArray[np.floating]) -
     count, whole = int(np.count_nonzero(low)), int(np.count_nonzero(known))
     if count == whole:
         raise InputError(
-            f"No depth has a confidence of {least:g} or more: the map goes from {confidence.min():g} to "
-            f"{confidence.max():g}. Give a lower least confidence."
+            f"No depth has a confidence of {least:g} or more: the map ranges from {confidence.min():g} to "
+            f"{confidence.max():g}. Set a lower min. confidence."
         )
-    share = count / whole
-    return low, f"Depth of a confidence below {least:g} counts as missing: {count} pixels, {share:.1%} of the known."
+    text = f"{counted(count, 'pixel')}, {count / whole:.1%} of the known pixels"
+    return low, f"Depth with a confidence below {least:g} counts as missing: {text}."
 
 
 def checked_least(value: object) -> float:
-    """The least confidence as float; ParameterError unless it is a finite number."""
+    """Return the minimum confidence as float; raise ParameterError unless it is a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ParameterError(f"The least confidence must be a number, not {value!r:.60}.")
+        raise ParameterError(f"The min. confidence must be a number, not {value!r:.60}.")
     number = as_float(value)
     if not math.isfinite(number):
-        raise ParameterError("The least confidence must be a finite number, a level of the confidence map.")
+        raise ParameterError("The min. confidence must be a finite number, a value of the confidence map.")
     return number
 
 

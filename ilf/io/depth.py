@@ -1,4 +1,4 @@
-"""Depth images: reading in the file's own units, and writing."""
+"""Depth images: reading in file units, and writing."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import FileContent, FileSource, read_file, write_bytes
-from .._runtime.formatting import as_float
+from .._runtime.formatting import as_float, counted
 from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError
 from .float_images import COLMAP_SUFFIX, read_colmap, read_exr, read_npy, read_npz, read_pfm
 from .images import encode_image, read_image
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
-"""Suffixes that `write_depth` knows."""
+"""Suffixes that `write_depth` supports."""
 
 UINT16_MAX = 65535
-"""Largest value of a 16-bit PNG."""
+"""Maximum value of a 16-bit PNG."""
 
 _DEPTH_ARRAYS = "depth", "depths"
-"""Names by which an NPZ with several arrays is asked for depth."""
+"""Names of depth in an NPZ with several arrays."""
 
 _READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".npy": read_npy,
@@ -36,11 +36,11 @@ _READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
     ".pfm": read_pfm,
     COLMAP_SUFFIX: read_colmap,
 }
-"""Suffix -> reader of depth files that are no images of the usual kinds."""
+"""Suffix -> reader of depth files that are not common image formats."""
 
 
 def read_depth_values(path: FileSource) -> NDArray[Any]:
-    """Depth as the file has it: no unit conversion, nothing marked as missing yet.
+    """Read depth in file units, without marking missing values.
 
     Parameters
     ----------
@@ -55,17 +55,17 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     Raises
     ------
     InputError
-        If there is no such file, or the package that reads EXR is not installed.
+        If the file does not exist, or the package that reads EXR is not installed.
     FormatError
-        If it is damaged or holds something other than depth, such as a picture of depth.
+        If it is damaged or contains something other than depth, such as a rendered depth image.
     """
     content = read_file(path)
     values = _READERS.get(content.path.suffix.lower(), read_image)(content)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(
-            f"{path}: this is a picture of depth (8-bit{channels}), not depth: export the raw 16-bit or "
-            "float depth with one channel. If it is the colour image, the two files were swapped."
+            f"{path}: this is an 8-bit image{channels}, not depth: export the raw 16-bit or float depth with one "
+            "channel. If it is the colour image, the two files were swapped."
         )
     if values.ndim != 2 or values.size == 0:
         raise FormatError(
@@ -78,20 +78,20 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
 
 
 def default_depth_units(values: NDArray[Any]) -> float:
-    """File units per metre to assume where nobody says: 1000 (millimetres) for integers, 1 for floats."""
+    """Return the default file units per metre: 1000 (millimetres) for integers, 1 for floats."""
     return 1000.0 if values.dtype.kind in "iu" else 1.0
 
 
 def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> NDArray[np.float32]:
-    """File values as depth [m], float32 (H, W); zero, negative and not finite values become NaN, and so do those below
-    `ilf.data.frame.DEPTH_LIMITS`, which are zero but for rounding.
+    """Convert file values to depth [m], float32 (H, W); zero, negative and non-finite values become NaN, and so do
+    values below `ilf.data.frame.DEPTH_LIMITS`, which are zero except for rounding.
 
     Parameters
     ----------
     values : ndarray
         From `read_depth_values`.
     depth_units : float, optional
-        File units per metre; None takes `default_depth_units`.
+        File units per metre; None means `default_depth_units`.
 
     Raises
     ------
@@ -106,21 +106,21 @@ def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> N
 
 
 def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:
-    """Write depth atomically, in the format that the suffix names.
+    """Write depth atomically, in the format given by the suffix.
 
     Parameters
     ----------
     path : path-like
         .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy: float32 [m], NaN = missing.
     depth : array_like
-        Depth [m], (H, W); what is not finite and positive is missing.
+        Depth [m], (H, W); values that are not finite and positive are missing.
     units : float
         File units per metre, for .png only.
 
     Returns
     -------
     list of str
-        Warnings: what did not fit into 16 bits, and what to do about it. Empty if all is well.
+        Warnings about depth that did not fit into 16 bits, and what to do about it; may be empty.
 
     Raises
     ------
@@ -157,16 +157,16 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
 
 @dataclass(frozen=True)
 class PngFit:
-    """What becomes of depth in a 16-bit PNG.
+    """Effect of writing depth to a 16-bit PNG.
 
     Attributes
     ----------
     deepest : float
-        [m]; NaN where no depth is known.
+        Maximum depth [m]; NaN if no depth is known.
     largest : int
         The value that it would need: above `UINT16_MAX` it does not fit.
     clipped, vanished : int
-        Pixels that are too far, and such that are so near that they would be rounded to 0, missing.
+        Number of pixels that are too far, and of those so near that they would be rounded to 0, missing.
     """
 
     deepest: float
@@ -176,7 +176,7 @@ class PngFit:
 
 
 def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
-    """What becomes of depth in a 16-bit PNG.
+    """Compute the effect of writing depth to a 16-bit PNG.
 
     Parameters
     ----------
@@ -194,19 +194,19 @@ def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
 
 
 def coarser_units(given: float, written: float) -> str:
-    """What a PNG loses of the steps that the input has, in one sentence; "" where it loses nothing.
+    """Describe in one sentence the precision that a PNG loses relative to the input; "" if it loses none.
 
     Parameters
     ----------
     given, written : float
-        File units per metre, of the input's depth and of the PNG. Float depth, in metres, has 1 and loses nothing here:
-        how fine its steps were is not known.
+        File units per metre of the input's depth and of the PNG. Float depth, in metres, has 1 and counts as no loss:
+        its steps are unknown.
     """
     if written >= given:
         return ""
     return (
-        f"The PNG has steps of {1000 / written:.4g} mm, the input of {1000 / given:.4g} mm: write {given:g} units per "
-        "metre to keep them, or TIFF or NPY, which lose nothing."
+        f"The PNG has steps of {1000 / written:.4g} mm, the input has {1000 / given:.4g} mm: write {given:g} units per "
+        "metre to keep its precision, or TIFF or NPY, which are lossless."
     )
 
 
@@ -216,9 +216,9 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
     Parameters
     ----------
     path : path-like
-        As for `write_depth`. In a PNG the smallest error is one unit, because 0 means that nothing was filled.
+        As for `write_depth`. In a PNG the minimum error is one unit, because 0 means not filled.
     error : array_like
-        Expected error [m], (H, W), NaN where nothing was filled.
+        Expected error [m], (H, W), NaN where not filled.
     units : float
         File units per metre, for .png only.
 
@@ -246,7 +246,7 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
 
 
 def checked_units(units: object) -> float:
-    """File units per metre as float; raises ParameterError unless positive and finite."""
+    """Return file units per metre as float; raise ParameterError unless positive and finite."""
     if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
         raise ParameterError(f"Depth units must be a number of file units per metre, not {units!r:.60}.")
     number = as_float(units)
@@ -258,7 +258,7 @@ def checked_units(units: object) -> float:
 
 
 def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Mark, in place, what is not finite and positive as missing."""
+    """Mark values that are not finite and positive as missing, in place."""
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return metres
 
@@ -269,14 +269,14 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
     if fit.clipped:
         largest = UINT16_MAX / fit.deepest if fit.deepest > UINT16_MAX else UINT16_MAX // fit.deepest
         warnings.append(
-            f"{fit.clipped} pixels are beyond {UINT16_MAX / units:.4g} m, the most that "
-            f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
-            f"metre would fit {fit.deepest:.4g} m; or write TIFF or NPY."
+            f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre, was "
+            f"clipped: {counted(fit.clipped, 'pixel')}. Use at most {largest:.6g} units per metre for "
+            f"{fit.deepest:.4g} m, or write TIFF or NPY."
         )
     if fit.vanished:
         warnings.append(
-            f"{fit.vanished} pixels are nearer than half a unit at {units:g} units per metre, "
-            "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
+            f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing: "
+            f"{counted(fit.vanished, 'pixel')}. Use more units per metre, or write TIFF or NPY."
         )
     values = _in_units(metres, units)
     np.minimum(values, UINT16_MAX, out=values)

@@ -1,4 +1,4 @@
-"""A depth file read by its encoding, with what there is to say against that."""
+"""Reading depth files by their encoding, with plausibility warnings."""
 
 from __future__ import annotations
 
@@ -14,70 +14,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
+from .._runtime.formatting import counted
 from ..data.frame import MEDIAN_DEPTH_RANGE, doubtful_scale
 from ..errors import FormatError
 from .depth import UINT16_MAX, read_depth_values
 from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensors, chosen_encoding, is_name
 from .float_images import COLMAP_SUFFIX
 
-# Signs that a depth file holds another unit than it is read in, or no depth: names, sizes, steps and slopes.
+# Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
 
 _REPLICA_SHAPE = 680, 1200
 _REPLICA_NAME = re.compile(r"depth\d{6}\.png")
 _KITTI_NAME = re.compile(r"kitti.*|velodyne_raw|groundtruth_depth|proj_depth", re.IGNORECASE)
 _KITTI_ASPECT = 3.0
-"""Width over height that no depth camera has."""
+"""Minimum aspect ratio (width / height) of KITTI, which no depth camera has."""
 
 _NEAR_FOLDERS = 4
-"""Names at the end of a path, with the file's own, that a data set gives."""
+"""Number of components at the end of a path, including the file name, that may identify a data set."""
 
 _MOST_FEW = 20
-"""Pixels of a value that may be noise."""
+"""Minimum number of pixels of a value, so that it is not noise."""
 
 _FEWEST_GAPS = 20
 _DISPARITY_STEPS = 270.0, 700.0
-"""[1/m]; steps of depth are depth squared over this: 345 for a Kinect v1, about 600 for a RealSense D400."""
+"""[1/m]; steps of depth are depth squared divided by this: 345 for a Kinect v1, about 600 for a RealSense D400."""
 
 _RISES = 0.5
-"""Correlation of rows and depth; it is negative for nearly all frames, since the floor comes nearer downwards."""
+"""Minimum correlation of rows and values; depth has a negative one in nearly all frames, since the floor is nearer at
+the bottom."""
 
 _NEAR, _NEARLY, _FAR = 0.5, 1.0, 6.0
-"""Median depth [m] of hardly any frame; of few; and beyond which there are few again."""
+"""Median depth [m]: hardly any frame is below the first, few below the second, and few above the third."""
 
 _GRID = 320
-"""Pixels of the longer side that are looked at."""
+"""Maximum length of the longer side of the subsampled grid [px]."""
 
 _LEVEL, _STEEP = 0.005, 0.2
-"""What still counts as straight, and what no longer as level, relative to the value."""
+"""Maximum bend of a straight line, and minimum rise of a slope, relative to the value."""
 
 
 def data_set_of(values: NDArray[Any], units: float, path: Path | None, is_unusual: bool) -> tuple[str, str] | None:
-    """The encoding of the data set that integers (H, W) seem to be of by their size and the names of the file and its
-    folders, and the sign of it. `is_unusual` is whether the scale that they are read in is."""
+    """Return the encoding of the data set that integers (H, W) seem to belong to, by their size and the names of the
+    file and its folders, and the reason. `is_unusual` tells whether the assumed scale is unusual."""
     if values.dtype != np.uint16 or units != 1000:
         return None
     height, width = values.shape
     folders = () if path is None else path.parts[-_NEAR_FOLDERS:]
     if width >= _KITTI_ASPECT * height or any(map(_KITTI_NAME.fullmatch, folders)):
-        return "kitti", "Size or names are those of KITTI"
+        return "kitti", "Image size or file names match KITTI"
     is_named = path is not None and _REPLICA_NAME.fullmatch(path.name) is not None
     if is_unusual and (
         is_named or values.shape == _REPLICA_SHAPE or any(folder.lower().startswith("replica") for folder in folders)
     ):
-        return "replica", "Size or names are those of Replica"
+        return "replica", "Image size or file names match Replica"
     return None
 
 
 def sensor_scale(values: NDArray[Any], units: float) -> tuple[str, str] | None:
-    """The encoding by which integers, of the disparity steps of a depth camera, would have steps as such cameras have,
-    and the sign of it; None if they have them as they are read, or show no such steps."""
+    """Return the encoding in which integers have the disparity steps of a depth camera, and the reason; None if they
+    have these in the assumed encoding, or no such steps."""
     if values.dtype != np.uint16:
         return None
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0
     levels = np.flatnonzero(counts >= _MOST_FEW)
     gaps = np.diff(levels)
-    is_gap = gaps >= 3  # smaller ones are rounded too coarsely
+    is_gap = gaps >= 3  # smaller gaps have too large rounding errors
     if np.count_nonzero(is_gap) < max(_FEWEST_GAPS, 0.2 * gaps.size):
         return None
     low, steps, high = np.quantile(levels[1:][is_gap] ** 2 / gaps[is_gap] / units, (0.2, 0.5, 0.8))
@@ -85,13 +87,13 @@ def sensor_scale(values: NDArray[Any], units: float) -> tuple[str, str] | None:
         return None
     for name, other in ENCODINGS.items():
         if other.name is None and _DISPARITY_STEPS[0] <= steps * units / other.units <= _DISPARITY_STEPS[1]:
-            return name, "Depth has steps that are too coarse for a depth camera so near"
+            return name, "Depth has steps that are too coarse for a depth camera at this distance"
     return None
 
 
 def is_inverse(metres: NDArray[np.float32]) -> bool:
-    """Whether values (H, W), NaN = missing, that are read as depth [m] seem to be disparity or inverse depth: they rise
-    downwards, and their median is one of hardly any depth, or planes are straight in them."""
+    """Whether values (H, W), NaN = missing, that are read as depth [m] seem to be disparity or inverse depth: they
+    increase downwards, and their median is unusual for depth, or planes are linear in them."""
     median = float(np.nanmedian(metres))
     if _NEARLY <= median <= _FAR:
         return False
@@ -107,7 +109,7 @@ def is_inverse(metres: NDArray[np.float32]) -> bool:
 
 
 def _has_straight_planes(grid: NDArray[np.float64]) -> bool:
-    """Whether slopes are straight in the values rather than in their inverse: planes are straight in inverse depth."""
+    """Whether slopes are linear in the values rather than in their inverse: planes are linear in inverse depth."""
     straight = slopes = 0
     for lines in (grid, grid.T):
         half = max(lines.shape[0] // 32, 1)
@@ -126,7 +128,7 @@ def _has_straight_planes(grid: NDArray[np.float64]) -> bool:
     return slopes >= 0.0005 * grid.size and straight > 0.6 * slopes
 
 
-# What speaks against the encoding that a depth file is read by.
+# Plausibility checks of the encoding with which a depth file is read.
 
 _NO_DISPARITY = 2047
 _FEWEST_VALUES = 32
@@ -135,31 +137,31 @@ _LARGEST_HIGH_BYTE = 64  # 16 m
 _FEWEST_PIXELS = 1000
 _FEWEST_HOLES = 10
 _NEAREST_MARK = 4.0
-"""[m]; marks are farther than most scenes, so that round numbers below it are depth."""
+"""Minimum depth of an invalid marker [m]: markers are farther than most scenes; round numbers below it are depth."""
 
 _ABOVE_MOST = 1.1
-"""A mark is so many times as far as nearly all else."""
+"""Minimum ratio of an invalid marker to nearly all other depth."""
 
 _NOISE = 0.0025
-"""Share of the pixels that may be farther than a mark."""
+"""Maximum share of pixels farther than an invalid marker."""
 
 _NUMBERS_OF_A_FRAME = re.compile(r"\d[\d.e+-]*(%| m\b)")
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """A reason to read a file in another way.
+    """A plausibility warning about how a file is read.
 
     Attributes
     ----------
     text : str
-        A sentence or two, with the way out.
+        A sentence or two, with what to do.
     encoding : str or None
-        The encoding that would be likelier, if it is that.
+        The likelier encoding, if any.
     invalid : float or None
-        The value that most likely stands for missing, if it is that.
+        The value that most likely marks missing depth, if any.
     is_scale : bool
-        Whether it is but that the scale is unusual.
+        Whether the only reason is an unusual scale.
     """
 
     text: str
@@ -169,13 +171,13 @@ class Doubt:
 
 
 def first_of_each(texts: Iterable[str], known: set[str]) -> list[str]:
-    """Doubts of several frames, each once: those that differ in their shares and depths only are the same.
+    """Return plausibility warnings of several frames, each once: texts that differ only in shares and depths are equal.
 
     Parameters
     ----------
     texts : iterable of str
     known : set of str
-        Those that were there before, as this function has put them in; what is new is added.
+        Earlier texts, as added by this function; new ones are added.
 
     Examples
     --------
@@ -198,19 +200,19 @@ def doubts_of(
     is_named: bool,
     path: Path | None = None,
 ) -> tuple[Doubt, ...]:
-    """What speaks against the way that a file's values are read.
+    """Check how a file's values are read and return plausibility warnings.
 
     Parameters
     ----------
     values : ndarray
-        (H, W), as the file has them.
+        (H, W), as stored in the file.
     metres : ndarray of float32
-        Depth [m] that they are read as, (H, W), NaN = missing.
+        The values as depth [m], (H, W), NaN = missing.
     encoding : DepthEncoding
-        That they are read by.
+        The encoding used.
     is_named : bool
-        Whether somebody has named the encoding: then it is not doubted. A number of units alone does not say that
-        the values are stored plainly.
+        Whether the encoding was given by name: then it is not checked. A number of units alone does not exclude
+        rotated bits, swapped bytes or disparity.
     path : Path, optional
         The file, whose name may be that of a data set.
     """
@@ -218,7 +220,7 @@ def doubts_of(
     if not is_named and encoding.name is None and values.dtype == np.uint16:
         found += [doubt for doubt in (_other_storage(values, metres),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
-    if encoding.invalid is None and not storage.is_disparity:  # which has a value for missing, and decodes it
+    if encoding.invalid is None and not storage.is_disparity:  # which decodes its own invalid value
         found += [doubt for doubt in (_mark(values, metres),) if doubt]
     if not (found or is_named) and encoding.name is None and np.isfinite(metres).any():
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
@@ -228,13 +230,13 @@ def doubts_of(
 def _scale(
     values: NDArray[Any], metres: NDArray[np.float32], encoding: DepthEncoding, path: Path | None
 ) -> Doubt | None:
-    """Values that are no depth, or depth in another unit."""
+    """Check for values that are not depth, or depth in another unit."""
     unusual = doubtful_scale(metres, encoding.units)
     if not unusual and is_inverse(metres):
         return Doubt(
-            f"Values rise towards the bottom of the image, where depth falls, and their median would be "
-            f"{np.nanmedian(metres):.2f} m: they are most likely disparity or inverse depth. Give disparity:FB (focal "
-            "length [px] times baseline [m]; disparity:1 for inverse depth), or m or mm if they are depth."
+            f"Values increase towards the bottom of the image, where depth usually decreases, and their median "
+            f"would be {np.nanmedian(metres):.2f} m: they are most likely disparity or inverse depth. Give disparity:FB "
+            "(focal length [px] times baseline [m]; disparity:1 for inverse depth), or m or mm if they are depth."
         )
     for found in (data_set_of(values, encoding.units, path, bool(unusual)), sensor_scale(values, encoding.units)):
         if found is not None and (doubt := _doubt(found[1], found[0], values, metres)):
@@ -243,7 +245,7 @@ def _scale(
 
 
 def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
-    """One value far from all others that fills a share of the pixels, with nothing but noise beyond it."""
+    """Check for an invalid marker: one value far from all others in a share of the pixels, with only noise beyond."""
     known = metres[np.isfinite(metres)]
     if not known.size:
         return None
@@ -256,7 +258,7 @@ def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
 
 def _mark_at(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
     is_mark = metres == far
-    others, share = metres[metres < far], float(is_mark.mean())  # nothing is true of NaN
+    others, share = metres[metres < far], float(is_mark.mean())  # comparisons with NaN are false
     mark = values[is_mark][0]
     is_full = values.dtype.kind in "iu" and mark == np.iinfo(values.dtype).max
     if not others.size or share < (0.001 if is_full else _LEAST_SHARE):
@@ -264,17 +266,17 @@ def _mark_at(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> D
     most = float(others.max())
     if not (far >= (1.5 if is_full else 5.0) * most or _fills_holes(far, mark, is_mark, others)):
         return None
-    all_else = "nearly all else" if (metres > far).any() else "all else"
+    all_else = "nearly all other depth" if (metres > far).any() else "all other depth"
     return Doubt(
         f"{mark:.9g} fills {share:.1%} of the pixels and would be {far:.3g} m, while {all_else} is at most {most:.3g} "
-        f"m: it most likely stands for missing. Give {mark:.9g} as the invalid value, or 0 if it is depth.",
+        f"m: it most likely marks missing depth. Give {mark:.9g} as the invalid value, or 0 if it is depth.",
         invalid=float(mark),
     )
 
 
 def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDArray[np.float32]) -> bool:
-    """Whether what may be a mark is beyond nearly all else, which has the many values of real depth, and is one of the
-    usual numbers or lies in many pieces, as no wall does."""
+    """Whether a possible marker is farther than nearly all other depth, which has many values like real depth, and is
+    one of the usual numbers or forms many regions, unlike a wall."""
     at = int(0.99 * (others.size - 1))
     if (
         far < _ABOVE_MOST * np.partition(others, at)[at]
@@ -290,9 +292,9 @@ def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDAr
 
 
 def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> Doubt | None:
-    """Rotated bits, swapped bytes, or disparity in place of depth."""
+    """Check for rotated bits, swapped bytes, or disparity instead of depth."""
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
-    counts[[0, UINT16_MAX]] = 0  # which are no depth, whatever the storage
+    counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
     levels, pixels = np.flatnonzero(counts).astype(np.uint16), counts[counts > 0]
     if pixels.sum() < _FEWEST_PIXELS or levels.size < _FEWEST_VALUES:
         return None
@@ -300,14 +302,14 @@ def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> D
         name = "nyu-raw" if _is_disparity(levels.byteswap(), pixels) else "mm-swapped"
         return _doubt("The two bytes of each value seem to be in the wrong order", name, values, metres)
     if _is_disparity(levels, pixels):
-        return _doubt(f"Values end at {_NO_DISPARITY}, which fills a share", "kinect-raw", values, metres)
+        return _doubt(f"The maximum value is {_NO_DISPARITY}, in many pixels", "kinect-raw", values, metres)
     if _is_rotated(levels, pixels):
-        return _doubt("The lowest three bits of the values say nothing", "sun", values, metres)
+        return _doubt("The lowest three bits of nearly all values are zero", "sun", values, metres)
     return None
 
 
 def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.float32]) -> Doubt | None:
-    """None if the other encoding makes no sense of them, either, or about the same."""
+    """Return a warning; None if the other encoding is implausible, too, or gives about the same depth."""
     other = ENCODINGS[name].metres(values)
     if not np.isfinite(other).any():
         return None
@@ -317,27 +319,27 @@ def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.
     if np.mean(np.isclose(other, metres, rtol=0.1)) > 0.5:
         return None
     return Doubt(
-        f"{sign}: the depth encoding is most likely {name}, and the median {median:.2f} m rather than "
-        f"{present:.2f} m. Give {name}, or the encoding that it is, by name.",
+        f"{sign}: the depth encoding is most likely {name}, with a median of {median:.2f} m instead of "
+        f"{present:.2f} m. Give {name}, or the correct encoding, by name.",
         encoding=name,
     )
 
 
 def _is_swapped(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
-    """Whether the lower bytes are as small as the upper ones of millimetres are, and the upper ones as many."""
+    """Whether the lower bytes are as small as the upper bytes of millimetres, and the upper ones as varied."""
     high, low = levels >> 8, levels & 0xFF
     is_small = np.average(low <= _LARGEST_HIGH_BYTE, weights=pixels) >= 0.999
     return bool(is_small) and np.unique(low).size > 1 and np.unique(high).size >= 2 * _FEWEST_VALUES
 
 
 def _is_disparity(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
-    """Whether they end at the value that a Kinect v1 gives where it sees nothing, at many pixels."""
+    """Whether their maximum is the invalid value of a Kinect v1, in many pixels."""
     share = pixels[levels.argmax()] / pixels.sum()
     return bool(levels.max() == _NO_DISPARITY and share >= _LEAST_SHARE)
 
 
 def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
-    """Whether nearly all are multiples of 8, and many of no more."""
+    """Whether nearly all are multiples of 8, and many not of 16."""
     is_whole, is_odd = levels % 8 == 0, levels % 16 == 8
     share = np.average(is_odd, weights=pixels * is_whole) if is_whole.any() else 0.0
     return bool(
@@ -346,32 +348,32 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
 
 
 _SCENE = Doubt(
-    "Depth maps of COLMAP are in the unit of their reconstruction, which is read as metres here: give its units per "
+    "Depth maps of COLMAP are in the unit of their reconstruction, which is assumed to be metres: give its units per "
     "metre as depth units, or m as the encoding if it was scaled to metres."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class DepthReading:
-    """Depth as it was read.
+    """Depth read from a file, with its encoding and plausibility warnings.
 
     Attributes
     ----------
     values : ndarray
-        (H, W), as the file has them.
+        (H, W), as stored in the file.
     metres : ndarray of float32
         Depth [m], (H, W), NaN = missing.
     encoding : DepthEncoding
     is_assumed : bool
-        Whether nothing said the encoding, so that the usual one of the values' type was taken.
+        Whether the encoding was unspecified, so that the default of the values' type was used.
     is_named : bool
-        Whether it was given or stated by a name.
+        Whether it was given or stated by name.
     left_out : str
-        What was known by the file, and is missing, because no sensor can give it; "" for nothing.
+        Note on depth left out because it is beyond the range of sensors; "" for none.
     path : Path
-        Of the file that it came from.
+        Path of the file.
     file_doubt : Doubt or None
-        What speaks against the encoding for whatever values files of this kind have.
+        A plausibility warning that applies to all files of this kind.
     """
 
     values: NDArray[Any]
@@ -385,23 +387,23 @@ class DepthReading:
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What speaks against the encoding."""
+        """Plausibility warnings about the encoding."""
         found = doubts_of(self.values, self.metres, self.encoding, self.is_named, self.path)
         return found if self.file_doubt is None else (self.file_doubt, *found)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know, a sentence or two each."""
+        """Notes for the user, a sentence or two each."""
         return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.doubts))
 
     @property
     def other_ways(self) -> str:
-        """The doubts that name a likelier encoding, to be put behind an error; "" if there are none."""
+        """The warnings that name a likelier encoding, to append to an error; "" if there are none."""
         return "".join(f" {doubt.text}" for doubt in self.doubts if doubt.invalid is None and not doubt.is_scale)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of the notes that a program should hear, with the path: all but that a scale is unusual, where it was
+        """Notes to issue as Python warnings, with the path: all except those on an unusual scale if the scale was
         stated."""
         scale = {doubt.text for doubt in self.doubts if doubt.is_scale}
         return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
@@ -419,9 +421,9 @@ def read_depth(
     ----------
     file : FileContent
     given, stated : str or float, optional
-        The encoding, see `encoding_of`: what the user gives goes before what is stated beside the file.
+        The encoding, see `encoding_of`: that given by the user precedes that stated beside the file.
     invalid : float, optional
-        The file's value that stands for missing.
+        The file's value that marks missing depth.
 
     Raises
     ------
@@ -438,7 +440,7 @@ def reading_of(
     stated: EncodingSpec | None = None,
     invalid: float | None = None,
 ) -> DepthReading:
-    """The same for the values (H, W) of a depth image that came from `path`."""
+    """Interpret the values (H, W) of a depth image from `path`, as `read_depth` does."""
     encoding = chosen_encoding(values, path, given, stated, invalid)
     try:
         metres, left_out = decoded(values, encoding)
@@ -451,13 +453,14 @@ def reading_of(
 
 
 def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:
-    """Values as depth [m], NaN = missing, and what was left out because no sensor can give it; "" for nothing."""
+    """Convert values to depth [m], NaN = missing, with a note on depth left out beyond the range of sensors, or ""."""
     metres = encoding.metres(values)
     far = beyond_sensors(metres, encoding.farthest)
     if far is None:
         return metres, ""
     metres[far] = np.nan
-    count = int(np.count_nonzero(far))
+    pixels = counted(int(np.count_nonzero(far)), "pixel")
     return metres, (
-        f"Depth beyond {encoding.farthest:g} m, which no sensor gives, is missing: {count} pixels ({far.mean():.1%})."
+        f"Depth beyond {encoding.farthest:g} m, out of range of any sensor, counts as missing: {pixels} "
+        f"({far.mean():.1%})."
     )

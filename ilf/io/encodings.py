@@ -1,4 +1,4 @@
-"""Depth encodings: how the values of a depth file become metres, and which of them stand for missing."""
+"""Depth encodings: conversion of a depth file's values to metres, and values that mark missing depth."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .cameras import camera_of_image
 from .depth import checked_units, default_depth_units, depth_in_metres
 
 FARTHEST_DEPTH = 300.0
-"""Depth [m] beyond what any sensor of frames gives; markers such as FLT_MAX and 1000 m lie there."""
+"""Depth [m] beyond the range of any sensor; invalid markers such as FLT_MAX and 1000 m are larger."""
 
 _FARTHEST_KINECT = 10.0
 _BOP = "bop"
@@ -30,26 +30,26 @@ EncodingSpec = str | float
 
 @dataclass(frozen=True)
 class DepthEncoding:
-    """How the values of a depth file become metres.
+    """Conversion of the values of a depth file to metres.
 
-    Most files hold depth times a number: these encodings are told by `units` alone. Of the others, each has a name.
+    Most files contain depth times a constant: these encodings are defined by `units` alone. All others have a name.
 
     Attributes
     ----------
     name : str or None
-        None where `units` say it all.
+        None if `units` define the encoding.
     units : float
-        File units per metre; of the others, of what is decoded, and 1 where that has no fixed steps.
+        File units per metre; for named encodings, of the decoded values, and 1 if these have no fixed steps.
     is_swapped : bool
-        The two bytes of a value are in the other order.
+        The two bytes of each value are swapped.
     is_rotated : bool
-        The lowest three bits of a value are its highest, as SUN RGB-D and SUN3D have it.
+        The lowest three bits of each value are its highest, as in SUN RGB-D and SUN3D.
     is_disparity : bool
         Values are the raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox.
     invalid : float or None
-        The file's value that stands for missing, beside zero, negative and not finite ones.
+        The file's value that marks missing depth, besides zero, negative and non-finite values.
     focal_baseline : float or None
-        Values are the disparity of a rectified stereo pair, whose focal length times baseline this is, in the file's
+        Values are the disparity of a rectified stereo pair; this is its focal length times baseline, in the file's
         unit of disparity times metres: depth = this / value.
     """
 
@@ -63,26 +63,26 @@ class DepthEncoding:
 
     @property
     def text(self) -> str:
-        """In words."""
+        """Description for users."""
         way = f"{self.units:g} units per metre" if self.name is None else f"{self.name}, {MEANINGS[_kind(self.name)]}"
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
     @property
     def farthest(self) -> float:
-        """Depth [m] beyond which nothing can have been measured."""
+        """Maximum depth [m] that can be measured."""
         return _FARTHEST_KINECT if self.is_disparity else FARTHEST_DEPTH
 
     def metres(self, values: NDArray[Any]) -> NDArray[np.float32]:
-        """Values of a file as depth [m], float32 of the same shape; NaN = missing.
+        """Convert values of a file to depth [m], float32 of the same shape; NaN = missing.
 
         Raises
         ------
         FormatError
-            If the encoding is one of whole numbers of 16 bits, and the values are not.
+            If the encoding is one of 16-bit integers, and the values are of another type.
         """
         metres = self._decoded(values)
         if self.invalid is not None:
-            with np.errstate(over="ignore"):  # in the type of the values the number may be infinite, as what is missing
+            with np.errstate(over="ignore"):  # in the type of the values, the number may overflow to infinity
                 metres[values == self.invalid] = np.nan
         return metres
 
@@ -94,8 +94,8 @@ class DepthEncoding:
                 return depth_in_metres(self.focal_baseline / values.astype(np.float64), 1.0)
         if values.dtype != np.uint16:
             raise FormatError(
-                f"The encoding {self.name} is one of whole numbers of 16 bits, not of {values.dtype}. Give the one "
-                "that the file has."
+                f"The encoding {self.name} applies to 16-bit integers, not to {values.dtype}. Give the encoding of "
+                "this file."
             )
         if self.is_swapped:
             values = values.byteswap()
@@ -121,7 +121,7 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "kinect-raw": DepthEncoding("kinect-raw", 1.0, is_disparity=True),
     "mm-swapped": DepthEncoding("mm-swapped", 1000.0, is_swapped=True),
 }
-"""Name -> encoding. Beside these there is "bop", whose scale stands in the scene_camera.json of the scene, and
+"""Name -> encoding. Besides these there are "bop", whose scale is read from the scene's scene_camera.json, and
 "disparity:FB"."""
 
 MEANINGS: dict[str, str] = {
@@ -140,27 +140,27 @@ MEANINGS: dict[str, str] = {
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
     _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
 }
-"""Name -> what it is, in words, for all names that `encoding_of` takes."""
+"""Name -> description, for all names that `encoding_of` accepts."""
 
 
 def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
-    """The encoding that a name or a number means.
+    """Return the encoding given by a name or a number.
 
     Parameters
     ----------
     spec : str or float
         A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
-        SCALE; "bop", which takes it from the scene's scene_camera.json; or "disparity:FB" for metres = FB / value,
-        where FB is focal length [px] times baseline [m], times 256 if the file holds disparity times 256.
+        SCALE; "bop", which reads the scale from the scene's scene_camera.json; or "disparity:FB" for metres = FB /
+        value, where FB is focal length [px] times baseline [m], times 256 if the file contains disparity times 256.
     depth : Path, optional
         The depth file, for "bop".
 
     Raises
     ------
     ParameterError
-        If it means nothing.
+        If it is unknown.
     InputError
-        If it is "bop", and the file is in no such scene.
+        If it is "bop", and the file is not in such a scene.
 
     Examples
     --------
@@ -178,8 +178,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         return DepthEncoding(None, 1000 / _scale_beside(depth))
     if name == _DISPARITY:
         raise ParameterError(
-            "Disparity becomes depth by focal length [px] times baseline [m] of its stereo pair: give disparity:FB, "
-            "such as disparity:52.5 for 525 px and 0.1 m."
+            "Converting disparity to depth needs focal length [px] times baseline [m] of the stereo pair: give "
+            "disparity:FB, such as disparity:52.5 for 525 px and 0.1 m."
         )
     try:
         if _kind(name) == _DISPARITY:
@@ -199,17 +199,17 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
 
 
 def needs_its_scene(spec: EncodingSpec) -> bool:
-    """Whether it is "bop", which means something only of a depth file in its scene."""
+    """Whether it is "bop", which is defined only for a depth file in its scene."""
     return isinstance(spec, str) and spec.strip().lower() == _BOP
 
 
 def is_name(spec: EncodingSpec | None) -> bool:
-    """Whether it names an encoding, and is not just a number of units."""
+    """Whether it is the name of an encoding, not a number of units."""
     return isinstance(spec, str) and _kind(spec) in MEANINGS
 
 
 def _kind(name: str) -> str:
-    """What stands before the number of a name that has one."""
+    """Return a name without its number."""
     return name.strip().lower().partition(":")[0]
 
 
@@ -220,42 +220,43 @@ def chosen_encoding(
     stated: EncodingSpec | None,
     invalid: float | None,
 ) -> DepthEncoding:
-    """The encoding of a file's values: what is given, else what is stated beside them, else what is usual for their
-    type (`default_depth_units`); raises as `encoding_of`, and ParameterError if `invalid` is no number."""
+    """Return the encoding of a file's values: the given one, else the one stated beside the file, else the default for
+    their type (`default_depth_units`); raise as `encoding_of`, and ParameterError if `invalid` is not a number."""
     spec = next((spec for spec in (given, stated) if spec is not None), default_depth_units(values))
     return replace(encoding_of(spec, depth), invalid=None if invalid is None else checked_invalid(invalid))
 
 
 def one_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
-    """What either of two ways to say the same says; ParameterError if both are used."""
+    """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
         raise ParameterError(
-            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given. Units per metre are an "
-            "encoding, too: give one of them."
+            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given. Units per metre are also "
+            "an encoding: give only one of them."
         )
     return encoding if depth_units is None else checked_units(depth_units)
 
 
 def encoding_of_inputs(inputs: FrameInputs) -> DepthEncoding:
-    """The encoding that a frame's depth file was read by."""
+    """Return the encoding with which a frame's depth file was read."""
     spec = inputs.depth_units if inputs.encoding is None else inputs.encoding
     return replace(encoding_of(spec), invalid=inputs.invalid)
 
 
 def checked_invalid(value: object) -> float:
-    """A file's value that stands for missing, as float; ParameterError unless it is a finite number."""
+    """Return a file's value for missing depth as float; raise ParameterError unless it is a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise ParameterError(f"The invalid value must be a number, not {value!r:.60}.")
     number = as_float(value)
     if not math.isfinite(number):
-        raise ParameterError("The invalid value must be a finite number: what is not finite is missing anyway.")
+        raise ParameterError("The invalid value must be a finite number: non-finite values are always missing.")
     return number
 
 
 def beyond_sensors(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:
-    """Pixels whose depth [m] no sensor can have given; None if there are none, or if rather the scale is to be doubted.
+    """Return pixels whose depth [m] no sensor can measure; None if there are none, or if the scale is likely wrong.
 
-    That is so where most of the depth lies there, and does not stand on one value, as a mark for missing does.
+    The scale is likely wrong if most of the depth is that large and does not have a single value, like an invalid
+    marker.
     """
     far = metres > farthest
     count = int(np.count_nonzero(far))
@@ -268,5 +269,5 @@ def beyond_sensors(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPT
 
 def _scale_beside(depth: Path | None) -> float:
     if depth is None:
-        raise ParameterError('"bop" needs the depth file of a scene; give "bop:SCALE" otherwise.')
+        raise ParameterError('"bop" needs the depth file of a scene; otherwise give "bop:SCALE".')
     return camera_of_image(depth)[1]

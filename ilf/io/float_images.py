@@ -1,4 +1,4 @@
-"""Arrays of NumPy's files, NPY and NPZ."""
+"""Reading arrays and floating-point images: NPY, NPZ, EXR, PFM, and depth maps of COLMAP."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .._runtime.installation import optional
 from ..errors import FormatError
 from .images import check_pixel_count
 
-# whatever a header that is parsed as Python text can lead to
+# all exceptions of parsing a header as Python text
 _NPY_ERRORS = (
     ValueError, TypeError, SyntaxError, ArithmeticError, OSError, EOFError, MemoryError, RecursionError,
     tokenize.TokenError,
@@ -32,27 +32,27 @@ _NPY_ERRORS = (
 
 
 def read_npy(file: FileContent) -> NDArray[Any]:
-    """The array of an NPY file; raises FormatError if it is damaged or holds Python objects."""
+    """Read the array of an NPY file; raise FormatError if it is damaged or contains Python objects."""
     stream = io.BytesIO(file.data.data)
     try:
-        # np.load would otherwise go on to try archives and pickles
+        # np.load would otherwise also try archives and pickles
         version = np.lib.format.read_magic(stream)
         read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
+            warnings.simplefilter("ignore")  # about files written by Python 2
             shape, in_columns, dtype = read_header(stream)
         if dtype.hasobject:
-            raise ValueError("it holds Python objects")
+            raise ValueError("it contains Python objects")
         if min(shape, default=0) < 0:
             raise ValueError("a length is negative")
-        # what a header asks for must be there before any memory is taken
+        # check the declared size against the file before memory is allocated
         wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
         if wanted > there:
-            raise ValueError(f"{wanted} bytes of values are announced, {there} are there")
+            raise ValueError(f"its header declares {wanted} bytes of values, but the file has {there}")
         values = np.frombuffer(file.data, dtype, math.prod(shape), stream.tell())
     except _NPY_ERRORS as error:
         raise FormatError(
-            f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or holds Python "
+            f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or contains Python "
             "objects. Save a plain float32 or uint16 array with numpy.save."
         ) from error
     if len(shape) >= 2:
@@ -61,12 +61,12 @@ def read_npy(file: FileContent) -> NDArray[Any]:
 
 
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
-    """An array of an NPZ file: its only one, or the first of these names that is there.
+    """Read an array of an NPZ file: its only one, or the first of these names that exists.
 
     Raises
     ------
     FormatError
-        If there is none of them among several, or it cannot be read.
+        If there are several arrays and none has such a name, or it cannot be read.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
@@ -76,8 +76,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
                 name = next(iter(members))
             if name is None:
                 raise FormatError(
-                    f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}) and none of them is called "
-                    f"{', '.join(names)}. Save the one that counts as {names[0]}."
+                    f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}), but none is named "
+                    f"{', '.join(names)}. Save the one to use as {names[0]}."
                 )
             if members[name].file_size > MAX_FILE_BYTES:
                 raise FormatError(f"{file}: {name} is larger than 1 GiB. Is this the right file?")
@@ -87,36 +87,37 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     return read_npy(FileContent(file.path, data))
 
 
-# Depth of OpenEXR files.
+# Depth from OpenEXR files.
 
 _MAGIC = b"\x76\x2f\x31\x01"
 _DEPTH_CHANNELS = "z", "depth"
 _WAY_OUT = "Export depth alone, as one channel Z."
 
-# stdout and stderr belong to the whole process
+# stdout and stderr are global to the process
 _silent = threading.Lock()
 
 
 def read_exr(file: FileContent) -> NDArray[Any]:
-    """Depth (H, W) of the first part, float16, float32 or uint32: its channel Z, its only one, or three equal ones.
+    """Read depth (H, W) from the first part, float16, float32 or uint32: its channel Z, its only one, or three equal
+    ones.
 
     Raises
     ------
     InputError
         If OpenEXR is not installed.
     FormatError
-        If it is no EXR, is cut short or damaged, has too many pixels, or no channel that is depth.
+        If it is not an EXR, is truncated or damaged, has too many pixels, or no depth channel.
     """
     openexr = optional("OpenEXR", "sequences", "Reading EXR")
     if file.data[:4].tobytes() != _MAGIC:
-        raise FormatError(f"{file}: this is not an EXR, whatever its name says. Copy or export it again.")
+        raise FormatError(f"{file}: this is not an EXR, despite its suffix. Copy or export it again.")
     stream = io.BytesIO(file.data.tobytes())
     try:
         with _silence():
             headers = [part.header for part in openexr.File(stream, True, True, 0).parts]
             names = _checked(file, headers)
             stream.seek(0)
-            image = openexr.File(stream, True, False, 0)  # which leaves out parts that it cannot read
+            image = openexr.File(stream, True, False, 0)  # omits parts that it cannot read
         if len(image.parts) != len(headers):
             raise ValueError("its pixels cannot be decoded")
         found = [image.channels(0)[name].pixels for name in names]
@@ -124,29 +125,31 @@ def read_exr(file: FileContent) -> NDArray[Any]:
         if isinstance(error, FormatError):
             raise
         raise FormatError(
-            f"{file}: this EXR cannot be read ({error!s:.120}): it is truncated, damaged or of a rare kind. Copy or "
-            "export it again."
+            f"{file}: this EXR cannot be read ({error!s:.120}): it is truncated, damaged or of an unsupported kind. "
+            "Copy or export it again."
         ) from error
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
-        raise FormatError(f"{file}: its channels {', '.join(names)} differ: this is a picture, not depth. {_WAY_OUT}")
+        raise FormatError(
+            f"{file}: its channels {', '.join(names)} differ: this is a colour image, not depth. {_WAY_OUT}"
+        )
     return np.ascontiguousarray(found[0])
 
 
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
-    """The channels of the first part that are depth; FormatError if there is none, or before memory is taken for more
-    than can be meant."""
+    """Return the depth channels of the first part; raise FormatError if there are none, or if they are implausibly
+    large, before memory is allocated."""
     wanted = 0
     for header in headers:
         width, height = _size(header["dataWindow"])
         check_pixel_count(file, width, height)
         wanted += 4 * width * height * len(header["channels"])
     if wanted > MAX_FILE_BYTES:
-        raise FormatError(f"{file}: its channels would take {wanted / 2**30:.1f} GiB of memory. {_WAY_OUT}")
+        raise FormatError(f"{file}: its channels would need {wanted / 2**30:.1f} GiB of memory. {_WAY_OUT}")
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
-        raise FormatError(f"{file}: its pixels cover only a part of the picture. Export the whole.")
+        raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in first["channels"]):
-        raise FormatError(f"{file}: not every pixel has a value of its own in all channels. {_WAY_OUT}")
+        raise FormatError(f"{file}: some of its channels are subsampled. {_WAY_OUT}")
     return _depth_channels(file, [channel.name for channel in first["channels"]])
 
 
@@ -156,19 +159,19 @@ def _size(window: tuple[NDArray[np.int32], NDArray[np.int32]]) -> tuple[int, int
 
 
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
-    """One channel, or red, green and blue, which must then be equal."""
+    """Return one channel, or red, green and blue, which must then be equal."""
     by_name = [name for name in names if name.lower().rpartition(".")[2] in _DEPTH_CHANNELS]
     if len(by_name) == 1 or len(names) == 1:
         return by_name or list(names)
     colours = [name for name in ("R", "G", "B") if name in names]
     if by_name or len(colours) != 3:
-        raise FormatError(f"{file} has the channels {', '.join(names):.200}: which is depth? {_WAY_OUT}")
+        raise FormatError(f"{file} has the channels {', '.join(names):.200}: which one is depth is unclear. {_WAY_OUT}")
     return colours
 
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Without what the package prints of damaged files, in Python and past it."""
+    """Suppress messages of the package about damaged files, from Python and from native code."""
     with _silent, contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as after:
         try:
             kept = os.dup(2)
@@ -183,24 +186,24 @@ def _silence() -> Iterator[None]:
         yield
 
 
-# Files that are a short header and float32 values, row by row.
+# Files with a short header and float32 values, row by row.
 
 
 def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: str) -> NDArray[np.float32]:
-    """The values (H, W) behind a header of `start` bytes, in an order of bytes, "<f4" or ">f4".
+    """Read the values (H, W) after a header of `start` bytes, in byte order "<f4" or ">f4".
 
     Raises
     ------
     FormatError
-        If there are too many pixels, or others than the header announces.
+        If there are too many pixels, or their number differs from the header.
     """
     height, width = shape
     check_pixel_count(file, width, height)
     values = file.data[start:]
     if values.size != 4 * width * height:
         raise FormatError(
-            f"{file}: {width} x {height} pixels are announced, which are {4 * width * height} bytes, and {values.size} "
-            "are there: it is truncated or damaged. Copy or export it again."
+            f"{file}: the header declares {width} x {height} pixels, {4 * width * height} bytes, but the file has "
+            f"{values.size}: it is truncated or damaged. Copy or export it again."
         )
     return np.frombuffer(values.tobytes(), order).astype(np.float32).reshape(shape)
 
@@ -212,16 +215,16 @@ _LONGEST_PFM_HEADER = 100
 
 
 def read_pfm(file: FileContent) -> NDArray[np.float32]:
-    """Values (H, W) as they are stored, the top row first. The header's scale tells the byte order alone.
+    """Read values (H, W) as stored, the top row first. The header's scale is used only for the byte order.
 
     Raises
     ------
     FormatError
-        If it is no PFM, has colours, is cut short or goes on after its end.
+        If it is not a PFM, has colours, is truncated or has data after its end.
     """
     header = _PFM_HEADER.match(file.data[:_LONGEST_PFM_HEADER].tobytes())
     if header is None:
-        raise FormatError(f"{file}: this is not a PFM, whatever its name says. Copy or export it again.")
+        raise FormatError(f"{file}: this is not a PFM, despite its suffix. Copy or export it again.")
     kind, width, height, scale = header[1], int(header[2]), int(header[3]), header[4]
     if kind == b"F":
         raise FormatError(f"{file}: this PFM has three channels. Export depth with one.")
@@ -238,19 +241,21 @@ _LONGEST_COLMAP_HEADER = 30
 
 
 def read_colmap(file: FileContent) -> NDArray[np.float32]:
-    """Depth (H, W) in the units of the reconstruction, 0 or negative = missing.
+    """Read depth (H, W) in the units of the reconstruction, 0 or negative = missing.
 
     Raises
     ------
     FormatError
-        If it is no such file, has several channels, is cut short or goes on after its end.
+        If it is not such a file, has several channels, is truncated or has data after its end.
     """
     header = _COLMAP_HEADER.match(file.data[:_LONGEST_COLMAP_HEADER].tobytes())
     if header is None:
-        raise FormatError(f"{file}: a depth map of COLMAP begins with width&height&1&, and this does not.")
+        raise FormatError(
+            f"{file}: this is not a depth map of COLMAP, which begins with width&height&1&. Give another file."
+        )
     width, height, channels = map(int, header.groups())
     if channels != 1:
         raise FormatError(
-            f"{file} has {channels} channels, as normal maps have, where depth has one. Give the file of depth_maps."
+            f"{file} has {channels} channels, like normal maps; depth has one. Give the file from depth_maps."
         )
     return floats_behind(file, header.end(), (height, width), "<f4")

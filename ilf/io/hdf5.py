@@ -1,6 +1,6 @@
-"""HDF5 files of strangers: what a data set says of itself is checked before anything of it is read.
+"""Safe reading of untrusted HDF5 files: the header of a data set is checked before its values are read.
 
-A file of two kilobytes can declare terabytes, lead to other files, or have itself decoded by whatever plug-in is found.
+A file of two kilobytes can declare terabytes, link to other files, or require decoding by an arbitrary plug-in.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from .._runtime.installation import optional
 from ..errors import FormatError
 
 MAX_READ = 2**30
-"""Bytes that are read of a data set at once; more is refused."""
+"""Maximum number of bytes read from a data set at once."""
 
 _FILTERS = {1: "deflate", 2: "shuffle", 3: "fletcher32"}
 _PROBLEMS = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
-"""What h5py raises for damaged files."""
+"""Exceptions of h5py for damaged files."""
 
 
 def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, purpose: str) -> Any:
-    """An HDF5 file, open for reading; a context manager.
+    """Open an HDF5 file for reading, as a context manager.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
     file : str
         Its name, for messages.
     extra, purpose : str
-        As `ilf._runtime.installation.optional` takes them.
+        As for `ilf._runtime.installation.optional`.
 
     Returns
     -------
@@ -45,39 +45,39 @@ def open_hdf5(source: str | os.PathLike[str] | BytesIO, file: str, extra: str, p
     InputError
         If the package that reads it is missing.
     FormatError
-        If it is no HDF5 file, or is truncated.
+        If it is not an HDF5 file, or is truncated.
     """
     h5py = optional("h5py", extra, purpose)
     try:
         return h5py.File(source, "r")
     except _PROBLEMS as error:
-        raise FormatError(f"{file} is not a whole HDF5 file. Download or copy it again.") from error
+        raise FormatError(f"{file} is not a complete HDF5 file. Download or copy it again.") from error
 
 
 def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> Any:
-    """A data set of plain numbers that lies in the file itself.
+    """Return a data set of plain numbers stored in the file itself.
 
     Parameters
     ----------
     opened : h5py.File
     name : str
-        With the groups that it lies in, as "group/name".
+        Name including its groups, as "group/name".
     kinds : str
-        Kinds of its numbers, letters of numpy's `dtype.kind`.
+        Allowed types of numbers, letters of numpy's `dtype.kind`.
     dimensions : int
-        How many axes it has.
+        Number of axes.
     file : str
         The file's name, for messages.
 
     Returns
     -------
     h5py.Dataset or None
-        None if there is none of this name, or it holds something else.
+        None if it does not exist, or contains something else.
 
     Raises
     ------
     FormatError
-        If it is damaged, lies in another file, or is packed in a way that is not read.
+        If it is damaged, stored in another file, or compressed in an unsupported way.
     """
     import h5py
 
@@ -88,16 +88,20 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
             if link is None:
                 return None
             if not isinstance(link, h5py.HardLink):
-                raise FormatError(f"{file}: {name} leads elsewhere, to another place or file. Store it in the file.")
+                raise FormatError(
+                    f"{file}: {name} is a link to another place or file. Store the data in the file itself."
+                )
         found = opened.get(name)
         if not isinstance(found, h5py.Dataset) or found.ndim != dimensions or found.dtype.kind not in kinds:
             return None
         if found.external or found.is_virtual:
-            raise FormatError(f"{file}: the numbers of {name} are in other files. Store them in the file.")
+            raise FormatError(f"{file}: the values of {name} are in other files. Store them in the file itself.")
         plan = found.id.get_create_plist()
         filters = {plan.get_filter(index)[0] for index in range(plan.get_nfilters())}
         if not filters <= _FILTERS.keys():
-            raise FormatError(f"{file}: {name} is packed in a rare way. Store it plain, or with gzip.")
+            raise FormatError(
+                f"{file}: {name} is compressed in an unsupported way. Store it uncompressed, or with gzip."
+            )
         _check_bytes(found.chunks or (), found.dtype, name, file)
     except _PROBLEMS as error:
         raise _damaged(file, name) from error
@@ -105,21 +109,21 @@ def dataset(opened: Any, name: str, kinds: str, dimensions: int, file: str) -> A
 
 
 def rows(data: Any, index: int | slice, file: str) -> NDArray[Any]:
-    """A row of a data set, or several, or all.
+    """Read one, several or all rows of a data set.
 
     Parameters
     ----------
     data : h5py.Dataset
         From `dataset`.
     index : int or slice
-        On its first axis.
+        Index on the first axis.
     file : str
         The file's name, for messages.
 
     Raises
     ------
     FormatError
-        If these are more than `MAX_READ` bytes, or damaged.
+        If they are larger than `MAX_READ` bytes, or damaged.
     """
     count = 1 if isinstance(index, int) else len(range(*index.indices(data.shape[0])))
     _check_bytes((count, *data.shape[1:]), data.dtype, data.name, file)
@@ -133,7 +137,7 @@ def _check_bytes(shape: tuple[int, ...], dtype: np.dtype[Any], name: str, file: 
     size = math.prod(shape) * dtype.itemsize
     if size > MAX_READ:
         raise FormatError(
-            f"{file}: {name} says that {size / 2**30:.3g} GiB are to be read at once, more than 1 GiB. "
+            f"{file}: {name} declares {size / 2**30:.3g} GiB to read at once; the maximum is 1 GiB. "
             "Is this the right file?"
         )
 

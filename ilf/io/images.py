@@ -1,4 +1,4 @@
-"""Image files -> arrays exactly as they are stored."""
+"""Reading image files as arrays, exactly as stored."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .._runtime.files import FileSource, read_file
 from .._runtime.memory import check_fits
 from ..errors import FormatError, InputError
 
-# What an image file says about itself, format, size and orientation, before anything is decoded.
+# Headers of image files: format, size and orientation, read before anything is decoded.
 #
-# The decoder reports nothing but "no", would allocate whatever a header asks for, and takes a PNG whose checksums do
-# not fit, so these are looked at first, by Pillow, which reads no pixels for that.
+# The decoder reports failures without a reason, would allocate any size that a header declares, and accepts a PNG with
+# wrong checksums. So these are checked first, by Pillow, which reads no pixels for that.
 
 _KINDS = ("PNG", "JPEG", "TIFF", "PPM")
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II", b"MM", b"P2", b"P3", b"P5", b"P6")
@@ -36,14 +36,14 @@ _CIELAB = {8, 9, 10}
 _PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
 _WAY_OUT = "Copy or export it again, as PNG or TIFF."
 
-# Pillow's limit and what it warns of belong to the whole process
+# Pillow's limit and warning filters are global to the process
 _pillow = threading.Lock()
 
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Format name, size in pixels as stored, the orientation tag of a TIFF (1: as stored), the largest value that a PGM
-    or PPM declares (None: that of the decoded type), and whether a TIFF holds CIELAB colour."""
+    """Format name, size in pixels as stored, the orientation tag of a TIFF (1: as stored), the maximum value declared
+    by a PGM or PPM (None: that of the decoded type), and whether a TIFF contains CIELAB colour."""
 
     kind: str
     width: int
@@ -59,20 +59,20 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
     Parameters
     ----------
     path : path-like or FileContent
-        Named in messages.
+        File for messages.
     data : bytes
         Content of the file.
 
     Raises
     ------
     FormatError
-        If it is none of these, or its header is truncated or damaged.
+        If it is of none of these formats, or its header is truncated or damaged.
     """
     if not data.startswith(_MAGIC):
-        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, whatever its name says. {_WAY_OUT}")
+        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, despite its suffix. {_WAY_OUT}")
     if data.startswith(_BIG_TIFF):
         raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
-    with _reading(path, "its header gives no image size, or not all of it is there"):
+    with _reading(path, "its header has no image size, or is incomplete"):
         if data[:2] in (b"II", b"MM"):
             return _tiff(data)
         with Image.open(io.BytesIO(data), formats=_KINDS) as image:
@@ -80,7 +80,7 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
 
 
 def _declared(data: bytes) -> int | None:
-    """The largest value that a PGM or PPM declares; None for others, and where the decoder has scaled by it."""
+    """Return the maximum value declared by a PGM or PPM; None for others, and if the decoder scales by it."""
     found = _PNM.match(data)
     if found is None or (data[:2] in (b"P2", b"P3") and int(found[3]) <= 255):
         return None
@@ -88,16 +88,16 @@ def _declared(data: bytes) -> int | None:
 
 
 def check_checksums(path: FileSource, data: bytes) -> None:
-    """Raise FormatError for a PNG that is cut short or whose checksums do not fit; other formats have none."""
-    with _reading(path, "its end is missing or a checksum does not fit"):
+    """Raise FormatError for a PNG that is truncated or has wrong checksums; other formats have none."""
+    with _reading(path, "its end is missing or a checksum is wrong"):
         Image.open(io.BytesIO(data), formats=("PNG",)).verify()
 
 
 @contextmanager
 def _reading(path: FileSource, problem: str) -> Iterator[None]:
-    """Let Pillow read without a limit of its own and without a word; whatever it raises becomes one FormatError."""
+    """Let Pillow read without its size limit and without warnings; turn any exception into a FormatError."""
     with _pillow, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of tags that mean nothing to it
+        warnings.simplefilter("ignore")  # about unknown tags
         limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
         try:
             yield
@@ -108,7 +108,7 @@ def _reading(path: FileSource, problem: str) -> Iterator[None]:
 
 
 def _tiff(data: bytes) -> ImageHeader:
-    """The first directory's tags only: `Image.open` knows fewer kinds of pixels than the decoder."""
+    """Read only the tags of the first directory: `Image.open` supports fewer pixel types than the decoder."""
     stream = io.BytesIO(data)
     tags = TiffImagePlugin.ImageFileDirectory_v2(stream.read(8))
     stream.seek(tags.next)
@@ -121,12 +121,12 @@ def _tiff(data: bytes) -> ImageHeader:
 
 
 _DARK_BITS = 12
-"""16-bit colour of no more bits than these comes out nearly black."""
+"""16-bit colour with at most this many used bits would be nearly black."""
 
-# the decoder's log level belongs to the whole process
+# the decoder's log level is global to the process
 _decoding = threading.Lock()
 
-# the TIFF decoder turns an image as its orientation tag says, whatever its flags say: orientation -> way back
+# the TIFF decoder applies the orientation tag, whatever its flags: orientation -> inverse
 _AS_STORED: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
     2: np.fliplr,
     3: lambda image: np.rot90(image, 2),
@@ -139,21 +139,21 @@ _AS_STORED: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
 
 
 def read_image(path: FileSource) -> NDArray[Any]:
-    """Pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
+    """Read the pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
 
-    Orientation tags are ignored: turning one image of a registered pair would part it from the other.
+    Orientation tags are ignored: rotating one image of a registered pair would misalign it with the other.
 
     Returns
     -------
     ndarray
-        (H, W), or (H, W, channels) with blue first; any dtype that the format holds.
+        (H, W), or (H, W, channels) in BGR order; any dtype that the format supports.
 
     Raises
     ------
     InputError
-        If there is no such file.
+        If the file does not exist.
     FormatError
-        If it is truncated, damaged, of another format, or too large to work with.
+        If it is truncated, damaged, of another format, or too large.
     """
     return _decoded(path)[0]
 
@@ -170,17 +170,17 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
         image = np.ascontiguousarray(_AS_STORED[header.orientation](image))
     if image is None or image.shape[:2] != (header.height, header.width):
         raise FormatError(
-            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind. "
+            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind. "
             "Copy or export it again, as PNG or TIFF."
         )
     return image, header
 
 
 def read_colour(path: FileSource) -> NDArray[np.uint8]:
-    """Colour image as uint8 (H, W, 3), red first.
+    """Read a colour image as uint8 (H, W, 3), RGB.
 
-    16-bit values are scaled to 8 bits (65535 -> 255), those of a PGM or PPM from the largest value that it declares;
-    grey is repeated in all channels, alpha is dropped.
+    16-bit values are scaled to 8 bits (65535 -> 255), those of a PGM or PPM from its declared maximum; grey is repeated
+    in all channels, alpha is dropped.
 
     Raises
     ------
@@ -191,16 +191,16 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
 
 
 def read_doubted_colour(path: FileSource) -> tuple[NDArray[np.uint8], str]:
-    """The same, with a sentence on what speaks against how it is read; "" if nothing does."""
+    """Read a colour image and return it with a plausibility warning about how it was read; "" if there is none."""
     image, header = _decoded(path)
     if header.is_cielab:
-        raise FormatError(f"{path}: this TIFF holds CIELAB colour, not RGB. Export it as RGB.")
+        raise FormatError(f"{path}: this TIFF contains CIELAB colour, not RGB. Export it as RGB.")
     doubt = _few_bits(image) if header.largest is None else ""
     if image.dtype == np.uint16 or (image.dtype == np.uint8 and header.largest not in (None, 255)):
         image = _eight_bits(image, header.largest or np.iinfo(image.dtype).max)
     if image.dtype != np.uint8:
         raise FormatError(
-            f"{path}: colour must have 8 or 16 bits per channel, this has {image.dtype} values. "
+            f"{path}: colour must have 8 or 16 bits per channel, but this has {image.dtype} values. "
             "If this is the depth, colour and depth were given in the wrong order."
         )
     if image.ndim == 2:
@@ -212,55 +212,55 @@ def read_doubted_colour(path: FileSource) -> tuple[NDArray[np.uint8], str]:
 
 
 def _eight_bits(image: NDArray[Any], largest: int) -> NDArray[np.uint8]:
-    """Values from 0 to `largest` as those from 0 to 255."""
+    """Scale values from 0 to `largest` to 0 to 255."""
     scaled = (np.arange(np.iinfo(image.dtype).max + 1) * 255 + largest // 2) // largest
     return np.minimum(scaled, 255).astype(np.uint8)[image]
 
 
 def _few_bits(image: NDArray[Any]) -> str:
-    """A sentence of doubt if 16-bit colour has the values of fewer bits; "" if it has not."""
+    """Return a plausibility warning if 16-bit colour uses fewer bits; "" otherwise."""
     brightest = int(image.max()) if image.dtype == np.uint16 else 0
     bits = max(brightest.bit_length(), 8)
     if not brightest or bits > _DARK_BITS:
         return ""
     return (
-        f"Colour is nearly black: its largest value is {brightest} of 65535, as if the file held {bits} bits per "
+        f"Colour is nearly black: its maximum value is {brightest} of 65535, as if the file had {bits} bits per "
         f"channel. Multiply its values by {2 ** (16 - bits)}, or export it with 8 bits."
     )
 
 
 def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Colour (h, w, 3) at the pixels of another size (height, width): the mean of what falls into each pixel, where it
-    becomes smaller. The same where it has that size.
+    """Resize colour (h, w, 3) to (height, width), by area averages if it becomes smaller; unchanged if it has that
+    size.
 
     Raises
     ------
     InputError
-        If the two sizes differ in their aspect.
+        If the two sizes have different aspect ratios.
     """
     if rgb.shape[:2] == shape:
         return rgb
     if not math.isclose(shape[0], shape[1] / rgb.shape[1] * rgb.shape[0], abs_tol=1.0):
         raise InputError(
-            f"Colour is {rgb.shape[1]} x {rgb.shape[0]} and depth {shape[1]} x {shape[0]}, which has another aspect: "
-            "they do not show the same view."
+            f"Colour is {rgb.shape[1]} x {rgb.shape[0]} and depth is {shape[1]} x {shape[0]}, which has another aspect "
+            "ratio: they do not show the same view."
         )
     how = cv2.INTER_AREA if rgb.shape[0] >= shape[0] else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(rgb, shape[::-1], interpolation=how), np.uint8)
 
 
 def check_pixel_count(path: object, width: int, height: int) -> None:
-    """Raise FormatError for an image that is too large to work with; see `ilf._runtime.memory`."""
+    """Raise FormatError for an image that is too large; see `ilf._runtime.memory`."""
     check_fits(path, width, height)
 
 
 def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
-    """Image file content in the format of `suffix` (".png", ".tif"); the same bytes for the same pixels."""
+    """Encode an image in the format of `suffix` (".png", ".tif"); equal pixels give equal bytes."""
     return cv2.imencode(suffix, image)[1].tobytes()
 
 
 def quietly(decode: Callable[[], NDArray[Any] | None]) -> NDArray[Any] | None:
-    """What the decoder makes of its data; None where it fails, without its chatter on stderr."""
+    """Run the decoder without its log on stderr; None if it fails."""
     with _decoding:
         level = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

@@ -1,4 +1,4 @@
-"""Label maps as 16-bit PNG, and masks."""
+"""Label maps as 16-bit PNG, masks, and conversion of overlapping shapes to label maps."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.files import FileSource, read_file, write_bytes
+from .._runtime.formatting import grouped
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_image
 
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
-    """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raises ExportError if the file cannot be written."""
+    """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raise ExportError if the file cannot be written."""
     write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
 
 
 def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
-    """Mask of an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
+    """Read a mask from an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
 
     Parameters
     ----------
     path : path-like
     shape : (int, int), optional
-        (H, W) that it must have.
+        Required (H, W).
 
     Raises
     ------
@@ -43,7 +44,7 @@ def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None
 
 
 def also_distrusting(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
-    """A frame that distrusts the depth of a mask's pixels, too; raises as `read_mask` does."""
+    """Return the frame with a mask added to its invalid mask; raise as `read_mask` does."""
     return frame.also_distrusting(read_mask(path, frame.shape))
 
 
@@ -74,10 +75,10 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
 
 
 def checked_to_write(labels: ArrayLike) -> NDArray[np.int32]:
-    """The label map as int32 (H, W); raises ExportError if it is none, or does not fit into 16 bits."""
+    """Return the label map as int32 (H, W); raise ExportError if it is invalid, or does not fit into 16 bits."""
     array = np.asarray(labels)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
-        raise ExportError(f"Labels must be whole numbers with shape (H, W), not {array.dtype} {array.shape}.")
+        raise ExportError(f"Labels must be integers with shape (H, W), not {array.dtype} {array.shape}.")
     if array.min() < 0 or array.max() > 65535:
         raise ExportError(
             f"Labels must lie between 0 and 65535 to be written, not {array.min()} to {array.max()}. Renumber them."
@@ -88,50 +89,50 @@ def checked_to_write(labels: ArrayLike) -> NDArray[np.int32]:
 def read_labels(
     path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
 ) -> NDArray[np.int32]:
-    """Label map of a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
+    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
 
     Parameters
     ----------
     path : path-like or FileContent
     shape : (int, int), optional
-        (H, W) that it must have.
+        Required (H, W).
     what : str
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
     InputError
-        If there is no such file or its size differs from `shape`.
+        If the file does not exist or its size differs from `shape`.
     FormatError
-        If it is damaged or no label map.
+        If it is damaged or not a label map.
     """
     image = read_image(path)
     if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
         raise FormatError(
             f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
-            "Export the values themselves, not a coloured picture of them."
+            "Export the values themselves, not a coloured image of them."
         )
     if shape is not None and image.shape != shape:
         raise InputError(
-            f"{path}: the {what} is {image.shape[1]} x {image.shape[0]}, the frame {shape[1]} x "
+            f"{path}: the {what} is {image.shape[1]} x {image.shape[0]}, but the frame is {shape[1]} x "
             f"{shape[0]}. Use the {what} of this frame."
         )
     return image.astype(np.int32)
 
 
-# What other programs' files hold, masks that may overlap, -> a label map: the smallest lies on top.
+# Conversion of masks that may overlap, from files of other programs, to a label map: the smallest is on top.
 
 LARGEST_LABEL = 65535
 """Label maps are written with 16 bits."""
 
 UNNAMED = "block"
-"""What a block without a name is called in formats that want one."""
+"""Name of a block without a name in formats that require one."""
 
 _LONGEST_NAME = 80
 
 
 class Part(NamedTuple):
-    """Pixels on a box (rows, columns) of the image."""
+    """Pixels in a box (rows, columns) of the image."""
 
     box: tuple[slice, slice]
     mask: NDArray[np.bool_]
@@ -139,16 +140,16 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What may become a block.
+    """A candidate for a block.
 
     Attributes
     ----------
     name : str
         "" for none.
     number : int or None
-        The label that it should have, if the file says one.
+        The label given in the file, if any.
     parts : iterable of Part
-        Read once, when its turn comes: parts may be worked out then. They may overlap; together they are the block.
+        Iterated once, so that parts can be computed on demand. They may overlap; the block is their union.
     """
 
     name: str
@@ -167,7 +168,7 @@ class LoadedBlocks:
     names : dict
         Label -> name, of those blocks that have one.
     notes : tuple of str
-        What the user should know of how the file was read, a sentence each.
+        Notes for the user on how the file was read, a sentence each.
     """
 
     labels: NDArray[np.int32]
@@ -178,16 +179,16 @@ class LoadedBlocks:
 def stacked(
     path: object, shape: tuple[int, int], candidates: Sequence[Candidate], notes: Iterable[str]
 ) -> LoadedBlocks:
-    """Lay candidates over each other, the smaller on the larger, of equal ones the later on the earlier.
+    """Stack candidates, smaller ones above larger ones, later ones above earlier ones of equal size.
 
     Raises
     ------
     InputError
-        If there are more than 65535 of them, or what their parts raise.
+        If there are more than 65535, or raised by their parts.
     """
     if len(candidates) > LARGEST_LABEL:
         raise InputError(
-            f"{path} holds {len(candidates)} shapes; at most {LARGEST_LABEL} blocks are possible. Merge some."
+            f"{path} contains {len(candidates)} shapes; the maximum is {LARGEST_LABEL} blocks. Merge some."
         )
     numbers = _numbers([candidate.number for candidate in candidates])
     stack = _Stack(shape)
@@ -197,13 +198,13 @@ def stacked(
     overlap = int(np.count_nonzero(stack.overlap))
     found = [*notes]
     if overlap:
-        found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: each goes to the smallest.")
+        found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: the smallest is used.")
     if hidden:
-        found.append(f"{_counted(hidden, 'shape is', 'shapes are')} left out: smaller ones cover all of it.")
+        found.append(f"{_counted(hidden, 'shape is', 'shapes are')} left out: smaller shapes cover all pixels.")
     if empty:
-        found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel's centre lies inside.")
+        found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel centre lies inside.")
     if not left:
-        found.append(f"{path} holds no blocks.")
+        found.append(f"{path} contains no blocks.")
     names = {
         number: name
         for number, one in zip(numbers, candidates, strict=True)
@@ -213,7 +214,7 @@ def stacked(
 
 
 def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Part | None:
-    """The pixels of a mask whose first pixel is (top, left) of the image, on their bounding box; None without any."""
+    """Crop a mask, whose first pixel is (top, left) of the image, to its bounding box; None if it is empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if rows.size == 0:
         return None
@@ -223,7 +224,7 @@ def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Part | None
 
 
 class _Stack:
-    """The label map so far. Masks come one at a time, in any order, and none is kept."""
+    """A label map under construction. Masks are added one at a time, in any order, and are not stored."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self.labels = np.zeros(shape, np.int32)
@@ -232,7 +233,7 @@ class _Stack:
         self._scratch = np.zeros(shape, bool)
 
     def add(self, label: int, parts: Iterable[Part]) -> bool:
-        """Lay one more down; False if it has no pixels."""
+        """Add a candidate; return False if it has no pixels."""
         box: tuple[slice, slice] | None = None
         for part in parts:
             self._scratch[part.box] |= part.mask
@@ -254,7 +255,7 @@ def _joint(one: slice, other: slice) -> slice:
 
 
 def _numbers(wanted: Sequence[int | None]) -> list[int]:
-    """The labels that are wanted, and free ones for the others; 1, 2, ... if they cannot all be had."""
+    """Return the requested labels, and free ones for the others; 1, 2, ... if the requested ones conflict."""
     given = [number for number in wanted if number is not None]
     if len(set(given)) < len(given) or not all(0 < number <= LARGEST_LABEL for number in given):
         return [*range(1, len(wanted) + 1)]
@@ -263,33 +264,36 @@ def _numbers(wanted: Sequence[int | None]) -> list[int]:
 
 
 def _counted(count: int, one: str, several: str) -> str:
-    return f"{count} {one if count == 1 else several}"
+    return f"{grouped(count)} {one if count == 1 else several}"
 
 
-# A folder of masks, one PNG each, as segment-anything and many others write it for an image.
+# A folder of masks, one PNG each, as written for an image by segment-anything and many other programs.
 
 METADATA = "metadata.csv"
-"""segment-anything's list of its masks, by which other pictures in the folder are told from them."""
+"""segment-anything's list of its masks, which distinguishes them from other images in the folder."""
 
 
 def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> LoadedBlocks:
-    """The blocks of a folder: one per mask, named as the file unless that is a number; what is not 0 belongs to it.
+    """Read the blocks of a folder: one per mask, named after the file unless its name is a number; non-zero pixels
+    belong to the block.
 
     Raises
     ------
     InputError
-        If there are no masks, or one is missing, has another size than `shape` (H, W), or is no mask.
+        If there are no masks, or one is missing, its size differs from `shape` (H, W), or it is not a mask.
     """
     pictures = (file for file in folder.iterdir() if file.suffix.lower() == ".png")
     files = _listed(folder) or sorted(pictures, key=_natural)
     if not files:
-        raise InputError(f"{folder} holds no masks, a PNG each. If it holds a file of them (JSON), name that.")
+        raise InputError(
+            f"{folder} contains no masks (one PNG each). If it contains a JSON file of masks, give that file."
+        )
     candidates = [Candidate("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
     return stacked(folder, shape, candidates, ())
 
 
 def _listed(folder: Path) -> list[Path]:
-    """The masks that the list names; none without one."""
+    """Return the masks in the folder's list; empty if there is no list."""
     if not (folder / METADATA).is_file():
         return []
     try:
@@ -297,9 +301,9 @@ def _listed(folder: Path) -> list[Path]:
         ids = [row["id"].strip() for row in csv.DictReader(text.splitlines())]
     except (UnicodeDecodeError, csv.Error, KeyError, AttributeError):
         raise FormatError(
-            f"{folder / METADATA} has no column 'id' that names the masks. Correct or remove it."
+            f"{folder / METADATA} has no column 'id' with the names of the masks. Correct or remove it."
         ) from None
-    # the names stay in the folder, whatever the list says
+    # restrict paths to this folder, whatever the list contains
     return [folder / f"{Path(one).name}.png" for one in ids]
 
 
@@ -308,14 +312,14 @@ def _part(file: Path, shape: tuple[int, int]) -> Iterator[Part]:
     header = image_header(content, content.data.tobytes())
     if (header.height, header.width) != shape:
         raise InputError(
-            f"{file}: the mask is {header.width} x {header.height}, the frame {shape[1]} x {shape[0]}. "
+            f"{file}: the mask is {header.width} x {header.height}, but the frame is {shape[1]} x {shape[0]}. "
             "Use the masks of this frame."
         )
     image = read_image(content)
     if image.ndim == 3:
         grey = image[..., 0]
         if np.any(image[..., :3] != grey[..., None]):
-            raise InputError(f"{file} is a coloured picture, no mask. Move pictures out of the folder.")
+            raise InputError(f"{file} is a colour image, not a mask. Move such images out of the folder.")
         image = grey
     part = cropped(image > 0)
     if part is not None:
@@ -323,5 +327,5 @@ def _part(file: Path, shape: tuple[int, int]) -> Iterator[Part]:
 
 
 def _natural(file: Path) -> list[tuple[str, int]]:
-    """2 before 10, and both before words."""
+    """Return a natural sort key: 2 before 10, and numbers before words."""
     return [(text, int(digits or 0)) for digits, text in re.findall(r"(\d{1,18})|(\D+)", file.name)]

@@ -1,4 +1,4 @@
-"""Meshes as PLY, OBJ and GLB, part by part."""
+"""Writing meshes as PLY, OBJ and GLB, part by part."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ..data.surface import Mesh
 from ..errors import ExportError
 from .clouds import columns_of, ply_parts, text_rows
 
-# Meshes as Wavefront OBJ: text, with colours behind the coordinates as MeshLab and Blender read them.
+# Meshes as Wavefront OBJ: text, with colours after the coordinates, as MeshLab and Blender read them.
 
 _AT_ONCE = 1 << 16  # triangles
 
 
 def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[bytes]:
-    """An OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn where there are normals, and f
-    for each triangle. It has no place for scalars."""
+    """Yield an OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn if there are normals,
+    and f for each triangle. The format does not support scalars."""
     parts = columns_of(mesh.vertices, axes, unit)
     yield f"# ILF Studio\n# unit {unit}, axes {axes}\n".encode()
     colours = [replace(column, factor=1 / 255, kind="<f4") for column in parts.colours]
@@ -50,7 +50,7 @@ _WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """An array of the file: where it comes from, and how it is told of."""
+    """An array of the file with its description."""
 
     values: NDArray[Any]
     shape: str
@@ -72,10 +72,10 @@ class _View:
 
 
 def glb_parts(mesh: Mesh) -> Iterator[bytes]:
-    """A GLB file, part by part; always in metres with y up, as the format has it.
+    """Yield a GLB file, part by part; always in metres with y up, as the format requires.
 
-    Colours are linear there, so they have 16 bits, and come back as they were. Scalars are attributes of the vertices,
-    as _EXPECTED_ERROR. The material is unlit and seen from both sides: the light is in the colours already.
+    Colours are linear in GLB, so they are stored with 16 bits to preserve their values. Scalars are attributes of the
+    vertices, such as _EXPECTED_ERROR. The material is unlit and double-sided: the colours contain the lighting already.
     """
     vertices = mesh.vertices
     signs = np.array(axes_signs("y-up"), np.float32)
@@ -104,7 +104,7 @@ def glb_parts(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _description(views: dict[str, _View], indices: _View) -> bytes:
-    """The file's JSON, padded to whole words."""
+    """Return the file's JSON, padded to multiples of 4 bytes."""
     every, offset = [*views.values(), indices], 0
     buffer_views, accessors = [], []
     for number, view in enumerate(every):
@@ -141,7 +141,7 @@ def _with_alpha(colours: NDArray[np.uint16]) -> NDArray[np.uint16]:
 
 
 def _linear_of(values: Sequence[int]) -> NDArray[np.uint16]:
-    """Light of 8-bit sRGB values (IEC 61966-2-1), in 16 bits."""
+    """Convert 8-bit sRGB values (IEC 61966-2-1) to linear light, in 16 bits."""
     share = np.asarray(values) / 255
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.rint(0xFFFF * light).astype(np.uint16)
@@ -151,20 +151,20 @@ _LINEAR = _linear_of(range(256))
 
 
 MESH_SUFFIXES = (".ply", ".obj", ".glb")
-"""Suffixes that `write_mesh` knows."""
+"""Suffixes that `write_mesh` supports."""
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> None:
-    """Write a mesh atomically, in the format that the suffix names.
+    """Write a mesh atomically, in the format given by the suffix.
 
     Parameters
     ----------
     path : path-like
-        .ply (with all that is known of the vertices), .obj (without scalars) or .glb.
+        .ply (with all scalars of the vertices), .obj (without scalars) or .glb.
     mesh : Mesh
         In camera axes.
     axes, unit : str
-        As `write_cloud` takes them. A .glb is in metres with y up whatever they are, as the format has it.
+        As for `write_cloud`. A .glb is always in metres with y up, as the format requires.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera"
     if suffix not in MESH_SUFFIXES:
         raise ExportError(f"A mesh cannot be written as {str(path)!r}: use one of {', '.join(MESH_SUFFIXES)}.")
     if len(mesh) == 0:
-        raise ExportError("The mesh has no triangle to write: no neighbouring pixels have depth on one surface.")
+        raise ExportError("The mesh has no triangles to write: no neighbouring pixels have depth on one surface.")
     if suffix == ".glb":
         parts = glb_parts(mesh)
     elif suffix == ".obj":

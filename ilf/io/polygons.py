@@ -1,4 +1,5 @@
-"""Polygons -> pixels. A pixel (row, column) spans column to column + 1 and row to row + 1; its centre decides."""
+"""Conversion between polygons, run lengths and pixels. A pixel (row, column) spans column to column + 1 and row to
+row + 1; it is inside if its centre is."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted
 from ..errors import InputError
 from .labels import Part, cropped
 
@@ -15,28 +17,28 @@ Points = NDArray[np.float64]
 """(n, 2): x, y."""
 
 _AT_A_TIME = 2**22
-"""Crossings of edges and lines of pixels that are worked out together."""
+"""Crossings of edges and pixel rows computed at a time."""
 
 _WAY_OUT = "Is this the file of this frame? If so, correct the shape or export it again."
 
 
 def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
-    """Checked corners of a polygon, float64 (n, 2), from pairs or from x, y, x, y, ...
+    """Return the checked vertices of a polygon, float64 (n, 2), from pairs or from x, y, x, y, ...
 
     Parameters
     ----------
     values : anything
-        As it stands in the file.
+        Value from the file.
     where : str
-        What messages begin with.
+        Beginning of messages.
     shape : (int, int)
         (H, W) of the image.
 
     Raises
     ------
     InputError
-        If these are no numbers, some are not finite or far off the image, or all lie outside of it, or if there are
-        more of them than pixel edges.
+        If these are not numbers, some are not finite or far outside the image, or all lie outside of it, or if there
+        are more of them than pixel edges.
     """
     height, width = shape
     most = max(100_000, 4 * (height + 1) * (width + 1))
@@ -50,35 +52,35 @@ def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
     except (TypeError, ValueError, OverflowError):
         points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 2:
-        raise InputError(f"{where} has points that are no pairs of numbers. {_WAY_OUT}")
+        raise InputError(f"{where} has points that are not pairs of numbers. {_WAY_OUT}")
     if len(points) > most:
         raise InputError(f"{where} has more points than the image has pixel edges. {_WAY_OUT}")
     if not np.isfinite(points).all():
-        raise InputError(f"{where} has a point that is no number (NaN or infinite). {_WAY_OUT}")
+        raise InputError(f"{where} has a point that is not finite. {_WAY_OUT}")
     outside = (points.max(axis=0, initial=-np.inf) < 0) | (points.min(axis=0, initial=np.inf) > (width, height))
     if len(points) and (outside.any() or np.abs(points).max() > 10 * (height + width)):
-        raise InputError(f"{where} lies off the image, which is {width} x {height}. {_WAY_OUT}")
+        raise InputError(f"{where} lies outside the image, which is {width} x {height}. {_WAY_OUT}")
     return points
 
 
 def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part | None:
-    """The pixels whose centre lies inside a polygon, by the even-odd rule; None if there are none.
+    """Return the pixels whose centre lies inside a polygon, by the even-odd rule; None if there are none.
 
-    A line that the polygon follows there and back again changes nothing, so that one polygon can have holes.
+    A line that the polygon follows in both directions has no effect, so that one polygon can have holes.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, 2)
-        x, y of the corners, as `points_of` gives them; the last is joined to the first.
+        x, y of the vertices, from `points_of`; the last is connected to the first.
     where : str
-        What messages begin with.
+        Beginning of messages.
     shape : (int, int)
-        (H, W) of the image; what lies outside is cut off.
+        (H, W) of the image, to which the polygon is clipped.
 
     Raises
     ------
     InputError
-        If it goes to and fro so often that it can only be damaged.
+        If it crosses the image so often that it must be damaged.
 
     Examples
     --------
@@ -90,7 +92,7 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part |
     if len(points) < 3:
         return None
     (x1, y1), (x2, y2) = points.T, np.roll(points, -1, axis=0).T
-    # the same edge gives the same crossings whichever way it is gone
+    # an edge has the same crossings in either direction
     turned = (y2 < y1) | ((y2 == y1) & (x2 < x1))
     x1, x2, y1, y2 = (np.where(turned, *pair) for pair in ((x2, x1), (x1, x2), (y2, y1), (y1, y2)))
     first, stop = (np.clip(np.ceil(y - 0.5), 0, height).astype(np.int64) for y in (y1, y2))
@@ -101,7 +103,7 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part |
     counts = stop - first
     ends = np.cumsum(counts)
     if ends[-1] > 4 * height * width + 1_000_000:
-        raise InputError(f"{where} goes to and fro across the image too often to be an outline. {_WAY_OUT}")
+        raise InputError(f"{where} crosses the image too often to be an outline. {_WAY_OUT}")
     slope = (x2 - x1) / (y2 - y1)
     top = int(first.min())
     toggles = np.zeros((int(stop.max()) - top, width + 1), bool)
@@ -116,15 +118,15 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part |
     return cropped(np.logical_xor.accumulate(toggles[:, :width], axis=1), top)
 
 
-# A label map -> polygons that follow the edges of its pixels, so that filling them gives the same map again.
+# Label map to polygons that follow the edges of its pixels, so that filling them gives the same map again.
 
 _EAST, _SOUTH, _WEST, _NORTH = range(4)
 
 
 def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int64]]]:
-    """The outlines of all blocks: for every 4-connected part one closed polygon.
+    """Trace the outlines of all blocks: one closed polygon for every 4-connected part.
 
-    A part with holes is one polygon, too: a cut along a line of pixels leads to each hole and back again.
+    A part with holes is also one polygon: a cut along a row of pixels leads to each hole and back.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
     Returns
     -------
     dict
-        Label -> its parts' polygons, each an array (n, 2) of x, y of corners of pixels; the last is joined to the
+        Label -> polygons of its parts, each an array (n, 2) of x, y of pixel corners; the last is connected to the
         first.
 
     Examples
@@ -152,10 +154,10 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
 
 
 def _traced(parts: NDArray[np.integer]) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """A pixel of each part, and the part's polygon.
+    """Yield a pixel of each part, and the part's polygon.
 
-    Each edge between a pixel and another part is gone along with the pixel on the right. At the end of an edge the
-    next is the same pixel's if it has one there, so the way round a part is found edge by edge.
+    Each edge between a pixel and another part is directed with the pixel on its right. The next edge belongs to the
+    same pixel if it has one there, so the outline of a part is traced edge by edge.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -170,7 +172,7 @@ def _traced(parts: NDArray[np.integer]) -> Iterator[tuple[tuple[int, int], NDArr
     y, x = np.divmod(start, line)
     links = csr_array((np.ones(count, bool), (np.arange(count), following)), shape=(count, count))
     loops, loop = connected_components(links, directed=False)
-    # twice round the same way: what lies right of an outer border is inside, what lies right of a hole's is outside
+    # signed area: the part lies on the right of outer borders and of holes, which therefore have opposite directions
     turn = np.bincount(loop, np.where(direction == _SOUTH, x, 0) - np.where(direction == _NORTH, x, 0), loops)
     first_edge = np.full(loops, count)
     np.minimum.at(first_edge, loop, np.arange(count))
@@ -179,19 +181,19 @@ def _traced(parts: NDArray[np.integer]) -> Iterator[tuple[tuple[int, int], NDArr
     southward = southward[np.lexsort((x[southward], loop[southward]))]
     _, leftmost = np.unique(loop[southward], return_index=True)
     for edge in southward[leftmost].tolist():
-        # left of a hole's leftmost edge, at the other end of the row of pixels, lies another border of the same part
+        # to the left of a hole's leftmost edge, the row of pixels ends at another border of the same part
         row, column = int(y[edge]), int(x[edge]) - 1
         others = np.flatnonzero(parts[row, :column] != parts[row, column])
         opposite = _NORTH * corners + (row + 1) * line + (int(others[-1]) + 1 if others.size else 0)
         ways.join(int(np.searchsorted(edges, opposite)), edge, opposite - line - _NORTH * corners)
     for edge in first_edge[turn > 0].tolist():
         points = np.column_stack(np.divmod(ways.round(edge), line)[::-1])
-        # the first edge of all is one that leads east, along the top of a pixel
+        # the first edge of each loop leads east, along the top of a pixel
         yield (int(y[edge]), int(x[edge])), _corners_of(points)
 
 
 def _linked(parts: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """All edges, numbered by direction and the corner that they start from, and each one's next: its place there."""
+    """Return all edges, numbered by direction and start corner, and the index of the next edge of each."""
     height, width = parts.shape
     padded = np.pad(parts, 1)
     above_left, above = padded[:-1, :-1], padded[:-1, 1:]
@@ -212,7 +214,7 @@ def _linked(parts: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.i
 
 
 class _Ways:
-    """Closed ways from corner to corner, which can be joined to one."""
+    """Closed loops of edges between corners, which can be joined into one."""
 
     def __init__(self, following: NDArray[np.int64], corner: NDArray[np.int64]) -> None:
         self._next = following.tolist()
@@ -220,7 +222,8 @@ class _Ways:
         self._previous = np.argsort(following).tolist()
 
     def join(self, edge: int, hole: int, corner: int) -> None:
-        """After an edge that ends at a corner, go to the start of a hole's edge, round the hole and back."""
+        """Insert a detour after an edge that ends at a corner: to the start of a hole's edge, round the hole and
+        back."""
         there, back, after, last = len(self._next), len(self._next) + 1, self._next[edge], self._previous[hole]
         self._next += [hole, after]
         self._previous += [edge, last]
@@ -229,7 +232,7 @@ class _Ways:
         self._next[last], self._previous[after] = back, back
 
     def round(self, first: int) -> NDArray[np.int64]:
-        """The corners of the way that an edge lies on."""
+        """Return the corners of the loop that contains an edge."""
         found, place = [self._corner[first]], self._next[first]
         while place != first:
             found.append(self._corner[place])
@@ -238,21 +241,21 @@ class _Ways:
 
 
 def _corners_of(points: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Points of a closed way without those that it passes straight on."""
+    """Return the points of a closed loop without those on straight lines."""
     into, out = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     straight = (into[:, 0] * out[:, 1] == into[:, 1] * out[:, 0]) & ((into * out).sum(axis=1) > 0)
     return points[~straight]
 
 
-# Run lengths as COCO has them: down the columns, column by column, first those outside, then those inside, ...
+# Run lengths as in COCO: column by column, downwards, alternating between outside and inside, starting outside.
 
 _RLE_WAY_OUT = "Export it again."
 _LONGEST = 7
-"""Characters of a run: 35 bits, more than any image has pixels."""
+"""Maximum number of characters of a run: 35 bits, more than any image has pixels."""
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
-    """The run lengths of a mask (H, W).
+    """Return the run lengths of a mask (H, W).
 
     Examples
     --------
@@ -266,7 +269,7 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
 
 
 def compressed(counts: list[int]) -> str:
-    """Run lengths as text: from the fourth on less the one before the last, 5 bits a character, the lowest first.
+    """Encode run lengths as text: from the fourth on minus the second to last, 5 bits per character, the lowest first.
 
     Examples
     --------
@@ -285,7 +288,7 @@ def compressed(counts: list[int]) -> str:
 
 
 def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int]) -> Part | None:
-    """The pixels of {"size": [H, W], "counts": run lengths or their text}; None if there are none.
+    """Return the pixels of {"size": [H, W], "counts": run lengths or their text}; None if there are none.
 
     Raises
     ------
@@ -296,18 +299,18 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
     height, width = shape
     if size != [height, width]:
         raise InputError(
-            f"{where} is for an image of [height, width] = {size!s:.40}, the frame is {width} x {height}. "
+            f"{where} is for an image of [height, width] = {size!s:.40}, but the frame is {width} x {height}. "
             "Use the masks of this frame."
         )
     if isinstance(counts, str):
         runs = _from_text(counts, where, height * width)
     elif isinstance(counts, list) and all(type(one) is int for one in counts):
-        # what is out of bounds stays so, within what the type holds
+        # values out of bounds are clipped to the range of the type and stay out of bounds
         runs = np.array([min(max(one, -1), height * width + 1) for one in counts[: height * width + 2]], np.int64)
     else:
-        raise InputError(f"{where} has run lengths that are neither whole numbers nor a text of them. {_RLE_WAY_OUT}")
+        raise InputError(f"{where} has run lengths that are neither integers nor encoded text. {_RLE_WAY_OUT}")
     if len(runs) > height * width + 1 or (runs < 0).any() or runs.sum() != height * width:
-        pixels = f"the image's {height * width} pixels"
+        pixels = f"the image's {counted(height * width, 'pixel')}"
         raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_RLE_WAY_OUT}")
     ends = np.cumsum(runs)
     inside = np.flatnonzero(runs[1::2]) * 2 + 1
@@ -322,8 +325,8 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
 
 
 def _from_text(text: str, where: str, pixels: int) -> NDArray[np.int64]:
-    """Run lengths out of their text."""
-    damaged = InputError(f"{where} has a text of run lengths that is damaged. {_RLE_WAY_OUT}")
+    """Decode run lengths from text."""
+    damaged = InputError(f"{where} has damaged run lengths. {_RLE_WAY_OUT}")
     if not text or not text.isascii() or len(text) > _LONGEST * (pixels + 1):
         raise damaged
     codes = np.frombuffer(text.encode("ascii"), np.uint8).astype(np.int64) - 48

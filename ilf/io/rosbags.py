@@ -1,4 +1,4 @@
-"""Completed depth, with its colour and its expected error -> a recording of ROS 2."""
+"""Writing completed depth, with colour and expected error, as a ROS 2 bag."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
 ENCODINGS_OF_ROS = ("32FC1", "16UC1")
 STORAGES = ("mcap", "sqlite3")
 _IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
-_PURPOSE = "A recording of ROS 2"
+_PURPOSE = "Writing a ROS 2 bag"
 
 
 @dataclass(frozen=True, eq=False)
 class StampedDepth:
-    """The depth of one moment, and what there is beside it.
+    """Depth with a time stamp, and optional colour and expected error.
 
     Attributes
     ----------
     depth : ndarray of float32, shape (H, W)
         [m], NaN = missing.
     intrinsics : CameraIntrinsics or None
-        None if they are not known: the camera is then told as one without calibration.
+        None if they are unknown: the camera is then written as uncalibrated.
     stamp : int
-        Time [ns], of the source's clock.
+        Time [ns], by the source's clock.
     rgb : ndarray of uint8, shape (H, W, 3), or None
-        Red first.
+        RGB.
     expected_error : ndarray of float32, shape (H, W), or None
         [m], NaN where depth was measured or is missing.
     """
@@ -59,18 +59,18 @@ def write_rosbag(
     storage: str = "mcap",
     frame_id: str = "camera",
 ) -> int:
-    """Write depth as a recording of ROS 2, one frame after the other: topics `depth_completed` and `camera_info`, and
-    `image_rect_color` (rgb8) and `expected_error` (32FC1, metres) of the frames that have these.
+    """Write depth as a ROS 2 bag, frame by frame: topics `depth_completed` and `camera_info`, and `image_rect_color`
+    (rgb8) and `expected_error` (32FC1, metres) for frames that have these.
 
     Parameters
     ----------
     path : path-like
-        Folder of the recording, which must not be there yet.
+        Folder of the bag, which must not exist yet.
     frames : iterable of StampedDepth
-        In the order of time; each is let go of when it is written.
+        In order of time; each is released after it is written.
     encoding : str
-        Of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, which depth beyond 65.5 m is,
-        too.
+        Encoding of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, including depth
+        beyond 65.5 m.
     storage : str
         "mcap" or "sqlite3" (.db3).
     frame_id : str
@@ -79,27 +79,27 @@ def write_rosbag(
     Returns
     -------
     int
-        How many frames were written.
+        Number of frames written.
 
     Raises
     ------
     ExportError
-        If there is something at `path` already, or it cannot be written: then nothing of it is left.
+        If `path` already exists, or the bag cannot be written: then no part of it is left.
     InputError
         If the package rosbags is not installed (extra `sequences`).
     ParameterError
-        If encoding or storage are others.
+        If encoding or storage are unknown.
     """
     if encoding not in ENCODINGS_OF_ROS or storage not in STORAGES:
         raise ParameterError(
-            f"Depth is written as {' or '.join(ENCODINGS_OF_ROS)} into {' or '.join(STORAGES)}, not as {encoding!r:.40}"
-            f" into {storage!r:.40}."
+            f"Depth must be written as {' or '.join(ENCODINGS_OF_ROS)} into {' or '.join(STORAGES)}, not as "
+            f"{encoding!r:.40} into {storage!r:.40}."
         )
     rosbag2 = optional("rosbags.rosbag2", "sequences", _PURPOSE)
     target = Path(path).absolute()
     if os.path.lexists(target):
-        raise ExportError(f"{target} is there already. Choose another name.")
-    # named as it will be, because the name is in its files
+        raise ExportError(f"{target} already exists. Choose another name.")
+    # written under its final name, because its files contain the name
     making = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
     whole = making / target.name
     plugin = rosbag2.StoragePlugin[storage.upper()]
@@ -136,7 +136,7 @@ def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id:
 
 
 def _messages(store: Any, header: Any, frame: StampedDepth, encoding: str) -> Iterator[tuple[str, Any]]:
-    """Topics, and what is told on them of a frame."""
+    """Yield topics and messages of a frame."""
     yield DEPTH_TOPIC, _image(store, header, encoding, _encoded(frame.depth, encoding))
     yield CAMERA_TOPIC, _info(store, header, frame)
     if frame.rgb is not None:
@@ -166,7 +166,7 @@ def _image(store: Any, header: Any, encoding: str, values: NDArray[Any]) -> Any:
 
 
 def _info(store: Any, header: Any, frame: StampedDepth) -> Any:
-    """The camera of registered depth, which has no distortion; without a calibration its matrices are zero."""
+    """Return the camera of registered depth, without distortion; its matrices are zero if it is uncalibrated."""
     camera, matrix, projection = frame.intrinsics, np.zeros((3, 3)), np.zeros((3, 4))
     if camera is not None:
         matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])

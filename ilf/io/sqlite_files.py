@@ -1,4 +1,4 @@
-"""SQLite files that anyone may have made: none of their tables is computed, and a statement takes only so much."""
+"""Safe reading of untrusted SQLite files: plain tables only, with limits on time and size of statements."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from typing import Any
 from ..errors import FormatError
 
 LONGEST = 2**28
-"""Bytes of the longest value that is read: more than any image that can be worked with."""
+"""Maximum size of a value [bytes]: larger than any supported image."""
 
 STEPS = 10_000
-"""Of SQLite's machine, after which it is asked whether a statement may go on (`Allowance.is_spent`)."""
+"""Steps of SQLite's virtual machine between checks of the time limit (`Allowance.is_spent`)."""
 
 DEFINITIONS = "SELECT ifnull(CAST(name AS TEXT), ''), CAST(sql AS TEXT) FROM sqlite_master WHERE sql IS NOT NULL"
-"""Asks for what `check_plain` takes; a definition that is stored as bytes counts, too."""
+"""Query for the argument of `check_plain`; it includes definitions stored as bytes."""
 
 _SECONDS, _SECONDS_PER_BYTE = 3.0, 2e-8
 
-# no view, virtual table, generated column or trigger can be made without one of these words
+# every view, virtual table, generated column or trigger is defined with one of these words
 _COMPUTED = re.compile(r"\b(as|virtual|trigger)\b", re.IGNORECASE)
 
 
 class Allowance:
-    """Processor time that each statement on a file may take: three seconds, and more for a large file.
+    """Limit of the processor time of each statement on a file: three seconds, and more for a large file.
 
-    Time on the processor, because a sound file may lie on a slow disk; a file can keep SQLite busy for ever, too, whose
-    pages lead to one another in a circle.
+    Processor time, because an intact file may be on a slow disk. A damaged file whose pages refer to one another in a
+    loop can keep SQLite busy forever.
     """
 
     def __init__(self, size: int) -> None:
@@ -38,18 +38,18 @@ class Allowance:
         self.begin()
 
     def begin(self, *_: object) -> bool:
-        """A statement begins, in this thread; always True."""
+        """Start the time of a statement in this thread; always return True."""
         self._began = time.thread_time()
         return True
 
     def is_spent(self) -> bool:
-        """Whether the statement has taken more."""
+        """Whether the statement has exceeded its time."""
         return time.thread_time() - self._began > self._seconds
 
 
 class LimitedConnection(sqlite3.Connection):
-    """A connection of Python's own whose statements take no more than an `Allowance`, and whose values have no more
-    than `LONGEST` bytes; for `sqlite3.connect(path, factory=LimitedConnection)`."""
+    """A sqlite3 connection whose statements are limited by an `Allowance`, and whose values are limited to `LONGEST`
+    bytes; for `sqlite3.connect(path, factory=LimitedConnection)`."""
 
     def __init__(self, database: Path, *args: Any, **options: Any) -> None:
         super().__init__(database, *args, **options)
@@ -66,14 +66,14 @@ class LimitedConnection(sqlite3.Connection):
 
 
 def check_plain(path: Path, schema: Iterable[tuple[str, str]]) -> list[str]:
-    """That a file has plain tables alone, whose content is what is stored; gives the names of tables and indexes.
+    """Check that a file contains only plain tables with stored content; return the names of tables and indexes.
 
     Parameters
     ----------
     path : Path
         For the message.
     schema : iterable of (str, str)
-        What `DEFINITIONS` gives: name and definition of each.
+        Result of `DEFINITIONS`: name and definition of each.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def check_plain(path: Path, schema: Iterable[tuple[str, str]]) -> list[str]:
         if _COMPUTED.search(sql):
             raise FormatError(
                 f"{path}: {name!s:.60} is a view, a virtual table or a trigger, or has generated columns. Only plain "
-                "tables are read: record or export it again."
+                "tables are supported: record or export it again."
             )
         names.append(name)
     return names

@@ -1,4 +1,4 @@
-"""Tables as CSV, safe to open in a spreadsheet whatever the names of files, runs and blocks in them."""
+"""Tables as CSV, safe to open in a spreadsheet with any names of files, runs and blocks."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from collections.abc import Iterable
 from .._runtime.files import write_bytes
 
 _FORMULA = re.compile(r"(^|[;\t\n])(?=\s*[=+\-@＝＋－＠]|[\t\n])")
-"""Where a spreadsheet would take up a formula: at the beginning of a cell, or behind what divides cells in some
-countries."""
+"""Places where a spreadsheet would start a formula: at the beginning of a cell, or after a character that separates
+cells in some countries."""
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """A table as CSV, None as an empty cell.
+    """Format a table as CSV, None as an empty cell.
 
-    An apostrophe stands before what a spreadsheet would take for a formula; numbers stay as they are. Lines within a
-    cell end with a line feed.
+    Text that a spreadsheet would read as a formula gets an apostrophe; numbers stay unchanged. Lines within a cell end
+    with a line feed.
 
     Parameters
     ----------
     rows : iterable of iterables
-        The names of the columns first.
+        The first row contains the column names.
 
     Examples
     --------
@@ -39,8 +39,8 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def write_csv(path: str | os.PathLike[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write a table as `csv_text` gives it, atomically; raises ExportError if that fails."""
-    write_bytes(path, csv_text(rows).encode(errors="backslashreplace"))  # names of files may be no text
+    """Write a table in the format of `csv_text` atomically; raise ExportError if that fails."""
+    write_bytes(path, csv_text(rows).encode(errors="backslashreplace"))  # file names may be invalid UTF-8
 
 
 def _cell(value: object) -> str:

@@ -1,1 +1,1 @@
-"""Projects: the work on frames, kept whole. `frame_state.py` has what is kept of a frame."""
+"""Projects: frames with all edits and results. `frame_state.py` defines the stored state of a frame."""

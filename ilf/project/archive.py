@@ -1,4 +1,4 @@
-"""The project file: a zip whose members are the parts, uncompressed, since they are compressed in themselves."""
+"""The project file: a zip whose members are the parts, stored uncompressed since their content is compressed."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from pathlib import Path
 from typing import BinaryIO, Protocol, Self
 
 from .._runtime.files import atomic_path
+from .._runtime.formatting import counted
 from ..errors import FormatError, InputError, cause
 
 MAX_INFLATED = 2**28
-"""Bytes that a member may have which some other program has compressed."""
+"""Maximum inflated size of a member that another program has compressed [bytes]."""
 
 _PART = re.compile(r"project\.json|(?:frames|arrays|thumbnails|sources)/[\w.-]+")
 _FIRST = "project.json"
@@ -30,7 +31,7 @@ _DIRECTORY_ERRORS = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, Val
 
 @dataclass(frozen=True)
 class Part:
-    """A part to be written. With a checksum that is not that of its content it stays marked as damaged."""
+    """A part to write. A checksum that does not match the content keeps the part marked as damaged."""
 
     name: str
     content: bytes
@@ -39,7 +40,7 @@ class Part:
 
 @dataclass(frozen=True)
 class _Member:
-    """Where a member's local header is, and what the directory says of it."""
+    """Offset of a member's local header, and its entry in the directory."""
 
     header: int
     size: int
@@ -49,7 +50,7 @@ class _Member:
 
 
 class Archive:
-    """The parts of a project file. It is read part by part, when they are asked for; from any thread.
+    """The parts of a project file, each read on demand. Thread-safe.
 
     Parameters
     ----------
@@ -60,14 +61,14 @@ class Archive:
     path : Path
         Absolute.
     problems : tuple of str
-        What is wrong with the file as a whole, and what that means; a sentence each.
+        Problems of the file as a whole, with the consequence; one sentence each.
 
     Raises
     ------
     InputError
         If there is no such file, or it cannot be read.
     FormatError
-        If it is no project file.
+        If it is not a project file.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -86,18 +87,18 @@ class Archive:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file; parts can no longer be read."""
+        """Close the file; parts can no longer be read."""
         with self._lock:
             if self._stream is not None:
                 self._stream.close()
             self._stream = None
 
     def names(self) -> Collection[str]:
-        """All names."""
+        """Return the names of all parts."""
         return self._members.keys()
 
     def read(self, name: str) -> bytes:
-        """The bytes of a part.
+        """Read the bytes of a part.
 
         Raises
         ------
@@ -108,11 +109,11 @@ class Archive:
         """
         part = self.as_it_is(name)
         if part.checksum is not None:
-            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not fit.")
+            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not match.")
         return part.content
 
     def as_it_is(self, name: str) -> Part:
-        """A part to be copied, with its checksum if that does not fit; raises as `read` if there is nothing to copy."""
+        """Read a part for copying, with its checksum if it does not match; raises as `read` if it cannot be copied."""
         with self._lock:
             if name not in self._members:
                 raise InputError(f"{self.path.name} has no part {name:.40}.")
@@ -121,7 +122,7 @@ class Archive:
         return Part(name, content, None if zlib.crc32(content) == member.checksum else member.checksum)
 
     def replaced(self) -> bool:
-        """Whether another file is there now than the one that was opened."""
+        """Return whether the opened file was replaced by another one."""
         try:
             return _identity(os.stat(self.path)) != self._identity
         except OSError:
@@ -129,7 +130,7 @@ class Archive:
 
     @contextmanager
     def let_go(self) -> Iterator[None]:
-        """Close the file while it is replaced, which some systems ask for, and read it anew afterwards."""
+        """Close the file while it is replaced, as some systems require, and reopen it afterwards."""
         with self._lock:
             self.close()
             try:
@@ -150,9 +151,9 @@ class Archive:
             self._members = _scanned(stream)
             if not self._members:
                 self.close()
-                raise FormatError(f"{self.path} is no project file, or nothing of it is left.")
+                raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
             self.problems = (
-                f"{self.path.name} is damaged or cut short; {len(self._members)} of its parts were found all the same.",
+                f"{self.path.name} is damaged or truncated; {counted(len(self._members), 'part')} recovered.",
             )
 
     def _content(self, name: str, member: _Member) -> bytes:
@@ -162,11 +163,11 @@ class Archive:
             self._stream.seek(member.header)
             header = self._stream.read(_LOCAL.size)
             if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
-                raise FormatError(f"The part {name:.40} of {self.path.name} is not where it should be.")
+                raise FormatError(f"The part {name:.40} of {self.path.name} is not at its listed position.")
             *_, name_length, extra_length = _LOCAL.unpack(header)
             start = member.header + _LOCAL.size + name_length + extra_length
             if start + member.packed > os.fstat(self._stream.fileno()).st_size:
-                raise FormatError(f"The part {name:.40} of {self.path.name} is cut short.")
+                raise FormatError(f"The part {name:.40} of {self.path.name} is truncated.")
             self._stream.seek(start)
             packed = self._stream.read(member.packed)
         except (OSError, ValueError) as error:
@@ -174,7 +175,7 @@ class Archive:
         if member.method == zipfile.ZIP_STORED:
             return packed
         if member.method != zipfile.ZIP_DEFLATED or member.size > MAX_INFLATED:
-            raise FormatError(f"The part {name:.40} of {self.path.name} is compressed in a way that is not read.")
+            raise FormatError(f"The part {name:.40} of {self.path.name} has an unsupported compression.")
         try:
             return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.size + 1)
         except zlib.error as error:
@@ -182,17 +183,17 @@ class Archive:
 
 
 def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing: Collection[Archive] = ()) -> None:
-    """Write a project file as a whole, or leave what is there as it is.
+    """Write a project file. If that fails, an existing file stays unchanged.
 
-    A link stays one: what it points to is replaced. A file that is there already keeps its permissions.
+    A link is kept: its target is replaced. An existing file keeps its permissions.
 
     Parameters
     ----------
     path : path-like
     parts : iterable of Part
-        Asked for one at a time. What it raises leaves the file as it was.
+        Consumed one at a time. If it raises, an existing file stays unchanged.
     replacing : collection of Archive
-        Those that may have this very file open; they read it anew afterwards.
+        Archives that may have this file open; they reopen it afterwards.
 
     Raises
     ------
@@ -215,8 +216,8 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
 
 
 def _listed(stream: BinaryIO) -> dict[str, _Member]:
-    """Members by the directory at the file's end; none if it cannot be read. Of a file that is cut short, it may be
-    that of a part, which are zips themselves."""
+    """Read the members from the directory at the file's end; empty if it cannot be read. In a truncated file it may be
+    the directory of a part, since parts can be zips themselves."""
     try:
         with zipfile.ZipFile(stream) as directory:
             return {
@@ -231,11 +232,11 @@ def _listed(stream: BinaryIO) -> dict[str, _Member]:
 
 
 def _scanned(stream: BinaryIO) -> dict[str, _Member]:
-    """Members by their local headers, for a file whose directory cannot be read."""
+    """Find the members by their local headers, for a file whose directory cannot be read."""
     try:
         with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
             return _members_in(data)
-    except (OSError, ValueError):  # which an empty file is
+    except (OSError, ValueError):  # raised for an empty file, too
         return {}
 
 
@@ -261,18 +262,18 @@ def _identity(status: os.stat_result) -> tuple[int, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
-# What keeps the parts of a project: bytes by name, in a project file or in a journal.
+# Stores of a project's parts: bytes by name, in a project file or a journal.
 
 
 class Parts(Protocol):
-    """Bytes by name. Safe from several threads."""
+    """A store of bytes by name. Thread-safe."""
 
     def names(self) -> Collection[str]:
-        """All names."""
+        """Return all names."""
         ...
 
     def read(self, name: str) -> bytes:
-        """The bytes of a name.
+        """Read the bytes of a part.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A frame's state from its parts: a part that cannot be read costs that part only, and is told of in words."""
+"""Decoding a frame's state from its parts; a damaged part loses only its own content, and is reported."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """A frame's state, as far as it could be read.
+    """The readable part of a frame's state.
 
     Attributes
     ----------
     state : FrameState
     problems : tuple of str
-        What could not be read, and what that means; a sentence each.
+        What could not be read, with the consequence; one sentence each.
     origins : tuple
-        Arrays and results with the part that each comes from, for `Encoder.learn`.
+        Arrays and results with the part that each was read from, for `Encoder.learn`.
     names : frozenset of str
         All parts with arrays that were read.
     """
@@ -69,23 +69,23 @@ class Decoded:
 
 
 def load_state(frame_id: str, parts: Parts, source: FrameSource | None = None, places: Places | None = None) -> Decoded:
-    """A frame, from its files or from the project, with all work on it.
+    """Load a frame, from its files or from the project, with all work on it.
 
     Parameters
     ----------
     frame_id : str
     parts : Parts
     source : FrameSource, optional
-        What it is opened from if the project does not tell any more what its files are.
+        Files to open the frame from if the list of its files in the project is damaged.
     places : Places, optional
-        Where its files may be.
+        Possible locations of its files.
 
     Raises
     ------
     MissingSource, ChangedSource
-        If one of its files is nowhere to be found, or has changed.
+        If one of its files was not found, or has changed.
     InputError
-        If there is no frame to be had.
+        If the frame cannot be loaded.
     """
     try:
         frame = recorded_frame(read_frame_part(frame_id, parts).section("frame"), parts, places)
@@ -93,28 +93,28 @@ def load_state(frame_id: str, parts: Parts, source: FrameSource | None = None, p
         raise
     except UNREADABLE as error:
         if source is None:
-            raise InputError(f"What the frame is cannot be read from the project: {error}") from error
+            raise InputError(f"The frame cannot be read from the project: {error}") from error
         frame = source.load()
     return decode(frame_id, parts, frame, places)
 
 
 def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None = None) -> Decoded:
-    """The state of a frame.
+    """Decode the state of a frame.
 
     Parameters
     ----------
     frame_id : str
     parts : Parts
-        Where `frames/<id>.json` and what it refers to are kept.
+        Store with `frames/<id>.json` and the parts that it refers to.
     frame : RGBDFrame
-        As it was read from its files: distrusted depth, truth and guide are those of the state.
+        As read from its files; invalid mask, ground truth and guide are taken from the state.
     places : Places, optional
-        Where the file of its truth may be.
+        Possible locations of its ground-truth file.
 
     Returns
     -------
     Decoded
-        What could not be read is as in a new frame, and told of in `problems`.
+        Unreadable content is as in a new frame, and reported in `problems`.
     """
     decoding = _Decoding(parts, frame, places)
     state = decoding.state(frame_id)
@@ -122,7 +122,7 @@ def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None 
 
 
 class _Decoding:
-    """A state on its way out of parts."""
+    """Decodes one state."""
 
     def __init__(self, parts: Parts, frame: RGBDFrame, places: Places | None) -> None:
         self.parts, self.frame, self.places = parts, frame, places
@@ -136,32 +136,32 @@ class _Decoding:
         self.same_depth = True
 
     def state(self, frame_id: str) -> FrameState:
-        """All of the state."""
+        """Decode the whole state."""
         bare = bare_state(frame_id, self.frame)
         try:
             data = read_frame_part(frame_id, self.parts)
             described = data.section("frame")
             shape = recorded_shape(described)
         except UNREADABLE as error:
-            self.problems.append(f"The work on this frame cannot be read, so it is opened without: {error}")
+            self.problems.append(f"The work on this frame cannot be read, so the frame is opened without it: {error}")
             return bare
         if shape != self.frame.shape:
             height, width = self.frame.shape
             self.problems.append(
-                f"The frame is {width} x {height} pixels, but the work was done on one of {shape[1]} x {shape[0]}: it "
-                "is opened without."
+                f"The frame has {width} x {height} pixels, but the work was done on {shape[1]} x {shape[0]}: the frame "
+                "is opened without it."
             )
             return bare
         self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
-        frame = self._tell("The frame's distrusted depth, truth and guide are", lambda: self._seen(data), self.frame)
-        labels = self._tell("The blocks, and their results with them, are", lambda: self._labels(data, "labels"), None)
+        frame = self._tell("The frame's invalid mask, ground truth and guide are", lambda: self._seen(data), self.frame)
+        labels = self._tell("The blocks and their results are", lambda: self._labels(data, "labels"), None)
         notes = self._tell(
-            "Names and other notes of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
+            "Names and other settings of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
         )
         results, guess = {}, None
         if labels is not None:
             results = self._results(data, data)
-            guess = self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None)
+            guess = self._tell("The extrapolated depth is", lambda: self._guess(data, "guess"), None)
         state = FrameState(
             id=frame_id,
             frame=frame,
@@ -177,7 +177,7 @@ class _Decoding:
         return state
 
     def _small(self, data: Section) -> dict[str, Any]:
-        """What needs no arrays."""
+        """Decode the fields without arrays."""
         readers: dict[str, Callable[[], Any]] = {
             "compared": lambda: tuple(data.items("compared", int)),
             "next_number": lambda: data.get("next_number", int),
@@ -192,7 +192,7 @@ class _Decoding:
         return self._each(readers)
 
     def _each(self, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
-        """What readers give by the names of their fields; what cannot be read is left out."""
+        """Return the readable fields by name; fields that cannot be read are left out."""
         found = {}
         for name, read in readers.items():
             try:
@@ -202,7 +202,7 @@ class _Decoding:
         return found
 
     def _tell(self, what: str, read: Callable[[], T], default: T) -> T:
-        """What `read` gives; the default, and a sentence about it, if it cannot."""
+        """Return what `read` returns; if it fails, the default, and report the problem."""
         try:
             return read()
         except UNREADABLE as error:
@@ -215,7 +215,7 @@ class _Decoding:
         return content
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
-        """An array, the very one for all who refer to the same part."""
+        """Read an array; all references to the same part share one array."""
         name = data.get(key, str, type(None))
         if name is None:
             return None
@@ -234,12 +234,11 @@ class _Decoding:
         return mask
 
     def _seen(self, data: Section) -> RGBDFrame:
-        """The frame with the distrusted depth, the truth and the guide that are named; the very same for the same
-        ones."""
+        """Return the frame with the invalid mask, ground truth and guide of `data`; equal ones share one frame."""
         key = json.dumps([data.values.get(name) for name in ("distrusted", "truth", "guide")], sort_keys=True)
         if key not in self.frames:
-            mask = self._tell("The distrusted depth is", lambda: self._mask(data, "distrusted"), None)
-            frame = self._tell("The truth is", lambda: self._judged(data), self.frame)
+            mask = self._tell("The invalid mask is", lambda: self._mask(data, "distrusted"), None)
+            frame = self._tell("The ground truth is", lambda: self._judged(data), self.frame)
             guide = self._tell("The guide is", lambda: self._guide_of(data), None)
             seen = frame.distrusting(mask).with_guide(guide)
             if seen.truth is not None and seen.inputs is None:
@@ -248,7 +247,7 @@ class _Decoding:
         return self.frames[key]
 
     def _guide_of(self, data: Section) -> Guide | None:
-        """The guide that is named; the very same for the same one."""
+        """Return the guide of `data`; equal ones share one guide."""
         if "guide" not in data.values:
             return None
         section = data.section("guide")
@@ -263,7 +262,7 @@ class _Decoding:
         return self.guides[key]
 
     def _made(self, described: Section) -> None:
-        """Note where colour and depth are kept of a frame that a program has made, and what lies outside its view."""
+        """Record the parts with the colour, depth and outside view of a frame that was not read from files."""
         if self.same_depth and "inputs" not in described.values:
             colour, depth = described.get("rgb", str), described.get("depth", str)
             self.names |= {colour, depth}
@@ -275,7 +274,7 @@ class _Decoding:
             self.origins.append((self.frame.outside_view, outside))
 
     def _judged(self, data: Section) -> RGBDFrame:
-        """The frame with the truth that is named."""
+        """Return the frame with the ground truth of `data`."""
         if data.get("truth", dict, type(None)) is None:
             return self.frame if self.frame.truth is None else self.frame.with_truth(None)
         truth = data.section("truth")
@@ -288,8 +287,8 @@ class _Decoding:
         try:
             return with_truth(self.frame, file, self.parts, self.places)
         except InputError as error:
-            self.problems.append(f"The truth is not at hand: {error}")
-            return self.frame.with_truth(None, file)  # it is still named, and may be there the next time
+            self.problems.append(f"The ground truth is not available: {error}")
+            return self.frame.with_truth(None, file)  # the file stays listed and may be available the next time
 
     def _notes(self, data: Section) -> BlockNotes:
         readers: dict[str, Callable[[], Any]] = {
@@ -311,7 +310,7 @@ class _Decoding:
         return None if values is None else BlockParameters.from_dict(values)
 
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
-        """Results by label, but for those that cannot be read."""
+        """Return the readable results by label."""
         none: list[tuple[int, str, int]] = []
         rows = self._tell("Results of blocks are", lambda: result_rows(data, frame_part), none)
         results = {}
@@ -320,7 +319,7 @@ class _Decoding:
             if 0 <= place < len(found):
                 results[label] = found[place]
             elif found:
-                self.problems.append(f"The result of block {label} is lost: its part does not have it.")
+                self.problems.append(f"The result of block {label} is lost: its part does not contain it.")
         return results
 
     def _pack(self, name: str) -> list[BlockResult]:
@@ -331,7 +330,7 @@ class _Decoding:
 
     def _unpacked(self, name: str) -> list[BlockResult]:
         if not self.same_depth:
-            raise InputError("the frame's depth is not what it was then. Run the blocks again.")
+            raise InputError("the frame's depth has changed since. Run the blocks again.")
         return unpack_results(name, self._content(name), self.frame.measured)
 
     def _guess(self, data: Section, key: str) -> Guess | None:
@@ -341,11 +340,11 @@ class _Decoding:
         name, count = guess.get("array", str), guess.get("count", int)
         height, width = self.frame.shape
         if not 0 <= count <= height * width:
-            raise FormatError(f"{count} pixels cannot have been guessed in this frame.")
+            raise FormatError(f"{count} extrapolated pixels are more than the frame has.")
         packed = Npz(name, self._content(name))
         pixels = np.cumsum(packed.array("steps", np.int32, (count,)), dtype=np.int64)
         if count and not 0 <= pixels.min() <= pixels.max() < height * width:
-            raise FormatError("The guessed pixels lie outside the frame.")
+            raise FormatError("The extrapolated pixels lie outside the frame.")
         depth = packed.array("depth", np.float32, (count,))
         depth.setflags(write=False)
         self.origins.append((depth, name))
@@ -353,14 +352,14 @@ class _Decoding:
 
     def _kept_runs(self, data: Section) -> tuple[KeptRun, ...]:
         none: list[dict[str, Any]] = []
-        rows = self._tell("The kept runs are", lambda: data.items("runs", dict), none)
+        rows = self._tell("The run history is", lambda: data.items("runs", dict), none)
         runs = []
         for row in rows:
             name = str(row.get("name", row.get("number", "?")))
             try:
-                runs.append(self._kept(Section("kept run", row), data))
+                runs.append(self._kept(Section("stored run", row), data))
             except UNREADABLE as error:
-                self.problems.append(f"The kept run {name!r:.60} is lost: {error}")
+                self.problems.append(f"The stored run {name!r:.60} is lost: {error}")
         return tuple(runs)
 
     def _kept(self, kept: Section, data: Section) -> KeptRun:
@@ -380,7 +379,7 @@ class _Decoding:
             when=datetime.datetime.fromisoformat(kept.get("when", str)),
             done=frozenset(kept.items("done", int)),
             how=kept.get("how", str),
-            guess=self._tell("The guess of a kept run is", lambda: self._guess(kept, "guess"), None),
+            guess=self._tell("The extrapolated depth of a stored run is", lambda: self._guess(kept, "guess"), None),
             truth_error=number_or_none(kept, "truth_error"),
             hidden_error=number_or_none(kept, "hidden_error"),
             expected_error=number_or_none(kept, "expected_error"),

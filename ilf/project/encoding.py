@@ -1,4 +1,4 @@
-"""A frame's state as parts: its json, and the arrays that it refers to by name."""
+"""Encoding a frame's state as parts: its JSON, and the arrays that it refers to by name."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from .result_packs import PACK_BYTES, pack_results, packed_bytes
 from .run_history import Guess, KeptRun
 
 SCHEMA = 1
-"""Number of the form that a project's parts have."""
+"""Version of the format of a project's parts."""
 
 PROGRAM = "ilf-studio"
 
 Origin = str | tuple[str, int]
-"""Where something is kept: a part, or a part and a number in it."""
+"""Where an object is stored: a part, or a part and an index in it."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Encoded:
     Attributes
     ----------
     frame : bytes
-        Of the part `frame_part(id)`.
+        Content of the part `frame_part(id)`.
     arrays : dict of str to bytes
-        Parts that it refers to and that have not been given out before.
+        Parts that it refers to and that were not returned before.
     names : frozenset of str
         All parts that it refers to.
     """
@@ -52,14 +52,14 @@ class Encoded:
 
 
 def frame_part(frame_id: str) -> str:
-    """Name of the part with a frame's state."""
+    """Return the name of the part with a frame's state."""
     return f"frames/{frame_id}.json"
 
 
 class Encoder:
-    """Turns states into parts, each array and result once. To be used by one thread at a time.
+    """Encodes states as parts, each array and result once. Not thread-safe.
 
-    Whoever uses it keeps what it gives out. What has gone again, or could not be kept, is given out again after
+    The caller stores the returned parts. Parts that were removed or could not be stored are returned again after
     `forget`.
 
     Examples
@@ -77,57 +77,56 @@ class Encoder:
         self._known = Origins()
 
     def encode(self, state: FrameState) -> Encoded:
-        """The parts of a state.
+        """Encode a state.
 
         Parameters
         ----------
         state : FrameState
-            Nobody changes its arrays meanwhile. Those that nobody can ever write to, and results, are remembered: they
-            are not encoded again.
+            Its arrays must not change meanwhile. Read-only arrays and results are remembered and not encoded again.
         """
         encoding = _Encoding(self._known)
         try:
             content = strict_json(encoding.state(state))
         except BaseException:
-            self._known.forget(encoding.made.keys() - self._given)  # nobody will ever have them
+            self._known.forget(encoding.made.keys() - self._given)  # they are never returned
             raise
         arrays = {name: content for name, content in encoding.made.items() if name not in self._given}
         self._given.update(arrays)
         return Encoded(content, arrays, frozenset(encoding.names))
 
     def learn(self, origins: Iterable[tuple[object, Origin]], names: Collection[str]) -> None:
-        """Arrays and results come from these parts, which are kept already: see `Decoded.origins`."""
+        """Register arrays and results that are stored in these parts already; see `Decoded.origins`."""
         for thing, origin in origins:
             self._known.put(thing, origin)
         self._given.update(names)
 
     def forget(self, names: Collection[str]) -> None:
-        """Parts are not kept, or no longer: what is in them is encoded and given out anew when it is needed."""
+        """Forget parts that are not stored (any more); their content is encoded and returned again when needed."""
         self._given.difference_update(names)
         self._known.forget(set(names))
 
 
 class Origins:
-    """Which part an object is kept in, by its identity, as long as it is there."""
+    """Maps live objects, by identity, to the parts in which they are stored."""
 
     def __init__(self) -> None:
         self._of: dict[int, tuple[weakref.ref[Any], Origin]] = {}
 
     def get(self, thing: object) -> Origin | None:
-        """Where it is kept, if that is known."""
+        """Return where an object is stored; None if unknown."""
         found = self._of.get(id(thing))
         return None if found is None or found[0]() is not thing else found[1]
 
     def put(self, thing: object, origin: Origin) -> None:
-        """It is kept there. Nothing is noted of arrays that somebody may write to."""
+        """Register where an object is stored; writable arrays are ignored."""
         if isinstance(thing, np.ndarray) and (thing.flags.writeable or thing.base is not None):
             return
         number = id(thing)
         self._of[number] = weakref.ref(thing, lambda gone: self._drop(number, gone)), origin
 
     def forget(self, names: Collection[str]) -> None:
-        """Nothing is kept in these parts."""
-        for number, (_, origin) in self._of.copy().items():  # meanwhile, some may go
+        """Forget all objects in these parts."""
+        for number, (_, origin) in self._of.copy().items():  # objects may be deleted meanwhile
             if (origin if isinstance(origin, str) else origin[0]) in names:
                 self._of.pop(number, None)
 
@@ -137,7 +136,7 @@ class Origins:
 
 
 class _Encoding:
-    """One state on its way into parts."""
+    """Encodes one state."""
 
     def __init__(self, known: Origins) -> None:
         self.known = known
@@ -146,7 +145,7 @@ class _Encoding:
         self.packs: dict[str, int] = {}
 
     def state(self, state: FrameState) -> dict[str, Any]:
-        """All of a state, ready for JSON."""
+        """Encode a whole state for JSON."""
         frame, guess = state.frame, state.guess
         self._pack_new(_all_results(state), frame.measured)
         data = {
@@ -174,7 +173,7 @@ class _Encoding:
         return data | {"packs": list(self.packs), "arrays": sorted(self.names)}
 
     def _frame(self, frame: RGBDFrame) -> dict[str, Any]:
-        """What the frame is: by its files, or, if a program has made it, by itself."""
+        """Encode the frame: by its files, or by its arrays if it was not read from files."""
         camera, inputs = frame.intrinsics, frame.inputs
         data: dict[str, Any] = {
             "name": frame.name,
@@ -191,7 +190,7 @@ class _Encoding:
         return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
     def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
-        """What a frame has beside its files: its distrusted depth, its truth by file or by itself, and its guide."""
+        """Encode the frame's invalid mask, ground truth (as a file or an array) and guide."""
         truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.truth
         if file is not None:
@@ -244,7 +243,7 @@ class _Encoding:
             "hidden_test": None if test is None else {"pattern": test.pattern, "seeds": list(test.seeds)},
         }
         errors = ("truth_error", "hidden_error", "expected_error")
-        # one that has not been worked out is not named; one that there is none of is null
+        # an error that was not computed has no key; an undefined one is null
         return data | {name: getattr(kept, name) for name in errors if getattr(kept, name) is not None}
 
     def _run(self, run: Run) -> dict[str, Any]:
@@ -264,24 +263,24 @@ class _Encoding:
         }
 
     def _guess(self, guess: Guess) -> dict[str, Any]:
-        # steps from pixel to pixel are small numbers, which take little room
+        # differences of successive indices are small numbers, which compress well
         arrays = {"steps": np.diff(guess.pixels, prepend=np.int64(0)).astype(np.int32), "depth": guess.depth}
         name = self._array(guess.depth, lambda _: (npz(arrays), ".npz"))
         return {"array": name, "count": len(guess.pixels), "notes": list(guess.notes), "network": guess.network}
 
     def _results(self, results: Mapping[int, BlockResult]) -> list[list[int]]:
-        """Label, number of the pack and number in it, of each."""
+        """Return label, index of the pack and index in it, for each result."""
         rows = []
         for label, result in results.items():
             origin = self.known.get(result)
-            assert isinstance(origin, tuple)  # all have been packed
+            assert isinstance(origin, tuple)  # all results are packed by now
             name, place = origin
             self.names.add(name)
             rows.append([int(label), self.packs.setdefault(name, len(self.packs)), place])
         return rows
 
     def _pack_new(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:
-        """Pack those that are in no part yet."""
+        """Pack the results that are in no part yet."""
         waiting: list[BlockResult] = []
         size = 0
         for result in results:
@@ -302,7 +301,7 @@ class _Encoding:
             self.known.put(result, (name, place))
 
     def _array(self, array: NDArray[Any] | None, to_bytes: Callable[[Any], tuple[bytes, str]]) -> str | None:
-        """The name of an array's part, which is made if it is not known."""
+        """Return the name of an array's part; encode the array if it is not stored yet."""
         if array is None:
             return None
         name = self.known.get(array)
@@ -316,7 +315,7 @@ class _Encoding:
 
 
 def _all_results(state: FrameState) -> list[BlockResult]:
-    """The present results and those of the kept runs, each once."""
+    """Return the present results and those of the run history, each once."""
     found = {id(result): result for result in state.results.values()}
     for kept in state.runs:
         found.update((id(result), result) for result in kept.results.values())
@@ -329,7 +328,7 @@ def _depth(depth: NDArray[np.float32]) -> tuple[bytes, str]:
 
 @once_per_frame
 def measured_sha256(frame: RGBDFrame) -> str:
-    """Of a frame's measured depth, which results are kept as differences from."""
+    """Return the SHA-256 of a frame's measured depth, which stored results are relative to."""
     return array_sha256(frame.measured)
 
 

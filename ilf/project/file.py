@@ -23,18 +23,18 @@ from .recorded import UNREADABLE, arrays_of, bare_state, files_of
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
 from .thumbnail import thumbnail_part
 
-# What a project file is to hold, gathered from what has changed and where the rest is kept.
+# Collecting the parts of a project file: changed parts, and stored parts that are copied.
 
 
 class Saving:
-    """A project on its way into a file; see `save_project` for what it is made of.
+    """Collects the parts of a project file; see `save_project` for the parameters.
 
     Attributes
     ----------
     notes : list of str
-        What could not be saved as asked for.
+        What could not be saved as requested.
     stores : list of Parts
-        All that parts are taken from.
+        All stores that parts are copied from.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Saving:
         self._files: dict[str, FilePlace] = {}
 
     def gather(self, states: Sequence[FrameState]) -> list[str]:
-        """Encode what is new; the names of all parts of the file, project.json first."""
+        """Encode the changed states; return the names of all parts of the file, project.json first."""
         encoder = Encoder()
         for state in states:
             self._encode(encoder, state)
@@ -72,7 +72,7 @@ class Saving:
             picture = thumbnail_part(frame.id)
             if self._store_of(picture, frame.id) is not None:
                 names[picture] = None
-        if not whole:  # what they refer to is not known: nothing may be left out
+        if not whole:  # the parts that an unreadable state refers to are unknown: keep all of them
             everything = (name for there in self._names.values() for name in there)
             names |= dict.fromkeys(name for name in everything if name.startswith((ARRAYS, SOURCES)))
         places = Places(self._path, self._files)
@@ -81,7 +81,7 @@ class Saving:
         return list(names)
 
     def part(self, name: str) -> Part | None:
-        """A part to be written, as it is kept, damaged or not; None if it is nowhere."""
+        """Return a part to write, as it is stored, damaged or not; None if no store has it."""
         if name in self._made:
             return Part(name, self._made[name])
         damaged: Part | None = None
@@ -95,7 +95,7 @@ class Saving:
                 return part
             damaged = damaged or part
         if damaged is None:
-            self.notes.append(f"The part {name:.40} is nowhere to be found, and not saved.")
+            self.notes.append(f"The part {name:.40} was not found and is not saved.")
         return damaged
 
     def _encode(self, encoder: Encoder, state: FrameState) -> None:
@@ -106,7 +106,7 @@ class Saving:
         return next(self._stores_of(name, frame_id), None)
 
     def _stores_of(self, name: str, frame_id: str) -> Iterator[Parts]:
-        """Who keeps a part: of a frame's own parts, whoever has its state; of all others, anyone."""
+        """Yield the stores that have a part: for a frame's own parts, those with its state; otherwise all."""
         first = [self._frames[frame_id]] if frame_id in self._frames else []
         own = name.startswith(("frames/", "thumbnails/"))
         for parts in dict.fromkeys((*first, *(self._base if own else self.stores))):
@@ -114,11 +114,11 @@ class Saving:
                 yield parts
 
     def _with_state(self, encoder: Encoder, frame: ProjectFrame) -> ProjectFrame:
-        """The frame as the list is to have it; one without a state gets one if its files are to be embedded."""
+        """Return the frame's entry for the list; a frame without a state gets one if its files are to be embedded."""
         name = frame_part(frame.id)
         has = name in self._made or (frame.has_state and self._store_of(name, frame.id) is not None)
         if frame.has_state and not has:
-            self.notes.append(f"There is no work on {frame.name} to be saved.")
+            self.notes.append(f"The stored work on {frame.name} was not found and is not saved.")
         if not has and self._embed and frame.source is not None:
             try:
                 self._encode(encoder, bare_state(frame.id, frame.source.load()))
@@ -128,7 +128,7 @@ class Saving:
         return replace(frame, has_state=has)
 
     def _refer(self, frame: ProjectFrame, names: dict[str, None]) -> bool:
-        """Add what a frame's state refers to; False if it cannot be read."""
+        """Add the parts that a frame's state refers to; return False if the state cannot be read."""
         name = frame_part(frame.id)
         names[name] = None
         try:
@@ -151,11 +151,11 @@ class Saving:
         return parts.read(name)
 
     def _refer_to_file(self, file: InputFile, names: dict[str, None]) -> None:
-        """Embed a frame's file, leave it embedded, or say where it is."""
+        """Embed a frame's file, keep it embedded, or record its path."""
         name = source_part(file.sha256, file.path)
         self._place(file)
         if not file.sha256:
-            note = f"Not embedded: {file.path} is a recording, which stays where it is."
+            note = f"Not embedded: {file.path} is a recording; recordings are never embedded."
             if self._embed and note not in self.notes:
                 self.notes.append(note)
             return
@@ -177,7 +177,7 @@ class Saving:
         return True
 
     def _place(self, file: InputFile) -> None:
-        """Note where a file is, seen from the new place of the project."""
+        """Record the path of a file relative to the project's new folder."""
         if file.path not in self._files:
             present = self._places.present(file) or Path(file.path)
             self._files[file.path] = FilePlace(_relative(present, self._path.parent), str(present))
@@ -191,7 +191,7 @@ class Saving:
 
 
 class _First:
-    """Parts of several stores, each from the first that has it."""
+    """The parts of several stores; each is read from the first store that has it."""
 
     def __init__(self, stores: Sequence[Parts]) -> None:
         self._stores = stores
@@ -207,7 +207,7 @@ class _First:
 
 
 def _relative(path: Path, folder: Path) -> str | None:
-    """A path from a folder, with slashes; None if there is no way, as between drives."""
+    """Return a path relative to a folder, with slashes; None if there is none, as between drives."""
     try:
         return os.path.relpath(path, folder).replace(os.sep, "/")
     except ValueError:
@@ -219,13 +219,13 @@ SUFFIX = ".ilf"
 
 @dataclass(frozen=True)
 class OpenedProject:
-    """A project file that is open.
+    """An open project file.
 
     Attributes
     ----------
     parts : Archive
     read : ReadProject
-        What project.json says.
+        Content of project.json.
     """
 
     parts: Archive
@@ -239,44 +239,44 @@ class OpenedProject:
 
     @property
     def path(self) -> Path:
-        """Of the project file, absolute."""
+        """Absolute path of the project file."""
         return self.parts.path
 
     @property
     def project(self) -> Project:
-        """The frames, and what is set for all of them."""
+        """The frames and the common settings."""
         return self.read.project
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """What could not be read of file and list, and what that means; a sentence each."""
+        """What could not be read of the file and the list of frames, with the consequence; one sentence each."""
         return self.parts.problems + self.read.problems
 
     @property
     def places(self) -> Places:
-        """Where the files of its frames are."""
+        """Locations of the frames' files."""
         return self.read.places
 
     def frame(self, frame_id: str) -> ProjectFrame:
-        """A frame of the list; raises InputError if there is none."""
+        """Return a frame of the list; raises InputError if there is none."""
         for frame in self.project.frames:
             if frame.id == frame_id:
                 return frame
         raise InputError(f"The project has no frame {frame_id:.40}.")
 
     def state(self, frame_id: str, places: Places | None = None) -> Decoded:
-        """A frame with all work on it; of one without any, as its files have it.
+        """Load a frame with all work on it; a frame without work is loaded from its files.
 
         Parameters
         ----------
         frame_id : str
         places : Places, optional
-            Where its files may be, in place of `self.places`.
+            Possible locations of its files, instead of `self.places`.
 
         Raises
         ------
         MissingSource, ChangedSource
-            If one of the frame's files is nowhere to be found, or has changed.
+            If one of the frame's files was not found, or has changed.
         InputError
             If there is no such frame, or it cannot be read.
         """
@@ -286,19 +286,19 @@ class OpenedProject:
         return load_state(frame_id, self.parts, frame.source, places or self.places)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self.parts.close()
 
 
 def open_project(path: str | os.PathLike[str]) -> OpenedProject:
-    """Open a project file; only its list of frames is read.
+    """Open a project file and read its list of frames.
 
     Raises
     ------
     InputError
         If there is no such file.
     FormatError
-        If it is no project file, or of another schema.
+        If it is not a project file, or has another schema.
 
     Examples
     --------
@@ -327,39 +327,39 @@ def save_project(
     embed: bool | None = None,
     on_part: Callable[[int, int], None] | None = None,
 ) -> tuple[str, ...]:
-    """Write a project file: as a whole, or what is there stays as it is.
+    """Write a project file. If that fails, an existing file stays unchanged.
 
-    What has not changed is copied as it is kept; what no frame refers to any more is left out.
+    Unchanged parts are copied as they are stored; parts that no frame refers to are left out.
 
     Parameters
     ----------
     path : path-like
     project : Project
     states : sequence of FrameState
-        Of frames that have changed and are in no parts yet.
+        States of frames that have changed since they were stored.
     base : sequence of Parts
-        Where the other states, arrays, pictures and embedded files are: the first that has a part gives it. An
-        `Archive` of the file that is saved is closed and read anew when it is replaced; it belongs here, too, if others
-        read it for their own parts.
+        Stores of the other states, arrays, pictures and embedded files; a part is read from the first store that has
+        it. An `Archive` of the saved file is closed and reopened when the file is replaced; list it here even if it
+        is only read elsewhere.
     frames : mapping of str to Parts, optional
-        Id of a frame -> where its state is, before `base`.
+        Id of a frame -> store of its state, searched before `base`.
     places : Places, optional
-        Where the files of frames are now.
+        Present locations of the frames' files.
     embed : bool, optional
-        Whether the very bytes of frames' files go into the project, so that it can be opened anywhere. None leaves
-        those in that are in; False takes those out that are on this machine, too.
+        Whether to embed the frames' files in the project, so that it can be opened anywhere. None keeps embedded files
+        embedded; False removes those that are also on this machine.
     on_part : callable, optional
-        Called with the number of parts that have been written, and of all; what it raises ends it.
+        Called with the number of written parts and the total; an exception that it raises cancels saving.
 
     Returns
     -------
     tuple of str
-        What could not be saved as asked for, a sentence each.
+        What could not be saved as requested, one sentence each.
 
     Raises
     ------
     ExportError
-        If the file cannot be written, or the one that is there is write-protected or of another schema.
+        If the file cannot be written, or an existing file is write-protected or has another schema.
 
     Examples
     --------
@@ -391,7 +391,7 @@ def save_project(
 
 
 def _check_replaceable(path: str | os.PathLike[str]) -> None:
-    """Raise ExportError if what is there is write-protected, or a project of another schema."""
+    """Raise ExportError if an existing file is write-protected, or a project of another schema."""
     if not Path(path).is_file():
         return
     if not os.access(path, os.W_OK):

@@ -1,4 +1,4 @@
-"""Which files of a project's frames are missing or have changed, and looking for them in a folder."""
+"""Missing and changed files of a project's frames, and the search for them in a folder."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from .recorded import UNREADABLE, files_of
 from .sources import Places, source_part
 
 MOST_HASHED = 20_000
-"""Files of a folder that are compared by their content, at most."""
+"""Maximum number of files of a folder that are compared by content."""
 
 
 @dataclass(frozen=True)
 class LostFile:
-    """A file of a frame that is not to be had.
+    """A missing or changed file of a frame.
 
     Attributes
     ----------
     frame : str
         Id of the frame.
     wanted : InputFile
-        Where it was, and the SHA-256 of its content; "" where there is no work on the frame, and nobody knows.
+        Its old path and the SHA-256 of its content; "" if there is no work on the frame, so that the hash is unknown.
     changed : Path or None
-        What is there in its place, with another content; None if there is nothing.
+        The changed file at one of its possible paths; None if there is none.
     """
 
     frame: str
@@ -46,17 +46,17 @@ class LostFile:
 def lost_files(
     frames: Iterable[ProjectFrame], parts: Parts, places: Places, since: float | None = None
 ) -> Generator[None, None, list[LostFile]]:
-    """Look for the files of frames, one frame a step.
+    """Check the files of frames, one frame per step.
 
     Parameters
     ----------
     frames : iterable of ProjectFrame
     parts : Parts
-        With the states of the frames; what is embedded is at hand.
+        The states of the frames, and embedded files.
     places : Places
-        Where the files may be.
+        Possible locations of the files.
     since : float, optional
-        Files that were last changed before this time [s since 1970] are taken for what they were without reading them.
+        Files last modified before this time [s since 1970] are assumed unchanged without reading them.
 
     Yields
     ------
@@ -89,13 +89,13 @@ def _lost(
 
 
 def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[InputFile]:
-    """The files of a frame, by its state or else by what it is opened from."""
+    """List the files of a frame from its state, or else from its source."""
     name = frame_part(frame.id)
     if frame.has_state and name in names:
         try:
             return list(files_of(parts.read(name)))
         except UNREADABLE:
-            pass  # what it is opened from is tried then
+            pass  # fall back to the source
     source = frame.source
     paths = [] if source is None else [source.rgb, source.depth, source.truth, source.guide]
     return [InputFile(path, "") for path in paths if path is not None]
@@ -104,24 +104,24 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
 def find_in(
     folder: Path, wanted: Collection[InputFile], deep: bool = True
 ) -> Generator[float, None, dict[InputFile, Path]]:
-    """Look for files in a folder, and with `deep` in all below it: first among those of the same name, then among
-    others of the same kind. What is found has the very content.
+    """Search a folder for files, with `deep` recursively: first files of the same name, then files of the same type.
+    Found files have the same content.
 
     Parameters
     ----------
     folder : Path
     wanted : collection of InputFile
-        Those without a SHA-256 are found by name alone.
+        Files without a SHA-256 are searched by name only.
 
     Yields
     ------
     float
-        How much of the folder has been looked through, 0-1, a file a step; 0 while it is listed.
+        Share of the folder that has been searched, 0-1, per file; 0 while the folder is listed.
 
     Returns
     -------
     dict of InputFile to Path
-        Those that were found.
+        The found files.
     """
     found: dict[InputFile, Path] = {}
     left = list(dict.fromkeys(wanted))
@@ -130,7 +130,7 @@ def find_in(
     there = [folder]
     for path in _below(folder) if deep else sorted(folder.iterdir()):
         if path.is_dir():
-            yield 0.0  # so that it can be given up: there may be very many
+            yield 0.0  # lets the caller cancel: there may be very many folders
         there.append(path)
     for file in [file for file in left if not file.sha256]:  # it may be a folder
         same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
@@ -153,7 +153,7 @@ def find_in(
 
 
 def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
-    """What to open a frame from when files, by their paths as they were, have been found elsewhere.
+    """Return a frame's source with files replaced by their new paths; `found` maps old to new paths.
 
     Examples
     --------
@@ -172,7 +172,7 @@ def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
 def _relocated(path: str, found: Mapping[str, Path]) -> str:
     if path in found:
         return str(found[path])
-    for former, now in found.items():  # it may be a folder, of which a file has been found
+    for former, now in found.items():  # path may be a folder, and a file in it was found
         before, *inside = re.split(r"[\\/]", former.removeprefix(path))
         if former.startswith(path) and not before and list(now.parts[-len(inside) :]) == inside:
             return str(now.parents[len(inside) - 1])
@@ -180,14 +180,14 @@ def _relocated(path: str, found: Mapping[str, Path]) -> str:
 
 
 def _below(folder: Path) -> Iterator[Path]:
-    """All files and folders in a folder."""
+    """Yield all files and folders below a folder."""
     for root, folders, names in os.walk(folder):
         folders.sort()
         yield from (Path(root, name) for name in (*folders, *sorted(names)))
 
 
 def _name(path: str) -> str:
-    """The last part of a path of any system."""
+    """Return the file name of a path of any operating system."""
     return path.replace("\\", "/").rsplit("/", 1)[-1]
 
 
@@ -208,7 +208,7 @@ def _is_same(path: Path, sha256: str, since: float | None) -> bool:
 
 
 def _digest(path: Path) -> str:
-    """SHA-256 of a file; "" if it cannot be read."""
+    """Return the SHA-256 of a file; "" if it cannot be read."""
     try:
         with open(path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -216,17 +216,17 @@ def _digest(path: Path) -> str:
         return ""
 
 
-# Where the work on the frames of a folder is kept, as long as nobody has given it a file.
+# Project files of frame folders, used until the user saves the work in a project file.
 
 
 def projects_of_folders() -> Path:
-    """Where these project files are: `ILF_FOLDERS`, or a folder in the user's data folder."""
+    """Return the folder of these project files: `ILF_FOLDERS`, or a folder in the user's data folder."""
     chosen = os.environ.get("ILF_FOLDERS")
     return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "folders"
 
 
 def project_of_folder(folder: str | os.PathLike[str]) -> Path:
-    """The project file of a folder of frames: always the same for the same folder, whether it is there or not.
+    """Return the path of the project file of a frame folder: the same for the same folder, existing or not.
 
     Examples
     --------

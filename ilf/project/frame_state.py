@@ -1,4 +1,4 @@
-"""What a project holds of one frame."""
+"""The state of one frame in a project."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ from ..data.results import BlockResult
 from ..run.run import Run
 from .run_history import Guess, KeptRun
 
-# Values of the filter's parameters that blocks have of their own, in place of the common ones.
+# Own parameters of blocks: values that replace the common ones.
 
 OwnValues = Mapping[str, Value]
 """Parameter -> value."""
 
 
 def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
-    """The values that a block with such parameters has in place of the common ones."""
+    """Return the values in which a block's parameters differ from the common ones."""
     ours, values = parameters.to_dict(), common.to_dict()
     return {name: value for name, value in ours.items() if value != values[name]}
 
 
 def differing(one: OwnValues, other: OwnValues) -> set[str]:
-    """Names whose values differ, or that only one has."""
+    """Return the names whose values differ, or that only one of the two has."""
     return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
 
 
 def parameter_labels(names: Iterable[str]) -> list[str]:
-    """What parameters are called in the window."""
+    """Return the labels of parameters in the window."""
     declarations = Parameters.declarations()
     return [declarations[name].label for name in declarations if name in set(names)]
 
 
-# What is known of a frame's blocks beside their pixels.
+# Data of a frame's blocks beside their pixels.
 
 
 @dataclass(frozen=True)
 class BlockInfo:
-    """What a user can say about a block, beside its pixels."""
+    """The user's settings of a block."""
 
     name: str
     colour: tuple[int, int, int]
@@ -55,31 +55,31 @@ class BlockInfo:
 
 @dataclass(eq=False)
 class BlockNotes:
-    """What is known of a label map beside its pixels; replaced as a whole when the map is.
+    """Data of a label map beside its pixels; replaced together with the map.
 
     Attributes
     ----------
     infos : dict
-        Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
+        Block label -> BlockInfo. Entries of removed labels are kept, so that undo restores their names.
     own : dict
-        Block label -> values of its own, parameter by parameter, in place of those of all blocks.
+        Block label -> own parameters: values that replace the common ones.
     drawn : ndarray of bool or None
-        Pixels of blocks whose border was drawn by hand; None if there are none.
+        Block pixels along borders drawn by hand; None if there are none.
     extraction : BlockParameters or None
-        What the blocks were extracted with.
+        Parameters that the blocks were extracted with.
     network : str or None
-        SHA-256 of the edge network that had a part in it.
+        SHA-256 of the edge network used for the extraction.
     extracted : ndarray of int32 or None
-        The map as that extraction left it; None if it was changed afterwards in ways that are not known.
+        The map directly after the extraction; None if it was changed afterwards in an unknown way.
     kept : frozenset of int
-        Blocks that stayed as they were at that extraction, and do not come from it.
+        Blocks that the extraction left unchanged, so that they do not come from it.
     handmade : frozenset of int
-        Those of them that had been made by hand.
+        Those of `kept` that were made by hand.
     carried_from : str
-        Name of the frame from which the blocks were carried here; "" if they were not. `extracted` is the map as they
-        came then.
+        Name of the frame from which the blocks were propagated; "" if they were not. `extracted` is then the
+        propagated map.
     reasons : dict
-        Block label -> why it needed a look when it came, a sentence.
+        Block label -> why the propagated block has to be checked, one sentence.
     """
 
     infos: dict[int, BlockInfo] = field(default_factory=dict)
@@ -98,23 +98,23 @@ Point = tuple[float, float]
 """Image coordinates x, y [px]."""
 
 _STRIP = 64
-"""Rows that are compared at a time: the first difference is enough."""
+"""Rows compared at a time; the comparison stops at the first difference."""
 
 
 @dataclass(frozen=True, eq=False)
 class Looked:
-    """Where the user has looked closely: it stays with the frame, and is no result.
+    """The user's inspections of a frame; stored with the frame, but not part of its results.
 
     Attributes
     ----------
     line : (Point, Point) or None
         Ends of the profile line.
     region : Box or None
-        The chosen rectangle (rows, columns).
+        The selected rectangle (rows, columns).
     chains : tuple of tuple of Point
-        Points that are measured between.
+        Polylines whose lengths are measured.
     reference : int
-        Block over whose plane heights are measured; 0 for the image's upright.
+        Block whose plane is the reference of heights; 0 for the image's vertical.
     """
 
     line: tuple[Point, Point] | None = None
@@ -125,43 +125,43 @@ class Looked:
 
 @dataclass(frozen=True, eq=False)
 class FrameState:
-    """A frame, its blocks, what is known of them, its parameters and what runs have given. Nobody changes it.
+    """A frame with its blocks, parameters and results. Immutable.
 
     Attributes
     ----------
     id : str
-        Tells it from the other frames of its project, and stays with it.
+        Permanent id, unique in the project.
     frame : RGBDFrame
-        With its inputs, distrusted depth, truth and guide.
+        With its inputs, invalid mask, ground truth and guide.
     labels : ndarray of int32, shape (H, W)
         The label map, 0 = no block.
     notes : BlockNotes
-        Names, colours, locks, visibility, own values, drawn borders, what was extracted and what was made by hand.
+        Names, colours, locks, visibility, own parameters, drawn borders, extracted map and handmade blocks.
     common : Parameters
-        Of all blocks that have no values of their own.
+        Parameters of all blocks without parameters of their own.
     results : mapping of int to BlockResult
-        Block label -> the present result, of blocks as they are now.
+        Block label -> the present result of the block as it is now.
     guess : Guess or None
-        What the guess of the rest has added to them.
+        Depth that the extrapolation has added to the results.
     runs : tuple of KeptRun
-        In the order in which they were kept.
+        Run history, oldest first.
     compared : tuple of int
-        Numbers of the kept runs that are shown beside the present result.
+        Numbers of the stored runs that are shown beside the present result.
     next_number : int
-        Of the next run that is kept.
+        Number of the next stored run.
     dense : bool
-        Whether what is still missing after a run is to be guessed.
+        Whether to extrapolate the depth that is still missing after a run.
     own_parameters : bool
-        Whether `common` is this frame's own where the project has parameters for all frames.
+        Whether `common` belongs to this frame alone while the project's parameters apply to all frames.
     note : str
-        What the user says of the frame.
+        The user's note on the frame.
     to_check : frozenset of int
-        Blocks that came from another frame and have not been looked at yet, though they should be.
+        Propagated blocks that have to be checked and have not been checked yet.
     selected : tuple of int
-        The chosen blocks.
+        The selected blocks.
     looked : Looked
     view : mapping
-        How it was looked at, in values that JSON has: no part of the work.
+        State of the view, as JSON values; not part of the work.
     """
 
     id: str
@@ -184,16 +184,16 @@ class FrameState:
 
     @property
     def edited(self) -> bool:
-        """Whether the blocks differ from what the extraction gave."""
+        """Whether the blocks differ from the extracted ones."""
         return is_edited(self.notes, self.labels)
 
     def as_set(self, note: str, for_all: Parameters | None) -> FrameState:
-        """The state with what may have been set since it was stored: the note, and the parameters of all frames, None
-        where there are none."""
+        """Return the state with settings made since it was stored: the note, and the parameters for all frames (None
+        if there are none)."""
         return replace(self, note=note, common=self.common if for_all is None or self.own_parameters else for_all)
 
     def run(self) -> Run:
-        """What a run of all blocks as they are now is made of."""
+        """Return the run of all blocks as they are now."""
         notes = self.notes
         there = set(np.flatnonzero(np.bincount(self.labels.ravel()))) - {0}
         return Run(
@@ -210,12 +210,12 @@ class FrameState:
 
 
 def is_edited(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
-    """Whether a label map differs from what its extraction gave."""
+    """Return whether a label map differs from the extracted one."""
     return bool(notes.kept) or not _as_extracted(notes, labels)
 
 
 def is_carried(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
-    """Whether a label map is as it was carried from another frame: nobody has edited it since."""
+    """Return whether a label map was propagated from another frame and has not been edited since."""
     return bool(notes.carried_from) and _as_extracted(notes, labels)
 
 

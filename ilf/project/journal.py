@@ -1,4 +1,4 @@
-"""The journal: the parts of a project while it is worked on, in a side file that outlives the program's sudden end."""
+"""The journal: an autosave file with the parts of a project, which survives a crash of the program."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from ..errors import ExportError, InputError
 from ..io.sqlite_files import DEFINITIONS, LimitedConnection, check_plain
 from .packing import chunks
 
-# Which pieces the parts of a journal are made of: parts share those that are equal, so that each is kept once.
+# Deduplication: the parts of a journal consist of pieces; equal pieces are stored once.
 
 Numbers = NDArray[np.int64]
-"""Of pieces, in their order."""
+"""Numbers of the pieces of a part, in order."""
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What becomes of the pieces when parts come and go.
+    """A change of the pieces when parts are added, replaced and removed.
 
     Attributes
     ----------
     parts : dict of str to ndarray of int64
-        The parts that come, or come anew, and what they are made of.
+        The added and replaced parts, with the numbers of their pieces.
     made : dict of int to bytes
         New pieces.
     gone : frozenset of int
-        Pieces that no part is made of any more.
+        Pieces that no part uses any more.
     """
 
     parts: dict[str, Numbers]
@@ -57,12 +57,12 @@ class Change:
 
 
 class Pieces:
-    """Knows the pieces of all parts.
+    """The index of the pieces of all parts.
 
     Parameters
     ----------
     parts : mapping of str to ndarray of int64
-        Those that there are already; their pieces are not compared with new ones.
+        The existing parts; their pieces are not compared with new ones.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Pieces:
         self._next = max(self._uses, default=0) + 1
 
     def change(self, put: Mapping[str, bytes], drop: Collection[str]) -> Change:
-        """What would become of them; nothing has changed until it is taken."""
+        """Return the change for new and removed parts; `take` applies it."""
         dropped = frozenset(drop) - put.keys()
         uses: Counter[int] = Counter()
         for name in dropped | put.keys():
@@ -98,7 +98,7 @@ class Pieces:
         return Change(parts, made, gone, dropped, numbers, uses)
 
     def take(self, change: Change) -> None:
-        """It has been made."""
+        """Apply a change."""
         for name in change._dropped:
             self._parts.pop(name, None)
         self._parts |= change.parts
@@ -127,7 +127,7 @@ def _cut(name: str, content: bytes) -> Iterator[bytes]:
 SCHEMA = 1
 _APPLICATION = 0x494C464A  # "ILFJ"
 _WAIT_S = 2.0
-# pages are small as strokes are; a log of 4 MB is brought into the file; what is taken out is written over
+# small pages, since changes are small; the log is merged from 4 MB on; deleted content is overwritten
 _SETTINGS = """
     PRAGMA page_size = 1024;
     PRAGMA locking_mode = EXCLUSIVE;
@@ -149,16 +149,16 @@ _TABLES = f"""
 _REASONS = {
     "SQLITE_FULL": "the disk is full. Free some space",
     "SQLITE_READONLY": "writing is not permitted there",
-    "SQLITE_CANTOPEN": "its folder is not there, or writing is not permitted in it",
-    "SQLITE_IOERR": "the drive does not take it",
+    "SQLITE_CANTOPEN": "its folder does not exist, or writing is not permitted in it",
+    "SQLITE_IOERR": "the drive reports an error",
     "SQLITE_CORRUPT": "the file is damaged",
-    "SQLITE_NOTADB": "the file is damaged, or no journal at all",
+    "SQLITE_NOTADB": "the file is damaged or not a journal",
     "SQLITE_INTERRUPT": "the file is damaged, and reading it takes too long",
 }
 
 
 class JournalInUse(InputError):
-    """Another window works on this journal."""
+    """The journal is in use by another window."""
 
 
 def _now() -> datetime:
@@ -167,24 +167,24 @@ def _now() -> datetime:
 
 @dataclass(frozen=True)
 class JournalNote:
-    """Whose work a journal holds, and of when.
+    """Origin and times of the work in a journal.
 
     Attributes
     ----------
     project : str
         Path of the project file; "" if there is none yet.
     unsaved : bool
-        Whether it holds work that the project file does not.
+        Whether the journal contains work that the project file does not.
     frames : tuple of str or None
-        Ids of the frames with such work; None where nobody has noted that.
+        Ids of the frames with such work; None if not recorded.
     host : str
         Name of the machine that the window runs on.
     process : int
-        Number of its process there.
+        Process id of the window.
     program : str
         Version of the program.
     started, changed : datetime
-        When the journal was begun, and the time of the last commit.
+        Creation of the journal, and the last commit.
     """
 
     project: str = ""
@@ -197,13 +197,13 @@ class JournalNote:
     frames: tuple[str, ...] | None = None
 
     def to_json(self) -> str:
-        """As `from_json` takes it."""
+        """Encode as JSON for `from_json`."""
         times = {"started": self.started.isoformat(), "changed": self.changed.isoformat()}
         return json.dumps({**asdict(self), **times})
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Raises ValueError, TypeError or KeyError for what `to_json` has not made."""
+        """Decode the JSON of `to_json`; raises ValueError, TypeError or KeyError for anything else."""
         values = json.loads(text)
         times = {name: datetime.fromisoformat(values[name]) for name in ("started", "changed")}
         frames = values["frames"]
@@ -211,24 +211,24 @@ class JournalNote:
 
 
 class Journal:
-    """Parts of a project in an SQLite file of a window's own: what one commit brings is there as a whole or not at all.
+    """A window's SQLite file with the parts of a project; commits are atomic.
 
-    Images that differ in a few strips share the others: what has not changed is not written again. It is locked as long
-    as it is open, and a lock ends with its process. Safe from several threads.
+    Images that differ in a few strips share the other strips, so unchanged strips are not written again. The file is
+    locked while it is open; the lock ends with the process. Thread-safe.
 
     Parameters
     ----------
     path : path-like
-        Made with its folders if it is not there. No other user may read it.
+        Created with its folders if missing. Only the user may read it.
 
     Raises
     ------
     JournalInUse
         If another window, of this process or another, has it open.
     InputError
-        If the file is no journal, damaged, or of another schema.
+        If the file is not a journal, is damaged, or has another schema.
     ExportError
-        If it cannot be made or written.
+        If it cannot be created or written.
 
     Examples
     --------
@@ -244,9 +244,9 @@ class Journal:
         self.path = Path(path).absolute()
         self._lock = threading.RLock()
         self._pieces: Pieces | None = None
-        """Of what is there; read when something is to be written for the first time."""
+        """Index of the stored pieces; read before the first commit."""
         there = self.path.exists()
-        # who looks at a new file for a moment is waited for; who works on one is not
+        # wait for a brief lock on a new file, but not for a window that uses an existing one
         wait = 0.0 if there else _WAIT_S
         with self._telling(reading=there):
             private_file(self.path)
@@ -274,7 +274,7 @@ class Journal:
             self.note = JournalNote()
             return
         if application != _APPLICATION:
-            raise InputError(f"{self.path} is no journal of this program.")
+            raise InputError(f"{self.path} is not a journal of this program.")
         check_schema({"schema": schema}, SCHEMA, f"journal {self.path}")
         check_plain(self.path, database.execute(DEFINITIONS))
         self.note = self._read_note()
@@ -289,30 +289,30 @@ class Journal:
 
     @property
     def is_there(self) -> bool:
-        """Whether its path still leads to the file that is written to."""
+        """Whether the path still leads to the open file."""
         try:
             return _identity(self.path) == self._file
         except OSError:
             return False
 
     def names(self) -> frozenset[str]:
-        """All names; of a damaged file those that can be read."""
+        """Return all names; of a damaged file those that can be read."""
         with self._lock:
             return frozenset(self._names())
 
     def _names(self) -> Iterator[str]:
-        # each way stops where the file is damaged: together they tell what lies before and behind, and in the index
+        # each query stops at the damage; together they find the names before and after it, and those in the index
         for way in ("ORDER BY rowid", "ORDER BY rowid DESC", "ORDER BY name"):
             try:
                 for (name,) in self._database.execute(f"SELECT name FROM parts {way}"):
-                    if isinstance(name, str):  # a damaged file may have anything
+                    if isinstance(name, str):  # a damaged file may contain other types
                         yield name
             except sqlite3.DatabaseError:
                 continue
             return
 
     def read(self, name: str) -> bytes:
-        """The bytes of a name; raises InputError if there is no such part or it is damaged."""
+        """Read the bytes of a part; raises InputError if there is no such part or it is damaged."""
         with self._lock:
             row = self._row(name)
             content = None if row is None else self._joined(row[1])
@@ -323,9 +323,9 @@ class Journal:
         return content
 
     def _row(self, name: str) -> tuple[int, bytes] | None:
-        """Checksum and pieces of a part."""
+        """Return checksum and pieces of a part."""
         damaged = None
-        for found in ("name = ?", "+name = ?"):  # by the index, or by looking through all
+        for found in ("name = ?", "+name = ?"):  # by the index, or by a full scan
             try:
                 row: tuple[int, bytes] | None
                 row = self._database.execute(f"SELECT checksum, pieces FROM parts WHERE {found}", (name,)).fetchone()
@@ -335,28 +335,28 @@ class Journal:
         raise InputError(f"The part {name} of {self.path} is damaged.") from damaged
 
     def _joined(self, pieces: bytes) -> bytes | None:
-        """The content of pieces, one after the other; None if one cannot be read, or it is far too long."""
+        """Join the content of pieces; None if one cannot be read, or the result exceeds the maximum file size."""
         try:
             numbers, read = np.frombuffer(pieces, np.int64).tolist(), self._database.execute
             content = bytearray()
             for number in numbers:
                 content += read("SELECT content FROM pieces WHERE id = ?", (number,)).fetchone()[0]
-                if len(content) > MAX_FILE_BYTES:  # a small file may have the same piece a million times
+                if len(content) > MAX_FILE_BYTES:  # a small file may repeat the same piece a million times
                     return None
             return bytes(content)
         except (sqlite3.DatabaseError, TypeError, ValueError):
             return None
 
     def commit(self, put: Mapping[str, bytes], drop: Collection[str] = (), note: JournalNote | None = None) -> None:
-        """Keep parts, take others out and say of whom all is, as one step that a power cut cannot divide.
+        """Store and remove parts and update the note, atomically, even on a power cut.
 
         Raises
         ------
         ExportError
-            If it cannot be written. What was there is as it was.
+            If the journal cannot be written; its content is then unchanged.
         """
         if not self.is_there:
-            raise ExportError(f"{self.path} is not there any more: it was moved or deleted, or its drive was removed.")
+            raise ExportError(f"{self.path} no longer exists: it was moved or deleted, or its drive was removed.")
         note = replace(self.note if note is None else note, changed=_now())
         with self._lock, self._telling(reading=False):
             if self._pieces is None:
@@ -379,12 +379,12 @@ class Journal:
             database.execute("INSERT INTO note VALUES (?)", (note.to_json(),))
 
     def close(self) -> None:
-        """Give the file free; nothing can be read any more."""
+        """Close the file; parts can no longer be read."""
         with self._lock:
             self._database.close()
 
     def discard(self) -> None:
-        """Close it and take the file away."""
+        """Close and delete the file."""
         there = self.is_there
         self.close()
         if there:
@@ -393,20 +393,20 @@ class Journal:
 
     @property
     def _log(self) -> Path:
-        """SQLite's write-ahead log beside the file, which is made with the file's permissions."""
+        """Path of SQLite's write-ahead log beside the file, which has the file's permissions."""
         return self.path.with_name(f"{self.path.name}-wal")
 
     @contextmanager
     def _telling(self, reading: bool) -> Iterator[None]:
-        """What goes wrong is said in words."""
+        """Translate errors of SQLite and the file system into errors with a message for the user."""
         try:
             yield
         except (sqlite3.Error, UnicodeDecodeError) as error:
-            # the library's message may have a damaged name in it, which is no text
+            # the library's message may contain a damaged name that cannot be decoded
             is_no_text = isinstance(error, UnicodeDecodeError)
             name = "SQLITE_CORRUPT" if is_no_text else getattr(error, "sqlite_errorname", "")
             if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
-                raise JournalInUse(f"Another window works on {self.path}.") from error
+                raise JournalInUse(f"Another window is using {self.path}.") from error
             reason = next((text for code, text in _REASONS.items() if name.startswith(code)), str(error))
             kind, what = (InputError, "read") if reading else (ExportError, "write")
             raise kind(f"Could not {what} {self.path}: {reason}.") from error

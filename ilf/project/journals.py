@@ -1,4 +1,4 @@
-"""The journals that windows have left behind: those that came to a sudden end with work that is in no project file."""
+"""Recovery: journals of windows that closed unexpectedly with work that is in no project file."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ SUFFIX = ".journal"
 
 
 def journal_folder() -> Path:
-    """Where windows keep their journals: `ILF_AUTOSAVE`, or a folder in the user's data folder."""
+    """Return the folder of the windows' journals: `ILF_AUTOSAVE`, or a folder in the user's data folder."""
     chosen = os.environ.get("ILF_AUTOSAVE")
     return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "autosave"
 
 
 @dataclass(frozen=True, eq=False)
 class LeftWork:
-    """What a window has left behind. Nobody else can take it as long as it is held.
+    """Recoverable work in the journal of a closed window. It is locked as long as this object is open.
 
     Attributes
     ----------
     path : Path
         Of the journal.
     note : JournalNote or None
-        Whose work it is, and of when; None if the journal cannot be read.
+        Origin and times of the work; None if the journal cannot be read.
     read : ReadProject
-        The list of frames, with how they stand now.
+        The list of frames with their present summaries.
     stored : frozenset of str
-        Ids of the frames whose state is in the journal: what the project file has of them is older, or the same.
+        Ids of the frames whose state is in the journal; their state in the project file is older, or the same.
     changed : frozenset of str
-        Those of them with work that the project file did not hold when the journal was written last.
+        Those of `stored` with work that was not in the project file when the journal was last written.
     problem : str
         Why the journal cannot be read; "" if it can.
     """
@@ -61,30 +61,30 @@ class LeftWork:
 
     @property
     def parts(self) -> Parts:
-        """All that it holds; raises InputError if it cannot be read."""
+        """All parts of the journal; raises InputError if it cannot be read."""
         if self._journal is None:
             raise InputError(self.problem)
         return self._journal
 
     @property
     def frames(self) -> tuple[ProjectFrame, ...]:
-        """Those with work that is in it alone."""
+        """The frames with work that is only in the journal."""
         return tuple(frame for frame in self.read.project.frames if frame.id in self.changed)
 
     def picture(self) -> bytes | None:
-        """A JPEG image of the frame that was looked at last, or of another one with work; None if there is none."""
+        """Return a JPEG image of the frame viewed last, or of another one with work; None if there is none."""
         for frame_id in (self.read.project.present, *sorted(self.changed)):
             with contextlib.suppress(IlfError):
                 return self.parts.read(thumbnail_part(frame_id))
         return None
 
     def release(self) -> None:
-        """Leave it for another time."""
+        """Close the journal and keep it."""
         if self._journal is not None:
             self._journal.close()
 
     def discard(self) -> None:
-        """It is not wanted any more; raises OSError if it cannot be taken away."""
+        """Delete the journal; raises OSError if that fails."""
         if self._journal is not None:
             self._journal.discard()
         for suffix in ("-wal", ""):
@@ -92,10 +92,9 @@ class LeftWork:
 
 
 def left_work(folder: Path) -> list[LeftWork]:
-    """What windows that are no longer there have left in a folder, the newest first.
+    """Find the recoverable work of closed windows in a folder, the newest first.
 
-    Journals that are in use are left alone. Those that hold nothing that is not saved are taken away. From now on no
-    other user may look into the folder.
+    Journals in use are skipped; journals without unsaved work are deleted. The folder becomes private to the user.
     """
     tighten(folder)
     found = [_left(path) for path in folder.glob(f"*{SUFFIX}")]
@@ -129,8 +128,8 @@ def _left(path: Path) -> LeftWork | None:
 
 
 def _as_it_is(listed: ProjectFrame, own: ProjectFrame | None) -> ProjectFrame:
-    """A frame of the list, with what its own part says of how far it has come, which is newer. Notes are written to
-    frames that are not open, too, where the list alone has them."""
+    """Return a frame of the list with the newer summary of its own part. The note stays that of the list, since notes
+    of frames that are not open are stored only there."""
     if own is None:
         return listed
     fresh = own.summary
@@ -140,7 +139,7 @@ def _as_it_is(listed: ProjectFrame, own: ProjectFrame | None) -> ProjectFrame:
 
 @dataclass(frozen=True)
 class Copied:
-    """Frames' parts under new ids.
+    """Copies of frames' parts under new ids.
 
     Attributes
     ----------
@@ -148,7 +147,7 @@ class Copied:
     refers : dict of str to frozenset of str
         Id of a frame -> the arrays that its state refers to.
     problems : tuple of str
-        What could not be read; a sentence each.
+        What could not be read; one sentence each.
     """
 
     put: dict[str, bytes]
@@ -157,13 +156,13 @@ class Copied:
 
 
 def copied_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
-    """All that frames refer to, each part from the first store that has it and can give it.
+    """Copy frames with all parts that they refer to; each part is read from the first store that has a readable one.
 
     Parameters
     ----------
     stores : collection of Parts
     ids : mapping of str to str
-        Id of a frame in them -> the one that it is to have.
+        Id of a frame in the stores -> its new id.
     """
     put: dict[str, bytes] = {}
     refers: dict[str, frozenset[str]] = {}
@@ -178,7 +177,7 @@ def copied_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
             continue
         refers[frame_id] = names
         for name in names - put.keys():
-            with contextlib.suppress(InputError):  # what that costs is told of when the frame is opened
+            with contextlib.suppress(InputError):  # the loss is reported when the frame is opened
                 put[name] = _first(stores, name)
         with contextlib.suppress(InputError):
             put[thumbnail_part(frame_id)] = _first(stores, thumbnail_part(former))

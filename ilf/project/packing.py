@@ -1,4 +1,4 @@
-"""Arrays as bytes and back: label maps and masks as PNG, everything else packed as npz; never larger than asked for."""
+"""Encoding and decoding arrays: label maps and masks as PNG, everything else as npz, with limits on the size."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from ..errors import FormatError
 from ..io.images import encode_image, image_header, read_colour
 from ..io.labels import read_labels
 
-# PNG images in strips: where few rows have changed, most of the file is the same as before, byte by byte.
+# PNG images in strips: if few rows change, most bytes of the file stay the same.
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _ROWS = 32
 _LEVEL = 6
 _PLAIN, _UP = 0, 2
-"""How PNG filters a row: not at all, or as the difference from the row above."""
+"""PNG filters of a row: none, and the difference from the row above."""
 
 
 def png_in_strips(image: NDArray[np.uint16] | NDArray[np.bool_]) -> bytes:
-    """A label map, 16 bits, or a mask, 1 bit, as a PNG image of one channel.
+    """Encode a label map (16 bits) or a mask (1 bit) as a PNG image of one channel.
 
-    Each strip of rows is a chunk of its own that depends on nothing outside.
+    Each strip of rows is a separate chunk that does not depend on the others.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ def png_in_strips(image: NDArray[np.uint16] | NDArray[np.bool_]) -> bytes:
 
 
 def chunks(content: bytes) -> Iterator[bytes]:
-    """Bytes of any kind, cut where a PNG image has its strips; joined, they are what they were."""
-    cuts = [max(found.start() - 4, 0) for found in re.finditer(b"IDAT", content)]  # each is led by its length
+    """Split bytes at the strips of a PNG image; joined, the pieces give the same bytes."""
+    cuts = [max(found.start() - 4, 0) for found in re.finditer(b"IDAT", content)]  # the length precedes each
     for start, stop in zip([0, *cuts], [*cuts, len(content)], strict=True):
         if stop > start:
             yield content[start:stop]
@@ -85,20 +85,20 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 ARRAYS = "arrays/"
 
 MAX_UNPACKED = 2**29
-"""Bytes that an array may have: the depth of the largest frame that is read."""
+"""Maximum size of an array [bytes]: the depth of the largest frame that can be read."""
 
 _MAX_UNPACKED_TOGETHER = 2 * MAX_UNPACKED + 2**20
-"""Bytes that all that is asked for of one npz may have: a guess has two arrays."""
+"""Maximum total size of the arrays read from one npz [bytes]; an extrapolation has two arrays."""
 
 _LONGEST_HEADER = 1024
 _NPY_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, LookupError, RuntimeError, ValueError, SyntaxError)
-"""What reading a damaged npz may raise: NotImplementedError is a RuntimeError, decoding errors are ValueErrors."""
+"""Exceptions of reading a damaged npz: NotImplementedError is a RuntimeError, decoding errors are ValueErrors."""
 
 Array = TypeVar("Array", bound=NDArray[Any])
 
 
 def array_name(content: bytes, suffix: str) -> str:
-    """What a part with an array is called: by the SHA-256 of its bytes.
+    """Return the name of a part with an array: the SHA-256 of its bytes.
 
     Examples
     --------
@@ -109,21 +109,21 @@ def array_name(content: bytes, suffix: str) -> str:
 
 
 def check_content(name: str, content: bytes) -> None:
-    """Raise FormatError if bytes are not those that a part is named after."""
+    """Raise FormatError if the content of a part does not match the hash in its name."""
     digest = Path(name).stem
     if hashlib.sha256(content).hexdigest() != digest:
-        raise FormatError(f"The part {name[:24]}... is damaged: its content does not fit its name.")
+        raise FormatError(f"The part {name[:24]}... is damaged: its content does not match its name.")
 
 
 def labels_to_bytes(labels: NDArray[np.int32]) -> tuple[bytes, str]:
-    """A label map as PNG with 16 bits, or as npz if it has larger labels; and the suffix."""
+    """Encode a label map as 16-bit PNG, or as npz if its labels are larger; return the bytes and the suffix."""
     if labels.size and labels.max() > np.iinfo(np.uint16).max:
         return npz({"labels": labels}), ".npz"
     return png_in_strips(labels.astype(np.uint16)), ".png"
 
 
 def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Inverse of `labels_to_bytes`, int32 (H, W), that nobody can write to; raises FormatError or InputError."""
+    """Inverse of `labels_to_bytes`, read-only int32 (H, W); raises FormatError or InputError."""
     if name.endswith(".npz"):
         labels = Npz(name, content).array("labels", np.int32, shape)
     else:
@@ -134,27 +134,27 @@ def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDAr
 
 
 def mask_to_bytes(mask: NDArray[np.bool_]) -> tuple[bytes, str]:
-    """A mask as PNG with 1 bit; and the suffix."""
+    """Encode a mask as 1-bit PNG; return the bytes and the suffix."""
     return png_in_strips(mask), ".png"
 
 
 def mask_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Inverse of `mask_to_bytes`, that nobody can write to; raises FormatError or InputError."""
+    """Inverse of `mask_to_bytes`, read-only; raises FormatError or InputError."""
     return _read_only(read_labels(_image(name, content, shape), shape, what="mask") > 0)
 
 
 def colour_to_bytes(rgb: NDArray[np.uint8]) -> tuple[bytes, str]:
-    """Colour (H, W, 3), red first, as PNG; and the suffix."""
+    """Encode colour (H, W, 3), red first, as PNG; return the bytes and the suffix."""
     return encode_image(".png", np.ascontiguousarray(rgb[..., ::-1])), ".png"
 
 
 def colour_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Inverse of `colour_to_bytes`, that nobody can write to; raises FormatError or InputError."""
+    """Inverse of `colour_to_bytes`, read-only; raises FormatError or InputError."""
     return _read_only(read_colour(_image(name, content, shape)))
 
 
 def npz(arrays: Mapping[str, NDArray[Any]], texts: Mapping[str, bytes] | None = None) -> bytes:
-    """Arrays, and files of text beside them, as one npz; the same bytes for the same arrays."""
+    """Pack arrays and text files in one npz; equal arrays give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as packed:
         for name, text in (texts or {}).items():
@@ -167,24 +167,24 @@ def npz(arrays: Mapping[str, NDArray[Any]], texts: Mapping[str, bytes] | None = 
 
 
 def _entry(name: str) -> zipfile.ZipInfo:
-    entry = zipfile.ZipInfo(name)  # which has a fixed date
+    entry = zipfile.ZipInfo(name)  # with a fixed date
     entry.compress_type = zipfile.ZIP_DEFLATED
     return entry
 
 
 class Npz:
-    """What is in the bytes of an npz: whoever asks for an array says how large it must be, and no more is unpacked.
+    """A reader of an npz in memory; the caller gives the size of each array, and no more is unpacked.
 
     Parameters
     ----------
     name : str
-        Of the part, for messages.
+        Name of the part, for messages.
     content : bytes
 
     Raises
     ------
     FormatError
-        If it is damaged; so do the methods.
+        If the npz is damaged; the methods raise it, too.
     """
 
     def __init__(self, name: str, content: bytes) -> None:
@@ -196,13 +196,13 @@ class Npz:
             raise self._damaged(error) from error
 
     def array(self, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray[Any]:
-        """An array of just this type and shape."""
+        """Read an array; it must have exactly this type and shape."""
         wanted = np.dtype(dtype)
         size = wanted.itemsize * int(np.prod(shape, dtype=object))
         content = io.BytesIO(self.text(f"{name}.npy", size + _LONGEST_HEADER))
         try:
             if np.lib.format.read_magic(content) != (1, 0):
-                raise ValueError(f"{name} is of another version")
+                raise ValueError(f"{name} has another version")
             found_shape, fortran, found = np.lib.format.read_array_header_1_0(content)
         except _NPY_ERRORS as error:
             raise self._damaged(error) from error
@@ -212,7 +212,7 @@ class Npz:
         return np.frombuffer(body, wanted).reshape(shape).copy()
 
     def text(self, name: str, at_most: int) -> bytes:
-        """The bytes of a file in it, which may not be more than so many."""
+        """Read a file of at most `at_most` bytes."""
         try:
             entry = self._zip.getinfo(name)
             if entry.file_size > min(at_most, MAX_UNPACKED + _LONGEST_HEADER, self._left):
@@ -229,10 +229,10 @@ class Npz:
 
 
 def _image(name: str, content: bytes, shape: tuple[int, int]) -> FileContent:
-    """An image whose header has been looked at: it is of this shape."""
+    """Check the header of a PNG image, which must have this shape, and return its content."""
     header = image_header(name, content)
     if header.kind != "PNG" or (header.height, header.width) != shape:
-        raise FormatError(f"The part {name[:24]}... is {header.width} x {header.height}, the frame is another size.")
+        raise FormatError(f"The part {name[:24]}... is {header.width} x {header.height}; the frame has another size.")
     return FileContent(Path(name), np.frombuffer(content, np.uint8))
 
 

@@ -1,4 +1,4 @@
-"""What a project holds beside its frames' states: which frames there are, and what is set for all of them."""
+"""The project without its frames' states: the list of frames and the common settings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..sources.frame_source import FrameSource
 
 
 class Stage(StrEnum):
-    """How far the work on a frame has come; carried: its blocks are those of another frame, as they came."""
+    """Progress of the work on a frame; propagated: its blocks come from another frame and are unedited."""
 
     UNTOUCHED = "untouched"
     EXTRACTED = "extracted"
@@ -24,23 +24,23 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True)
 class FrameSummary:
-    """What lists say of a frame without reading it.
+    """Summary of a frame for lists, available without loading the frame.
 
     Attributes
     ----------
     stage : Stage
     note : str
-        The user's.
+        The user's note.
     shape : (int, int) or None
-        (H, W); None as long as nobody has read it.
+        (H, W); None until the frame has been read.
     missing : float or None
         Share of pixels without depth, 0-1.
     blocks, completed, to_check : int
-        Blocks, those of them that have a result as they are now, and those that need a look.
+        Number of blocks, of blocks with an up-to-date result, and of blocks to check.
     problem : str
-        Why it has failed.
+        Reason of the failure.
     own_parameters : bool
-        Whether its parameters are its own where they are for all frames.
+        Whether the frame has parameters of its own while the project's parameters apply to all frames.
     """
 
     stage: Stage = Stage.UNTOUCHED
@@ -55,24 +55,24 @@ class FrameSummary:
 
     @property
     def is_worked_on(self) -> bool:
-        """Whether anybody has done more with the frame than open it."""
+        """Whether the frame has a note, or work beyond extracted blocks."""
         return bool(self.note) or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
 
 
 @dataclass(frozen=True)
 class ProjectFrame:
-    """A frame of a project, as its list has it.
+    """A frame in a project's list.
 
     Attributes
     ----------
     id : str
-        Stays with the frame.
+        Permanent id of the frame.
     name : str
     source : FrameSource or None
-        Where it is and how it is read; paths are absolute. None if it can be had from its stored state alone.
+        Its files and how to read them; paths are absolute. None if the frame exists only in its stored state.
     summary : FrameSummary
     has_state : bool
-        Whether the project holds a state of it; without one it is opened from its source.
+        Whether the project contains a state of the frame; without one it is opened from its source.
     """
 
     id: str
@@ -84,25 +84,25 @@ class ProjectFrame:
 
 @dataclass(frozen=True)
 class Project:
-    """All that a project holds beside its frames' states.
+    """A project without its frames' states.
 
     Attributes
     ----------
     frames : tuple of ProjectFrame
         In the order of the list.
     present : str
-        Id of the frame that was looked at last; "" for none.
+        Id of the frame viewed last; "" for none.
     common : Parameters
-        Of all frames that have no parameters of their own, where they are for all frames; otherwise what the next frame
-        begins with.
+        With `for_all`, the parameters of all frames without parameters of their own; otherwise the initial parameters
+        of the next frame.
     for_all : bool
-        Whether parameters are for all frames.
+        Whether the parameters apply to all frames.
     extraction : BlockParameters
-        What blocks are extracted with the next time.
+        Parameters of the next block extraction.
     keeps_handmade : bool
-        Whether blocks that were made by hand stay then.
+        Whether the next extraction keeps blocks made by hand.
     view : mapping
-        How the window was, in values that JSON has: no part of the work.
+        State of the window, as JSON values; not part of the work.
     """
 
     frames: tuple[ProjectFrame, ...] = ()

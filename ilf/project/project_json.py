@@ -1,4 +1,4 @@
-"""project.json: which frames there are, where their files are, and what is set for all of them."""
+"""project.json: the list of frames, the locations of their files, and the common settings."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.schema import Section, check_schema, plain, strict_json
 from ..data.camera import CameraIntrinsics
@@ -35,17 +36,17 @@ Set = TypeVar("Set", bound=ParameterSet)
 
 @dataclass(frozen=True)
 class ReadProject:
-    """What project.json says, as far as it could be read.
+    """The readable content of project.json.
 
     Attributes
     ----------
     project : Project
     places : Places
-        Where the files of its frames are.
+        Locations of the frames' files.
     embedded : bool
-        Whether the files of frames are to be embedded when it is saved.
+        Whether the frames' files are to be embedded when the project is saved.
     problems : tuple of str
-        What could not be read, and what that means; a sentence each.
+        What could not be read, with the consequence; one sentence each.
     """
 
     project: Project
@@ -55,15 +56,15 @@ class ReadProject:
 
 
 def encode_project(project: Project, places: Places | None = None, *, embedded: bool = False) -> bytes:
-    """The content of the part project.json.
+    """Encode the part project.json.
 
     Parameters
     ----------
     project : Project
     places : Places, optional
-        Where the files of its frames are, seen from the project file.
+        Locations of the frames' files, relative to the project file.
     embedded : bool
-        Whether they are embedded whenever it is saved.
+        Whether the files are embedded whenever the project is saved.
     """
     known = places or Places()
     data = {
@@ -81,7 +82,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "files": {path: vars(place) for path, place in known.files.items()},
         "given": {key: str(path) for key, path in known.given.items()},
     }
-    # frame by frame: a list of thousands in one go would hold up all other threads
+    # encoded frame by frame: encoding thousands of frames at once would block all other threads
     frames = b",".join(map(_encoded_frame, project.frames))
     return strict_json(data)[:-1] + b',"frames":[' + frames + b"]}"
 
@@ -98,35 +99,37 @@ def _encoded_frame(frame: ProjectFrame) -> bytes:
 
 
 def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
-    """The project that is kept in parts; where its json cannot be read, with the frames whose states are there.
+    """Read the project stored in parts; if project.json cannot be read, build it from the stored frames.
 
     Parameters
     ----------
     parts : Parts
     path : Path, optional
-        Of the project file, from which relative paths are seen.
+        Of the project file, which relative paths refer to.
 
     Raises
     ------
     FormatError
-        If there is neither a project nor a frame, or the project is of another schema.
+        If there is neither a project nor a frame, or the project has another schema.
     """
     try:
         data = json.loads(parts.read(PROJECT))
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
-            raise FormatError("It is of another program.")
+            raise FormatError("It was written by another program.")
     except UNREADABLE as error:
         frames = tuple(found_frames(parts))
         if not frames:
             raise FormatError(f"There is no project in it: {error}") from error
-        lost = f"The list of frames is lost, with what is set for all of them: {error} {len(frames)} were found."
+        lost = (
+            f"The list of frames and the common settings are lost: {error} {counted(len(frames), 'frame')} recovered."
+        )
         return ReadProject(Project(frames), Places(path), problems=(lost,))
     check_schema(data, SCHEMA, "project" if path is None else f"project {path}")
     return _Reader(Section("project", data), path).project()
 
 
 class _Reader:
-    """A project on its way out of its json."""
+    """Decodes a project from its JSON."""
 
     def __init__(self, data: Section, path: Path | None) -> None:
         self._data, self._path = data, path
@@ -157,14 +160,14 @@ class _Reader:
         try:
             return self._data.get(key, *kinds)
         except IlfError as error:
-            self._problems.append(f"{error} The default is taken.")
+            self._problems.append(f"{error} The default is used.")
             return default
 
     def _parameters(self, key: str, kind: type[Set]) -> Set:
         try:
             return kind.from_dict(self._data.get(key, dict))
         except IlfError as error:
-            self._problems.append(f"{error} The defaults are taken.")
+            self._problems.append(f"{error} The defaults are used.")
             return kind()
 
     def _files(self) -> dict[str, FilePlace]:
@@ -182,7 +185,7 @@ class _Reader:
 
 
 def _frame(row: Section, moved: Places | None) -> ProjectFrame:
-    """A frame of the list; with `moved`, of a project that has come from elsewhere."""
+    """Decode a frame of the list; `moved` locates the files of a project that has been moved."""
     source = None
     if row.get("source", dict, type(None)) is not None:
         source = _source_from(row.section("source"))
@@ -196,18 +199,18 @@ def _frame(row: Section, moved: Places | None) -> ProjectFrame:
             )
     identity = row.get("id", str)
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
-        raise FormatError(f"{identity!r:.40} is no id.")
+        raise FormatError(f"{identity!r:.40} is not a valid id.")
     return ProjectFrame(identity, row.get("name", str), source, _summary(row), row.get("has_state", bool))
 
 
 def _present(path: str, places: Places) -> str:
-    """Where a file of a moved project is now, if it has come along; where it was if not."""
+    """Return the present path of a moved project's file; the old path if it was not moved along."""
     beside = places.beside(path)
     return str(beside) if beside is not None and beside.exists() else path
 
 
 def _summary(row: Section) -> FrameSummary:
-    """What the list says of the frame; nothing if that cannot be read, since it can be worked out again."""
+    """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
     try:
         summary = row.section("summary")
         shape = summary.get("shape", list, type(None))
@@ -267,7 +270,7 @@ def _source_from(data: Section) -> FrameSource:
 
 
 def _camera(given: IntrinsicsSpec | None) -> Any:
-    """Intrinsics as JSON has them; a camera as such, everything else as it was given."""
+    """Encode intrinsics for JSON: a camera as an object, everything else as given."""
     if isinstance(given, CameraIntrinsics):
         return {"camera": [given.fx, given.fy, given.cx, given.cy, given.name]}
     if isinstance(given, np.ndarray):
@@ -276,7 +279,7 @@ def _camera(given: IntrinsicsSpec | None) -> Any:
 
 
 def found_frames(parts: Parts) -> list[ProjectFrame]:
-    """The frames whose states are there, with what these say of themselves."""
+    """List the frames whose states are stored, with the summaries in these states."""
     frames = []
     for name in sorted(parts.names()):
         if name.startswith("frames/"):
@@ -288,7 +291,7 @@ def found_frames(parts: Parts) -> list[ProjectFrame]:
 
 
 def _of_its_own(identity: str, parts: Parts) -> ProjectFrame:
-    """A frame by its own part."""
+    """Build a frame's list entry from its stored state."""
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
@@ -300,7 +303,7 @@ def _of_its_own(identity: str, parts: Parts) -> ProjectFrame:
 
 
 def _stage(data: Mapping[str, Any]) -> Stage:
-    """How far a frame has come, by the names of its parts: the same content has the same name."""
+    """Derive a frame's stage from the names of its parts: equal content has equal names."""
     if data.get("results"):
         return Stage.RUN
     notes = data.get("notes") or {}

@@ -1,4 +1,4 @@
-"""A frame with the blocks of another one: carried to it, with all that is known of them."""
+"""Propagating the blocks of one frame to another, with their names, colours and parameters."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .frame_state import BlockNotes, FrameState
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What carrying gave.
+    """The result of a propagation.
 
     Attributes
     ----------
     state : FrameState
-        The frame after, with the blocks, and without results.
+        The target frame with the propagated blocks, without results.
     followed : Followed
-        How the blocks were carried. Numbers of blocks are those of the frame before.
+        Details of the propagation. Block labels are those of the source frame.
     """
 
     state: FrameState
@@ -31,20 +31,20 @@ class Carried:
 
 
 def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
-    """Give a frame the blocks of another, as `ilf.segmentation.propagation.propagate` carries them.
+    """Propagate the blocks of a frame to another by `ilf.segmentation.propagation.propagate`.
 
-    Names, colours, locks, visibility, own values and drawn borders go along, and so do the common parameters and
-    whether the rest is guessed. Blocks that are locked in the frame after stay there as they are, unless they had been
-    carried there and nobody has edited them since; a carried block that has the number of one that stays gets another.
+    Names, colours, locks, visibility, own parameters, drawn borders, the common parameters and the extrapolation
+    setting are propagated, too. Locked blocks of the target frame stay as they are, unless they were propagated
+    themselves and not edited since; a propagated block whose label is taken by such a block gets a new one.
 
     Parameters
     ----------
     before : FrameState
-        Whose blocks are carried.
+        The source frame.
     after : FrameState
-        As it is; of the same size.
+        The target frame; of the same size.
     how : str
-        "auto", "copied" or "flow". "auto" goes by the camera's poses where files beside the frames tell them.
+        "auto", "copied" or "flow". "auto" uses the camera poses if files beside the frames contain them.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in carried}
     came = labels.copy()
     came.setflags(write=False)
-    others = stays - set(range(numbers.size))  # they may have the numbers of blocks that are gone before
+    others = stays - set(range(numbers.size))  # their labels may be those of removed blocks of the source frame
     known = BlockNotes(
         {now(label): info for label, info in notes.infos.items() if label not in others}
         | {label: info for label, info in after.notes.infos.items() if label in stays},
@@ -108,14 +108,14 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
 
 
 def _staying(after: FrameState) -> frozenset[int]:
-    """Locked blocks that carried ones must leave as they are."""
+    """Return the locked blocks of the target frame that the propagation must not change."""
     there = frozenset(np.flatnonzero(np.bincount(after.labels.ravel())).tolist()) - {0}
     locked = there & {label for label, info in after.notes.infos.items() if info.locked}
     return locked & made_by_hand(after.labels, after.notes.extracted) if after.notes.carried_from else locked
 
 
 def _numbers(labels: NDArray[np.int32], stays: Collection[int], taken: Collection[int]) -> NDArray[np.int32]:
-    """The number that each block of a map has from now on: another one where a block that stays has its own."""
+    """Return the new label of each block of a map: another one if a staying block has the same label."""
     numbers = np.arange(int(labels.max()) + 1, dtype=np.int32)
     free = max(numbers.size, max(taken, default=0) + 1, max(stays, default=0) + 1)
     for label in stays:
@@ -125,7 +125,7 @@ def _numbers(labels: NDArray[np.int32], stays: Collection[int], taken: Collectio
 
 
 def _drawn(followed: Followed, after: FrameState, here: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
-    """Drawn borders of the carried blocks, and of those that stay."""
+    """Return the drawn borders of the propagated and of the staying blocks."""
     old = after.notes.drawn
     if old is None or not (old & here).any():
         return None if followed.drawn is None else followed.drawn & ~here

@@ -1,4 +1,4 @@
-"""What a part `frames/<id>.json` says of itself: which frame it is of, its files, and the arrays that it refers to."""
+"""Reading the JSON of a part `frames/<id>.json`: the frame, its files, and the arrays that it refers to."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from .run_history import Colour
 from .sources import Places, load_inputs
 
 UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
-"""What reading somebody's bytes may raise, whatever is wrong with them."""
+"""Exceptions of reading damaged or foreign data."""
 
 
 def read_frame_part(frame_id: str, parts: Parts) -> Section:
-    """The part with a frame's state; raises FormatError if it is damaged, InputError if there is none."""
+    """Read the part with a frame's state; raises FormatError if it is damaged, InputError if there is none."""
     return parsed_frame_part(parts.read(frame_part(frame_id)))
 
 
 def parsed_frame_part(content: bytes) -> Section:
-    """The same, from its bytes."""
+    """Parse the bytes of the part with a frame's state; raises FormatError if it is damaged."""
     try:
         data = json.loads(content)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"The frame's part is no JSON ({error}).") from error
+        raise FormatError(f"The frame's part is not JSON ({error}).") from error
     if not isinstance(data, dict):
-        raise FormatError("The frame's part holds no JSON object.")
+        raise FormatError("The frame's part is not a JSON object.")
     check_schema(data, SCHEMA, "frame's part")
     return Section("frame's part", data)
 
 
 def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFrame:
-    """The frame as its files, or what is kept of it, have it."""
+    """Load the frame from its files, or from its stored arrays."""
     name, shape = data.get("name", str), recorded_shape(data)
     camera = None
     if data.get("intrinsics", list, type(None)) is not None:
@@ -71,22 +71,22 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
 
 
 def array_content(parts: Parts, name: str) -> bytes:
-    """The bytes of a part with an array; raises InputError if it is not there, FormatError if it is damaged."""
+    """Read the bytes of a part with an array; raises InputError if it is missing, FormatError if it is damaged."""
     content = parts.read(name)
     check_content(name, content)
     return content
 
 
 def recorded_shape(data: Section) -> tuple[int, int]:
-    """Height and width of the frame."""
+    """Return height and width of the frame."""
     height, width = data.items("shape", int)
     return height, width
 
 
 def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
-    """The files that the state in a part `frames/<id>.json` was made with: colour, depth, truths; each once.
+    """List the files of the state in a part `frames/<id>.json`: colour, depth, ground truth; each once.
 
-    A recording comes without a SHA-256: it is known by the frame in it.
+    A recording has no SHA-256: it is identified by the frame in it.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
         inputs = parsed_inputs(frame.section("inputs"))
         pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
         files += [file for file in (*pair, inputs.truth) if file is not None]
-    runs = [Section("kept run", run).section("run") for run in data.items("runs", dict)]
+    runs = [Section("stored run", run).section("run") for run in data.items("runs", dict)]
     for part in (data, *runs):
         if part.get("truth", dict, type(None)) is not None and "path" in part.section("truth").values:
             truth = part.section("truth")
@@ -109,31 +109,31 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
 
 
 def arrays_of(frame_json: bytes) -> frozenset[str]:
-    """All parts with arrays that a part `frames/<id>.json` refers to; raises FormatError if it is damaged."""
+    """List all parts with arrays that a part `frames/<id>.json` refers to; raises FormatError if it is damaged."""
     return frozenset(parsed_frame_part(frame_json).items("arrays", str))
 
 
 def bare_state(frame_id: str, frame: RGBDFrame) -> FrameState:
-    """A frame that nobody has worked on."""
+    """Return the state of a frame without any work."""
     labels = np.zeros(frame.shape, np.int32)
     labels.setflags(write=False)
     return FrameState(frame_id, frame, labels)
 
 
-# What of a state needs no arrays, from its json; a reader that cannot raises FormatError, or what Python does.
+# Readers of the fields without arrays, from a state's JSON; for damaged data they raise one of UNREADABLE.
 
 
 def result_rows(data: Section, frame_part: Section) -> list[tuple[int, str, int]]:
-    """Label, pack and number in it, of every result."""
+    """Return label, pack and index in the pack of every result."""
     packs = frame_part.items("packs", str)
     rows = data.items("results", list)
     if not all(len(row) == 3 and all(type(number) is int for number in row) for row in rows):
-        raise FormatError("They are not told of as label, part and place.")
+        raise FormatError("They are not listed as label, part and index.")
     return [(label, packs[pack], place) for label, pack, place in rows if 0 <= pack < len(packs)]
 
 
 def block_infos(data: Section) -> dict[int, BlockInfo]:
-    """Names, colours and the like, by label."""
+    """Return names, colours, visibility and locks of blocks, by label."""
     infos = {}
     for label in data.values:
         info = data.section(label)
@@ -144,7 +144,7 @@ def block_infos(data: Section) -> dict[int, BlockInfo]:
 
 
 def own_values_of(data: Section) -> dict[int, OwnValues]:
-    """Values that blocks have of their own, by label."""
+    """Return the own parameters of blocks, by label."""
     found: dict[int, OwnValues] = {}
     for label in data.values:
         values = data.get(label, dict)
@@ -154,26 +154,26 @@ def own_values_of(data: Section) -> dict[int, OwnValues]:
 
 
 def reasons_of(data: Section) -> dict[int, str]:
-    """Why blocks need a look, by label."""
+    """Return why blocks have to be checked, by label."""
     return {int(label): data.get(label, str) for label in data.values}
 
 
 def colour_of(data: Section) -> Colour:
-    """Red, green, blue."""
+    """Return red, green, blue."""
     red, green, blue = data.items("colour", int)
     if not all(0 <= value <= 255 for value in (red, green, blue)):
-        raise FormatError("A colour is not of numbers from 0 to 255.")
+        raise FormatError("A colour has values outside 0 to 255.")
     return red, green, blue
 
 
 def chosen_labels(data: Section) -> Sequence[int] | frozenset[int]:
-    """Which blocks a run was of, in their order if they had one."""
+    """Return the selected blocks of a run, in their order if they had one."""
     labels = data.items("only", int)
     return tuple(labels) if data.get("in_order", bool) else frozenset(labels)
 
 
 def number_or_none(data: Section, key: str) -> float | None:
-    """None if it has not been worked out, NaN if there is none."""
+    """Return an error; None if it was not computed, NaN if it is undefined."""
     if key not in data.values:
         return None
     number: float | None = data.get(key, float, type(None))
@@ -181,7 +181,7 @@ def number_or_none(data: Section, key: str) -> float | None:
 
 
 def looked_at(data: Section) -> Looked:
-    """Where the user has looked closely."""
+    """Return the user's inspections of the frame."""
     line, region = data.get("line", list, type(None)), data.get("region", list, type(None))
     box = None
     if region is not None:

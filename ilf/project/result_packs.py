@@ -1,4 +1,4 @@
-"""Results of blocks, many to a part: depth only where it differs from what was measured, histories as columns."""
+"""Packs: results of many blocks in one part. Depth is stored only where it differs from the measured depth."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from ..run.record_file import parsed_outcome
 from .packing import MAX_UNPACKED, Npz, npz
 
 PACK_BYTES = 2**23
-"""Bytes of masks and depth, before they are compressed, after which another pack begins."""
+"""Size of masks and depth before compression [bytes] from which a new pack is begun."""
 
 _RESULTS = "results.json"
 _KINDS: dict[str, type[IterationRecord]] = {
     kind.__name__: kind for kind in (IterationRecord, EdgeAwareRecord, PassBandRecord)
 }
 _DTYPES = {"i": np.int64, "stage": np.int64, "cell": np.int64, "round": np.int64, "weighted": np.bool_}
-"""Values of records that are not float64."""
+"""Types of the record fields that are not float64."""
 _PAIRS = {"radii"}
 
 
 def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) -> bytes:
-    """The content of a part with these results.
+    """Encode results as the content of one part.
 
     Parameters
     ----------
     results : sequence of BlockResult
     measured : ndarray of float32, shape (H, W)
-        The frame's `measured` depth [m], which it takes to unpack them.
+        The frame's `measured` depth [m], which is needed to unpack them.
     """
     parameters, edges = _Numbered(), _Numbered()
     entries: list[dict[str, Any]] = []
@@ -78,7 +78,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
 
 
 def packed_bytes(result: BlockResult) -> int:
-    """About how much a result adds to what a pack has to hold, before it is compressed."""
+    """Estimate the size of a result in a pack before compression [bytes]."""
     return result.block.mask.size // 8 + result.depth.size * 4 + len(result.history) * 72
 
 
@@ -88,7 +88,7 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
     Raises
     ------
     FormatError
-        If the part is damaged, or is of another frame.
+        If the part is damaged, or belongs to another frame.
     """
     packed = Npz(name, content)
     try:
@@ -101,7 +101,7 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
 
 
 class _Numbered:
-    """Each value once."""
+    """A list of unique values, addressed by their numbers."""
 
     def __init__(self) -> None:
         self.values: list[dict[str, Any]] = []
@@ -116,7 +116,7 @@ class _Numbered:
 
 
 class _Stretch:
-    """An array that is read from its beginning to its end."""
+    """A sequential reader of an array."""
 
     def __init__(self, array: NDArray[Any]) -> None:
         self.array, self.place = array, 0
@@ -136,7 +136,7 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
     boxes = [_box(entry, measured.shape) for entry in entries]
     shapes = [(box[0].stop - box[0].start, box[1].stop - box[1].start) for box in boxes]
     if sum(h * w for h, w in shapes) > 8 * PACK_BYTES + measured.size:
-        raise FormatError("The results are more than a part ever holds.")
+        raise FormatError("The part contains more results than a part can.")
     mask_bits = _Stretch(packed.array("masks", np.uint8, (sum((h * w + 7) // 8 for h, w in shapes),)))
     masks = [mask_bits.bits(h * w).reshape(h, w) for h, w in shapes]
     pixels = [int(np.count_nonzero(mask)) for mask in masks]
@@ -172,12 +172,12 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
 
 
 def _histories(packed: Npz, entries: Sequence[Section]) -> list[History]:
-    """The histories of all results, whose columns lie one after the other, kind by kind."""
+    """Read the histories of all results; the columns of each kind are stored one after the other."""
     lengths: dict[str, int] = {}
     stated = [entry.get("history", list, type(None)) for entry in entries]
     for kind, length in (history for history in stated if history is not None):
         if kind not in _KINDS or type(length) is not int or length < 1:
-            raise FormatError(f"There is no history {kind!r:.40} of {length!r:.40} iterations.")
+            raise FormatError(f"A history of kind {kind!r:.40} with {length!r:.40} iterations is not valid.")
         lengths[kind] = lengths.get(kind, 0) + length
     columns = {
         kind: {
@@ -222,5 +222,5 @@ def _joined(parts: Sequence[NDArray[Any]], dtype: type[np.generic]) -> NDArray[A
 
 
 def _bits(depth: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Depth by its bits, which NaN has, too."""
+    """Return the bits of depth values, in which NaN equals NaN."""
     return np.ascontiguousarray(depth).view(np.uint32)

@@ -1,4 +1,4 @@
-"""A run that is kept: what it was made of, what it gave, and how good that is."""
+"""The run history: stored runs with their results and errors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Colour = tuple[int, int, int]
 
 
 class Guess(NamedTuple):
-    """What the guess of the rest has added to a run's results: flat pixel numbers and their depth [m]."""
+    """Depth that the extrapolation has added to a run's results: flat pixel indices and their depth [m]."""
 
     pixels: NDArray[np.int64]
     depth: NDArray[np.float32]
@@ -31,14 +31,14 @@ class Guess(NamedTuple):
 
     @classmethod
     def of(cls, completion: Completion) -> Self:
-        """The guess in a completion."""
+        """Return the extrapolated depth of a completion."""
         pixels = np.flatnonzero(completion.guessed)
         depth = completion.depth.ravel()[pixels]
         depth.setflags(write=False)
         return cls(pixels, depth, completion.notes, completion.guess_network)
 
     def added_to(self, completion: Completion) -> Completion:
-        """The same completion with the guess in it."""
+        """Return the completion with the extrapolated depth added."""
         depth, guessed = completion.depth.copy(), np.zeros_like(completion.filled)
         depth.ravel()[self.pixels] = self.depth
         guessed.ravel()[self.pixels] = True
@@ -50,37 +50,37 @@ class Guess(NamedTuple):
 
 @dataclass(eq=False)
 class KeptRun:
-    """What a run was made of, what it gave, and how good that is.
+    """A run in the run history, with its results and errors.
 
-    Runs share what they have in common: frames, label maps, results of blocks.
+    Stored runs share equal data: frames, label maps, results of blocks.
 
     Attributes
     ----------
     number : int
-        From 1, never given twice in a frame.
+        From 1, unique in a frame and never reused.
     name : str
     run : Run
-        What it was made of: all blocks of the frame, and their parameters as they were set.
+        All blocks of the frame, and their parameters as they were set.
     results : mapping of int to BlockResult
-        Block label -> result, of all blocks that had one when it ended, also those that it did not run.
+        Block label -> result, of all blocks that had one when the run ended, including blocks that it did not run.
     seconds : float
-        How long it took [s].
+        Duration [s].
     colour : tuple of int
         Red, green, blue of its curves.
     note : str
-        What the user says of it.
+        The user's note on the run.
     when : datetime
     done : frozenset of int
         Blocks that it has run.
     how : str
         "finished", "cancelled" or "failed".
     guess : Guess or None
-        Of what the blocks left missing, if it has been guessed.
+        Extrapolated depth, if the missing rest was extrapolated.
     truth_error, hidden_error, expected_error : float or None
-        Root mean squares [m] over the pixels that its blocks have filled: of the error against the frame's truth, on
-        hidden depth, and of the expected error. NaN if there is none, None if it has not been worked out.
+        RMS [m] over the pixels that its blocks have filled: of the error against ground truth, of the error on
+        hold-out, and of the expected error. NaN if undefined, None if not computed.
     hidden_test : HiddenTest or None
-        Which depth was hidden; errors of different tests cannot be compared.
+        The hold-out; errors on different hold-outs cannot be compared.
     """
 
     number: int
@@ -103,7 +103,7 @@ class KeptRun:
 
     @property
     def completion(self) -> Completion:
-        """What its results compose to, the guess included; made anew when nobody has it any more."""
+        """The composed results, including extrapolated depth; cached by a weak reference."""
         found = None if self._composed is None else self._composed()
         if found is None:
             found = self.blocks_completion()
@@ -113,21 +113,21 @@ class KeptRun:
         return found
 
     def blocks_completion(self) -> Completion:
-        """What its results compose to, without any guess."""
+        """Compose the results without extrapolated depth."""
         return compose(self.run.frame, self.results)
 
     def hold(self, on: bool) -> None:
-        """Keep the completion as long as the run is looked at, or leave it to be made anew."""
+        """Keep the completion in memory while the run is viewed, or release it."""
         self._held = self.completion if on else None
 
     def take_guess(self, completion: Completion) -> None:
-        """The rest has been guessed, to this completion."""
+        """Store the extrapolated depth of a completion."""
         self.guess, self._composed = Guess.of(completion), weakref.ref(completion)
         if self._held is not None:
             self.hold(True)
 
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
-        """Be a later state of the same step."""
+        """Replace run and results by a later state of the same step."""
         self.run, self.results = run, results
         self.guess = self.hidden_test = None
         self.truth_error = self.hidden_error = self.expected_error = None
@@ -139,38 +139,38 @@ class KeptRun:
 
     @cached_property
     def checksum(self) -> int:
-        """Of its label map: maps whose checksums differ are not equal."""
+        """CRC-32 of its label map."""
         return crc32(self.run.blocks.data)
 
     @cached_property
     def block_count(self) -> int:
-        """Blocks of its label map."""
+        """Number of blocks in its label map."""
         return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
 
     @cached_property
     def iterations(self) -> int:
-        """Of all blocks that it has run."""
+        """Number of iterations over all blocks that it has run."""
         return sum(self.results[label].outcome.iterations for label in self.done if label in self.results)
 
     @cached_property
     def recovered(self) -> int:
-        """Pixels that its blocks have filled."""
+        """Number of pixels that its blocks have filled."""
         return sum(result.outcome.recovered for result in self.results.values())
 
     @cached_property
     def outdated(self) -> tuple[int, ...]:
-        """Blocks whose results are of other values than were set, since the run left them as they were."""
+        """Blocks that the run left unchanged and whose results come from other parameters than were set."""
         wanted = self.run.parameters_of
         results = self.results.items()
         return tuple(label for label, result in results if not result.parameters.same_effect(wanted(label)))
 
     def is_of(self, results: Mapping[int, BlockResult]) -> bool:
-        """Whether these are its very results."""
+        """Return whether these are the same result objects."""
         ours = self.results
         return ours.keys() == results.keys() and all(ours[label] is result for label, result in results.items())
 
     def equals(self, results: Mapping[int, BlockResult]) -> bool:
-        """Whether these results are the same as its own, down to the depth of every pixel."""
+        """Return whether these results equal its own in every pixel."""
         ours = self.results
         return ours.keys() == results.keys() and all(_same(ours[label], result) for label, result in results.items())
 

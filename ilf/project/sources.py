@@ -1,4 +1,4 @@
-"""Where the files of a project's frames are now: in the project, beside it, where they were, or where the user says."""
+"""Locating the files of a project's frames: in the project, beside it, at their old paths, or at paths of the user."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ SOURCES = "sources/"
 
 
 class MissingSource(InputError):
-    """A file of a frame is nowhere to be found.
+    """A file of a frame was not found.
 
     Attributes
     ----------
     wanted : InputFile
-        Where it was, and the SHA-256 of its content.
+        Its old path and the SHA-256 of its content.
     """
 
     def __init__(self, message: str, wanted: InputFile) -> None:
@@ -43,14 +43,14 @@ class MissingSource(InputError):
 
 
 class ChangedSource(InputError):
-    """A file of a frame is where it was, or where the user says, but its content is another.
+    """A file of a frame was found, but its content has changed.
 
     Attributes
     ----------
     wanted : InputFile
-        Where it was, and the SHA-256 of its content.
+        Its old path and the SHA-256 of its original content.
     found : Path
-        What has the other content.
+        The changed file.
     """
 
     def __init__(self, message: str, wanted: InputFile, found: Path) -> None:
@@ -60,7 +60,7 @@ class ChangedSource(InputError):
 
 @dataclass(frozen=True)
 class FilePlace:
-    """Where a file was when the project was saved: from the project's folder, with slashes, and on that machine."""
+    """Path of a file when the project was saved: relative to the project's folder (with slashes), and absolute."""
 
     relative: str | None = None
     absolute: str | None = None
@@ -68,18 +68,18 @@ class FilePlace:
 
 @dataclass(frozen=True)
 class Places:
-    """Where to look for files that frames were read from.
+    """Possible locations of the files that frames were read from.
 
     Attributes
     ----------
     project : Path or None
-        The project file: what lies in its folder is found.
+        The project file; its folder is searched, too.
     files : mapping of str to FilePlace
-        Path of a file as frames have it -> where it was when the project was saved.
+        Path of a file as stored in the frames -> its path when the project was saved.
     given : mapping of str to Path
-        Path of a file as frames have it, or the SHA-256 of its content -> where it is now.
+        Path of a file as stored in the frames, or the SHA-256 of its content -> its present path.
     folders : tuple of Path
-        Folders that it may lie in, by its name or by the last parts of its path.
+        Folders to search for the file's name or the last parts of its path.
     """
 
     project: Path | None = None
@@ -88,14 +88,14 @@ class Places:
     folders: tuple[Path, ...] = ()
 
     def beside(self, path: str) -> Path | None:
-        """Where a file is if it has come along with the project."""
+        """Return the path that a file has if it was moved together with the project."""
         relative = self.files.get(path, FilePlace()).relative
         if self.project is None or relative is None:
             return None
         return Path(os.path.normpath(self.project.parent / relative))
 
     def candidates(self, wanted: InputFile) -> Iterator[Path]:
-        """All paths where a file may be, the likeliest first."""
+        """Yield all possible paths of a file, the likeliest first."""
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
         came_along = self.beside(wanted.path)
         if came_along is not None:
@@ -108,8 +108,7 @@ class Places:
             yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
 
     def present(self, wanted: InputFile) -> Path | None:
-        """The first of them where there is a file, whatever its content, or a folder where no content is known; None if
-        there is none."""
+        """Return the first candidate that is a file (of any content), or a folder if no hash is known; else None."""
         for path in self.candidates(wanted):
             try:
                 if path.is_file() or (not wanted.sha256 and path.is_dir()):
@@ -120,25 +119,25 @@ class Places:
 
 
 def source_part(sha256: str, path: str) -> str:
-    """Name of the part with an embedded file."""
+    """Return the name of the part with an embedded file."""
     suffix = re.search(r"\.\w{1,8}$", path)
     return f"{SOURCES}{sha256}{suffix[0].lower() if suffix else ''}"
 
 
 def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | None = None) -> FileContent:
-    """The very content of a file that a frame was read from, embedded or on disk.
+    """Read the original content of a file that a frame was read from, embedded or on disk.
 
     Parameters
     ----------
     wanted : InputFile
     parts : Parts, optional
-        Of the project, where it may be embedded.
+        Parts of the project, which may embed the file.
     places : Places, optional
 
     Raises
     ------
     MissingSource, ChangedSource
-        If it is nowhere, or only with another content.
+        If it was not found, or only with changed content.
     """
     name = source_part(wanted.sha256, wanted.path)
     if parts is not None and name in parts.names():
@@ -162,13 +161,13 @@ def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | 
         changed = changed or found.path
     if changed is not None:
         raise ChangedSource(
-            f"{changed} is not the file that the work was done on: its content has changed. Restore it, or say where "
-            "the one that was used is now.",
+            f"{changed} has changed since the frame was loaded from it. Restore the original file, or give its new "
+            "path.",
             wanted,
             changed,
         )
     raise MissingSource(
-        f"{wanted.path}: there is no such file any more, and it is not in the project. Say where it is now.", wanted
+        f"{wanted.path}: the file no longer exists and is not embedded in the project. Give its new path.", wanted
     )
 
 
@@ -179,19 +178,19 @@ def load_inputs(
     parts: Parts | None = None,
     places: Places | None = None,
 ) -> RGBDFrame:
-    """A frame from the files that it was read from, wherever they are now; its truth is left to `load_truth_file`.
+    """Load a frame from its files at their present paths, without its ground truth (see `with_truth`).
 
     Returns
     -------
     RGBDFrame
-        Its `inputs` say where the files were found.
+        Its `inputs` contain the present paths.
 
     Raises
     ------
     MissingSource, ChangedSource
         As `find_source`.
     InputError
-        If they make no frame.
+        If the files are not a valid frame.
     """
     if inputs.frame is not None:
         return _of_recording(inputs, inputs.frame, name, intrinsics, places or Places())
@@ -209,7 +208,7 @@ def load_inputs(
 def _of_recording(
     inputs: FrameInputs, key: str, name: str, intrinsics: CameraIntrinsics | None, places: Places
 ) -> RGBDFrame:
-    """A frame of a recording, wherever that is now; it is known by the frame's own bytes."""
+    """Load a frame of a recording at its present path; the recording is identified by the bytes of the frame."""
     wanted = InputFile(inputs.rgb.path, "")
     encoding = inputs.depth_units if inputs.encoding is None else inputs.encoding
     other: tuple[Path, str] | None = None
@@ -223,21 +222,21 @@ def _of_recording(
             continue
         if (found.stored.rgb_sha256, found.stored.depth_sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
             return found.frame(intrinsics, name)
-        other = other or (path, f"Its frame {key} has another content.")
+        other = other or (path, f"The content of its frame {key} has changed.")
     if other is not None:
         raise ChangedSource(
-            f"{other[0]} is not the recording that the work was done on. {other[1]} Restore it, or say where the one "
-            "that was used is now.",
+            f"{other[0]} is not the recording that the frame was loaded from. {other[1]} Restore the original, or give "
+            "its new path.",
             wanted,
             other[0],
         )
-    raise MissingSource(f"{wanted.path}: there is no such recording any more. Say where it is now.", wanted)
+    raise MissingSource(f"{wanted.path}: the recording no longer exists. Give its new path.", wanted)
 
 
 def with_truth(
     frame: RGBDFrame, wanted: TruthFile, parts: Parts | None = None, places: Places | None = None
 ) -> RGBDFrame:
-    """The same frame with the truth of a file, wherever it is now; raises as `find_source`, and InputError."""
+    """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
     truth, file = read_truth(content, frame.shape, wanted.units)
     return frame.with_truth(truth, file)

@@ -1,4 +1,4 @@
-"""What there is to tell of a project's frames without opening them."""
+"""Facts about the frames of a project, without opening them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .sources import ChangedSource, find_source, source_part
 
 @dataclass(frozen=True)
 class RunFacts:
-    """A kept run. Errors are root mean squares [m], NaN if there is none, None if it has not been worked out."""
+    """A run of the run history. Errors are RMS [m]; NaN if undefined, None if not computed."""
 
     number: int
     name: str
@@ -39,18 +39,18 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class FrameFacts:
-    """What a project has of a frame.
+    """Facts about a frame in a project.
 
     Attributes
     ----------
     frame : ProjectFrame
     sources : dict of str to str
-        Path of every file that it is made of -> "embedded", "present", "changed" or "missing".
+        Path of each of its files -> "embedded", "present", "changed" or "missing".
     runs : tuple of RunFacts
     size : int
         Bytes of its own part and of the arrays that it refers to.
     problems : tuple of str
-        What is damaged or cannot be found, a sentence each.
+        What is damaged or was not found, one sentence each.
     """
 
     frame: ProjectFrame
@@ -61,7 +61,7 @@ class FrameFacts:
 
 
 def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
-    """What the project has of a frame; all its parts and files are read for that, and checked by their hashes.
+    """Collect the facts about a frame; reads all its parts and files, and checks their hashes.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     try:
         content = opened.parts.read(frame_part(frame.id))
         data, arrays, files = parsed_frame_part(content), arrays_of(content), files_of(content)
-        runs = tuple(_run_facts(Section("kept run", run)) for run in data.items("runs", dict))
+        runs = tuple(_run_facts(Section("stored run", run)) for run in data.items("runs", dict))
     except UNREADABLE as error:
         problem = f"The work on this frame cannot be read: {error}"
         return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
@@ -103,7 +103,7 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
 
 
 def _places(source: FrameSource) -> dict[str, str]:
-    """Of a frame that nobody has worked on, whose files' content is not known."""
+    """Return the state of each file of a frame without stored work, whose hashes are unknown."""
     paths = [path for path in (source.rgb, source.depth, source.truth, source.guide) if path is not None]
     return {path: "present" if Path(path).exists() else "missing" for path in paths}
 
@@ -122,11 +122,11 @@ def _run_facts(run: Section) -> RunFacts:
     )
 
 
-# The present results of a stored frame as a run and what came of it, to be exported, or made again.
+# The present results of a stored frame as a run and its completion, for export and replay.
 
 
 def stored_run(state: FrameState) -> Run:
-    """What the present results were made of: the blocks that have one, each with the parameters that it was run with.
+    """Return the run of the present results: the blocks with a result, each with the parameters of its result.
 
     Parameters
     ----------
@@ -148,13 +148,13 @@ def stored_run(state: FrameState) -> Run:
 
 
 def stored_completion(state: FrameState) -> Completion:
-    """What the present results compose to, the guess of the rest included."""
+    """Compose the present results, including extrapolated depth."""
     completion = compose(state.frame, {label: state.results[label] for label in sorted(state.results)})
     return completion if state.guess is None else state.guess.added_to(completion)
 
 
 def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
-    """How what `stored_run` gives now differs from what is stored; empty if it is the same, bit for bit.
+    """Compare a new completion with the stored results; empty if they are identical bit for bit.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        A sentence each.
+        The differences, one sentence each.
 
     Examples
     --------
@@ -183,5 +183,5 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     others = [label for label, outcome in stored.outcomes.items() if completion.outcomes.get(label) != outcome]
     if others:
         blocks = ", ".join(map(str, others[:10])) + (", ..." if len(others) > 10 else "")
-        sentences.append(f"Other iterations, or another end, than stored: block{'s' * (len(others) > 1)} {blocks}.")
+        sentences.append(f"Iterations or status differ from the stored ones: block{'s' * (len(others) > 1)} {blocks}.")
     return tuple(sentences)

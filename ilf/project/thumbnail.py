@@ -1,4 +1,4 @@
-"""A frame with its blocks, as small as a list shows it."""
+"""Thumbnails: small pictures of frames with their blocks, for lists."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _QUALITY = 80
 
 
 def thumbnail_part(frame_id: str) -> str:
-    """Name of the part with a frame's small picture."""
+    """Return the name of the part with a frame's thumbnail."""
     return f"thumbnails/{frame_id}.jpg"
 
 
 def thumbnail(state: FrameState) -> bytes:
-    """A JPEG image of a frame, its longer side 240 pixels at most, tinted with the colours of its blocks.
+    """Draw a frame tinted with the colours of its blocks, as JPEG with a longer side of at most 240 pixels.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def thumbnail(state: FrameState) -> bytes:
     picture = np.where((labels > 0)[..., None], picture, small)
     done, content = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
     if not done:
-        raise RuntimeError("a small picture could not be encoded")
+        raise RuntimeError("the thumbnail could not be encoded")
     return content.tobytes()
 
 

@@ -1,1 +1,1 @@
-"""Reports of frames: one self-contained HTML page each, or one of many."""
+"""Reports: one self-contained HTML page about one frame or several."""

@@ -1,4 +1,4 @@
-"""A frame's chapter of a report, and the index of several."""
+"""The chapters of a report: one per frame, and the index of several."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._runtime.cancellation import stoppable
-from .._runtime.formatting import UNKNOWN, grouped, millimetres
+from .._runtime.formatting import UNKNOWN, counted, grouped, millimetres
 from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
 from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.camera import camera_text
@@ -43,32 +43,32 @@ from .curves import MOST_CURVES, curve_blocks, curve_plots
 from .figures import ErrorFigures, Figures
 from .pictures import frame_pictures, photo, thumbnail
 
-# The tables of a frame: its blocks, how far off it is, the runs that were kept, own values.
+# The tables of a frame: blocks, errors, run history, own parameters of blocks.
 
 _WORDS = False
-RMSE = Column("RMSE [mm]", "Root mean square error: large errors count most")
+RMSE = Column("RMSE [mm]", "Root mean square error; dominated by large errors")
 EXPECTED = Column(f"{RMS_NAME} [mm]", RMS_MEANING)
 
 NOT_RUN, OUTDATED = "not run", "values changed"
 
 
 def block_table(figures: Figures) -> Table:
-    """A row per block."""
+    """Make the table of blocks."""
     subject, completion = figures.subject, figures.subject.completion
     judged = figures.judged_by
     columns = [
         Column("no."),
         Column("block", number=_WORDS),
         Column("pixels"),
-        Column("missing", "Share of its pixels that had no depth"),
-        Column("filled", "Pixels that were missing and now have depth"),
+        Column("missing", "Share of its pixels without measured depth"),
+        Column("filled", "Number of missing pixels that were filled"),
         Column("status", number=_WORDS),
         Column("iterations"),
-        Column("sigma [mm]", "sigma_i of the last iteration: by how much it still changed the surface"),
+        Column("sigma [mm]", "sigma_i of the last iteration: its remaining change of the surface"),
         EXPECTED,
     ]
     if judged:
-        columns.append(Column(f"RMSE, {judged} [mm]", f"Root mean square error of what was filled, by {judged}"))
+        columns.append(Column(f"RMSE, {judged} [mm]", f"Root mean square error of the filled depth against {judged}"))
     rows = []
     frame, blocks = subject.run.frame, subject.run.blocks
     pixels = np.bincount(blocks.ravel())
@@ -100,7 +100,7 @@ def block_table(figures: Figures) -> Table:
 
 
 def block_remarks(subject: Subject) -> list[str]:
-    """What went wrong with single blocks, and what the table's words mean."""
+    """Return remarks on blocks that were not completed, and on the terms in the table."""
     wrong = [
         outcome
         for outcome in subject.completion.outcomes.values()
@@ -112,22 +112,22 @@ def block_remarks(subject: Subject) -> list[str]:
         not result.parameters.same_effect(run.parameters_of(label))
         for label, result in subject.completion.results.items()
     ):
-        remarks.append(f"“{OUTDATED}”: the result is of other values than are set now.")
+        remarks.append(f"“{OUTDATED}”: the parameters have been changed since the result was computed.")
     return remarks
 
 
 def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
-    """A row per judgement."""
+    """Make the table of errors, with a row per evaluation."""
     columns = (
-        Column("judged", number=_WORDS),
-        Column("pixels", "That were compared"),
+        Column("evaluation", number=_WORDS),
+        Column("pixels", "Number of compared pixels"),
         RMSE,
         Column("MAE [mm]", "Mean absolute error"),
-        Column("median [mm]", "Half of the pixels are closer"),
-        Column("95 % [mm]", "95 % of the pixels are at least as close"),
-        Column("bias [mm]", "Mean error; positive where the depth is too large"),
-        Column("within", "Share whose error is within the expected error; about 68 % is as it should be"),
-        Column("filled", "Share of the pixels to be filled that were"),
+        Column("median [mm]", "Median absolute error"),
+        Column("95 % [mm]", "95th percentile of the absolute error"),
+        Column("bias [mm]", "Mean error; positive if the depth is too large"),
+        Column("within", "Share of pixels whose error is within the expected error; about 68 % if well calibrated"),
+        Column("filled", "Filled share of the pixels to fill"),
     )
     rows = tuple(
         (
@@ -147,7 +147,7 @@ def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
 
 
 def own_table(subject: Subject) -> Table | None:
-    """Blocks that have values of their own; None if there are none."""
+    """Make the table of blocks with own parameters; None if there are none."""
     run = subject.run
     own = {label: own_values(parameters, run.parameters) for label, parameters in sorted(run.own.items())}
     rows = tuple(
@@ -155,24 +155,24 @@ def own_table(subject: Subject) -> Table | None:
         for label, values in own.items()
         if values
     )
-    columns = Column("no."), Column("block", number=_WORDS), Column("values of its own", number=_WORDS)
+    columns = Column("no."), Column("block", number=_WORDS), Column("own parameters", number=_WORDS)
     return Table(columns, rows) if rows else None
 
 
 def runs_table(subject: Subject) -> Table:
-    """A row per kept run."""
+    """Make the table of the run history."""
     columns = (
         Column("no."),
         Column("run", number=_WORDS),
-        Column("when", number=_WORDS),
-        Column("values", number=_WORDS),
-        Column("blocks", "Blocks that it has run"),
+        Column("date", number=_WORDS),
+        Column("parameters", number=_WORDS),
+        Column("blocks", "Number of blocks that were run"),
         Column("iterations"),
         Column("time [s]"),
-        Column("filled", "Pixels that its blocks have filled"),
+        Column("filled", "Number of pixels filled by blocks"),
         EXPECTED,
-        Column("truth [mm]", "Root mean square error against the truth"),
-        Column("hidden [mm]", "Root mean square error on hidden depth"),
+        Column("ground truth [mm]", "Root mean square error against ground truth"),
+        Column("hold-out [mm]", "Root mean square error on hold-out"),
         Column("note", number=_WORDS),
     )
     rows = tuple(
@@ -196,7 +196,7 @@ def runs_table(subject: Subject) -> Table:
 
 
 def share(value: float | None) -> str:
-    """A share in per cent; a dash for none."""
+    """Format a share in percent; a dash for none."""
     return UNKNOWN if value is None or not math.isfinite(value) else f"{value:.1%}"
 
 
@@ -204,11 +204,11 @@ def _or_unknown(metres: float | None) -> str:
     return UNKNOWN if metres is None else millimetres(metres)
 
 
-# How a run can be had again, as a command where one says it all.
+# The command that reproduces a run, if there is one.
 
 
 def again_text(run: Run) -> tuple[str, str]:
-    """A sentence, and the command line that makes the run again; the latter is empty where no flags can say it.
+    """Return a sentence and the command that reproduces the run; the command is empty if there is none.
 
     Parameters
     ----------
@@ -216,11 +216,11 @@ def again_text(run: Run) -> tuple[str, str]:
     """
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
-        return "The frame was not read from files, so no command makes it again.", ""
+        return "The frame was not read from files, so no command reproduces the run.", ""
     by_hand = run.edited or run.own or frame.distrusted is not None or run.drawn is not None
     if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
         return (
-            "Blocks, values or depth were set by hand. Export the frame: its run.json makes the run again.",
+            "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
             "ilf complete --replay run.json",
         )
     nearest = likeness(run.parameters)
@@ -236,7 +236,7 @@ def again_text(run: Run) -> tuple[str, str]:
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
     words += _flags(run.extraction, run.extraction.unlike(BlockParameters()), "blocks-")
     words += ["--extrapolate"] * run.dense
-    return "This command makes the run again; its run.json holds all hashes.", shlex.join(words)
+    return "This command reproduces the run; its run.json contains all hashes.", shlex.join(words)
 
 
 def _flags(values: ParameterSet, differing: Mapping[str, Value], prefix: str = "") -> list[str]:
@@ -256,7 +256,7 @@ _THUMBNAIL, _THUMBNAIL_QUALITY = 240, 70
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """What the index says of a frame; `cells` are those after the picture and the name."""
+    """A frame's entry in the index; `cells` follow the picture and the name."""
 
     chapter: str
     name: str
@@ -266,7 +266,7 @@ class Entry:
 
 
 def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
-    """All there is to say of a frame; pictures are `most` pixels wide or high at most."""
+    """Make the chapter of a frame; its pictures have at most `most` pixels on the longer side."""
     subject = figures.subject
     return Chapter(id, subject.run.frame.name, subject.note, tuple(stoppable(_sections(figures, most))))
 
@@ -276,24 +276,24 @@ def _sections(figures: Figures, most: int) -> Iterator[Section]:
     record = make_record(subject.run, subject.completion, ExportOptions())
     yield Section("", (_head(figures), *(Paragraph(text, warns=True) for text in subject.problems)))
     yield Section("Pictures", (Gallery(frame_pictures(figures, most)),))
-    yield Section("How far off", _accuracy(figures))
+    yield Section("Accuracy", _accuracy(figures))
     yield Section("Blocks", _blocks(figures))
     yield Section("Parameters", _parameters(subject))
     yield Section("Convergence", _convergence(subject))
     if subject.kept:
-        yield Section("Kept runs", (runs_table(subject),))
+        yield Section("Run history", (runs_table(subject),))
     yield Section("Files and versions", (_provenance(record),))
     if subject.completion.results:
-        yield Section("How to have it again", _again(subject))
+        yield Section("Reproduce this run", _again(subject))
 
 
 def unreadable_chapter(id: str, frame: Unreadable) -> Chapter:
-    """What there is to say of a frame that cannot be read."""
+    """Make the chapter of a frame that cannot be read."""
     return Chapter(id, frame.name, "", (Section("", (Paragraph(frame.why, warns=True),)),))
 
 
 def index_entry(id: str, figures: Figures) -> Entry:
-    """A frame's row in the index."""
+    """Make a frame's entry in the index."""
     subject = figures.subject
     frame, completion = subject.run.frame, subject.completion
     blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
@@ -312,7 +312,7 @@ def index_entry(id: str, figures: Figures) -> Entry:
 
 
 def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
-    """A row for each frame; what there is nothing to say of has no column."""
+    """Make the index with a row per frame; empty columns are left out."""
     columns = (
         Column("", number=False),
         Column("frame", number=False),
@@ -320,10 +320,10 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
         Column("missing in", "Share of the pixels without depth, in the depth camera's view"),
         Column("missing out", "The same after completion"),
         Column("blocks"),
-        Column("with result", "Blocks that have been completed, or tried to"),
+        Column("with result", "Number of blocks that were run"),
         EXPECTED,
-        Column("truth [mm]", "Root mean square error of filled pixels against the truth"),
-        Column("hidden [mm]", "Root mean square error on hidden depth"),
+        Column("ground truth [mm]", "Root mean square error of filled pixels against ground truth"),
+        Column("hold-out [mm]", "Root mean square error on hold-out"),
         Column("note", number=False),
     )
     empty = tuple(Cell("") for _ in range(len(columns) - 3))
@@ -338,8 +338,7 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
     )
     told = [number for number in range(len(columns)) if any(row[number].text or row[number].image for row in rows)]
     table = Table(tuple(columns[n] for n in told), tuple(tuple(row[n] for n in told) for row in rows))
-    count = f"{len(entries)} frame{'s' * (len(entries) != 1)}"
-    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{count}."), table)),))
+    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{counted(len(entries), 'frame')}."), table)),))
 
 
 def _rmse(errors: ErrorFigures | None) -> str:
@@ -364,19 +363,19 @@ def _head(figures: Figures) -> Facts:
     if frame.outside_view is not None:
         outside = int(np.count_nonzero(frame.outside_view))
         filled = int(np.count_nonzero(frame.outside_view & completion.filled))
-        more = f", of which {grouped(filled)} are filled all the same" if filled else ""
+        more = f", {grouped(filled)} of them filled" if filled else ""
         share = f"{outside / frame.depth.size:.1%} ({grouped(outside)} pixels{more})"
         facts.append(Fact("Outside the depth camera's view", share))
     if frame.distrusted is not None:
         count = int(np.count_nonzero(frame.distrusted & np.isfinite(frame.measured)))
-        facts.append(Fact("Distrusted", f"{grouped(count)} measured pixels, which count as missing"))
+        facts.append(Fact("Marked invalid", f"{grouped(count)} measured pixels, which count as missing"))
     guide = fit_guide(frame)
     if guide is not None:
         facts.append(Fact("Guide", guide.in_words()))
     if completion.results:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
         if guessed := int(np.count_nonzero(completion.guessed)):
-            facts.append(Fact("Guessed", f"{grouped(guessed)} pixels, which no block vouches for"))
+            facts.append(Fact("Extrapolated", f"{grouped(guessed)} pixels that no block has filled"))
         expected = figures.whole_expected
         if math.isfinite(expected.rms):
             facts.append(Fact(RMS_NAME, f"{millimetres(expected.rms)} mm"))
@@ -390,8 +389,8 @@ def _accuracy(figures: Figures) -> tuple[Part, ...]:
     if figures.errors:
         return (error_table(figures.errors),)
     if not figures.subject.completion.results:
-        return (Paragraph("Nothing has been completed, so there is nothing to judge."),)
-    return (Paragraph("The frame has no truth, and no depth was hidden to test it: its errors are not known."),)
+        return (Paragraph("Nothing has been completed, so there is nothing to evaluate."),)
+    return (Paragraph("The frame has no ground truth and was not evaluated on hold-out: its errors are unknown."),)
 
 
 def _blocks(figures: Figures) -> tuple[Part, ...]:
@@ -413,10 +412,10 @@ def _parameters(subject: Subject) -> tuple[Part, ...]:
     nearest = likeness(run.parameters)
     parts: list[Part] = []
     if nearest.differs:
-        parts.append(Paragraph(f"Filter: the preset {nearest.preset}, but for these values."))
+        parts.append(Paragraph(f"Filter: preset {nearest.preset} with these changes."))
         parts.append(_differing(Parameters, nearest.differs))
     else:
-        parts.append(Paragraph(f"Filter: the preset {nearest.preset}, as it is."))
+        parts.append(Paragraph(f"Filter: preset {nearest.preset}."))
     own = own_table(subject)
     if own is not None:
         parts.append(own)
@@ -427,12 +426,12 @@ def _parameters(subject: Subject) -> tuple[Part, ...]:
         differs = {name: differs[name] for name in filter(run.extraction.matters, differs)}
         edited = " The blocks were edited afterwards." if run.edited else ""
         if differs:
-            parts.append(Paragraph(f"Extraction: the defaults, but for these values.{edited}"))
+            parts.append(Paragraph(f"Extraction: defaults with these changes.{edited}"))
             parts.append(_differing(BlockParameters, differs))
         else:
-            parts.append(Paragraph(f"Extraction: the defaults.{edited}"))
+            parts.append(Paragraph(f"Extraction: defaults.{edited}"))
     if run.dense:
-        parts.append(Paragraph("What no block could complete was to be guessed."))
+        parts.append(Paragraph("Depth still missing after the blocks is extrapolated."))
     return tuple(parts)
 
 
@@ -451,7 +450,7 @@ def _convergence(subject: Subject) -> tuple[Part, ...]:
         return (Paragraph("No block was iterated."),)
     shown = len(curve_blocks(subject))
     iterated = sum(bool(len(result.history)) for result in subject.completion.results.values())
-    text = f"Of {iterated} blocks that were iterated, the {shown} that have filled most pixels are shown."
+    text = f"The {shown} of {iterated} iterated blocks that have filled most pixels are shown."
     return (*((Paragraph(text),) if iterated > MOST_CURVES else ()), Gallery(plots))
 
 
@@ -463,7 +462,7 @@ def _provenance(record: RunRecord) -> Facts:
         files: list[tuple[str, InputFile | None]] = [
             ("Colour", record.inputs.rgb),
             ("Depth", record.inputs.depth),
-            ("Truth", record.inputs.truth),
+            ("Ground truth", record.inputs.truth),
         ]
         for name, file in files:
             if file is not None:
@@ -487,5 +486,5 @@ def _provenance(record: RunRecord) -> Facts:
 def _again(subject: Subject) -> tuple[Part, ...]:
     text, command = again_text(subject.run)
     if subject.again:
-        text, command = "This command makes the runs again and says what differs.", subject.again
+        text, command = "This command replays the runs and reports differences.", subject.again
     return (Paragraph(text), *((Paragraph(command, code=True),) if command else ()))

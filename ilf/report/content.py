@@ -1,4 +1,4 @@
-"""What a report says, before anybody has laid it out: texts, facts, tables, pictures and curves."""
+"""The content of a report, independent of its layout: texts, facts, tables, pictures and curves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..run.run import Run
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A sentence or several; `warns` if something is not as it should be, `code` if it is to be typed as it stands."""
+    """One or more sentences; `warns` marks a warning, `code` a command to type."""
 
     text: str
     warns: bool = False
@@ -26,7 +26,7 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Fact:
-    """What something is; hashes are set small, and broken where the line ends."""
+    """A name with its value; hashes are set small and wrapped."""
 
     name: str
     text: str
@@ -35,14 +35,14 @@ class Fact:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and what they are."""
+    """A list of names with their values."""
 
     rows: tuple[Fact, ...]
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its heading, what that means, and whether it holds numbers, which are set right."""
+    """A column of a table: its heading, a tooltip, and whether it contains numbers, which are right-aligned."""
 
     text: str
     about: str = ""
@@ -57,13 +57,13 @@ class Cell:
     ----------
     text : str
     colour : Colour or None
-        Of a small plate before the text.
+        Colour of a small swatch before the text.
     target : str
-        Id of the chapter that the text leads to.
+        Id of the chapter that the text links to.
     image : Image or None
-        Shown in place of the text, which then says what it is.
+        Shown instead of the text, which is then its alternative text.
     about : str
-        More of it, for who asks.
+        Tooltip.
     """
 
     text: str
@@ -83,7 +83,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Image:
-    """An encoded picture: its bytes, what they are ("png", "jpeg"), and its size in pixels."""
+    """An encoded picture: its bytes, format ("png", "jpeg") and size in pixels."""
 
     data: bytes = field(repr=False)
     format: str
@@ -93,7 +93,7 @@ class Image:
 
 @dataclass(frozen=True)
 class Legend:
-    """A colour and what it stands for; of lines also how they are dashed, as SVG has it."""
+    """A legend entry: a colour and its meaning; for lines also the dash pattern, as in SVG."""
 
     colour: Colour
     text: str
@@ -103,8 +103,7 @@ class Legend:
 
 @dataclass(frozen=True)
 class ColourBar:
-    """Colours from one end to the other as an image of one row, and the numbers below them with their unit: at its
-    beginning, in the middle and at its end."""
+    """A colour bar: an image of one row, and the labels with units at its start, middle and end."""
 
     image: Image
     ticks: tuple[str, str, str]
@@ -112,7 +111,7 @@ class ColourBar:
 
 @dataclass(frozen=True)
 class ScaleBar:
-    """A length: the share of the picture's width that it takes, 0-1, and what it is."""
+    """A scale bar: its share of the picture's width, 0-1, and its label."""
 
     share: float
     text: str
@@ -120,7 +119,7 @@ class ScaleBar:
 
 @dataclass(frozen=True)
 class Mark:
-    """A short text on a picture; its middle in shares of the picture's width and height, 0-1."""
+    """A short text on a picture; its centre as shares of the picture's width and height, 0-1."""
 
     x: float
     y: float
@@ -129,7 +128,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture with all that it takes to read it."""
+    """A picture with its caption, colour bar, scale bar, marks and legend."""
 
     title: str
     image: Image
@@ -142,7 +141,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Plot:
-    """Curves: an SVG that needs no style sheet, and its legend."""
+    """A plot of curves: an SVG that needs no style sheet, and its legend."""
 
     title: str
     svg: str = field(repr=False)
@@ -152,7 +151,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures or plots, side by side where there is room."""
+    """Pictures or plots, side by side if there is space."""
 
     items: tuple[Picture | Plot, ...]
 
@@ -162,7 +161,7 @@ Part: TypeAlias = Paragraph | Facts | Table | Gallery
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it."""
+    """A heading and its content."""
 
     title: str
     parts: tuple[Part, ...]
@@ -170,7 +169,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Chapter:
-    """A frame, or what there is to say about all of them. `id` is unique in its report."""
+    """The chapter of a frame, or the index of all frames. `id` is unique in the report."""
 
     id: str
     title: str
@@ -180,35 +179,35 @@ class Chapter:
 
 @dataclass(frozen=True)
 class Report:
-    """Chapters, one for each frame; the first is an index if there are several."""
+    """A report: one chapter per frame, after an index if there are several."""
 
     title: str
     chapters: tuple[Chapter, ...]
 
 
-# What a report is about: a frame with its run, what came of it, and what is known of its blocks.
+# The subject of a report: a frame with its run, completion and blocks.
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A frame to report on. Only the run and its completion are needed; what else there is, is told.
+    """A frame to report on. Only the run and its completion are required.
 
     Parameters
     ----------
     run : Run
         All blocks of the frame, and their parameters as they are set.
     completion : Completion
-        What came of it; of no block, if nothing has been run yet.
+        Its results; without blocks if nothing has been run yet.
     names, colours : mapping of int
-        Block label -> what it is called, and its colour; others have their number and the colour of that.
+        Block label -> name and colour; the defaults follow from the label.
     note : str
-        The user's, of the frame.
+        The user's note on the frame.
     kept : tuple of KeptRun
-        The runs that were kept of the frame.
+        Run history of the frame.
     again : str
-        The command by which it can be had again; worked out from the run if it is empty.
+        Command that reproduces the run; derived from the run if empty.
     problems : tuple of str
-        What of it could not be read, a sentence each.
+        What could not be read, one sentence each.
     """
 
     run: Run
@@ -222,7 +221,7 @@ class Subject:
 
     @classmethod
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
-        """A frame as a project holds it, with its present results."""
+        """Return the subject of a frame in a project, with its present results."""
         infos = state.notes.infos
         return cls(
             replace(state.run(), dense=state.guess is not None),
@@ -236,17 +235,17 @@ class Subject:
         )
 
     def name_of(self, label: int) -> str:
-        """What a block is called."""
+        """Return the name of a block."""
         return self.names.get(label) or f"Block {label}"
 
     def colour_of(self, label: int) -> Colour:
-        """The colour of a block."""
+        """Return the colour of a block."""
         return self.colours.get(label) or block_colour(label)
 
 
 @dataclass(frozen=True)
 class Unreadable:
-    """A frame of a project that cannot be reported on, and why."""
+    """A frame that cannot be reported on, and the reason."""
 
     name: str
     why: str

@@ -1,4 +1,4 @@
-"""Curves of a frame's blocks over the iterations, as SVG that needs no style sheet and takes one where there is one."""
+"""Curves of a frame's blocks over the iterations, as SVG; it needs no style sheet, but can be styled by one."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..data.results import History, IterationRecord
 from ..drawing.colours import Colour
 from .content import Legend, Plot, Subject
 
-# Colours as pages and plots write them.
+# Colours of pages and plots.
 
 _BRIGHTNESS = 0.21
-"""Of lines: seen as well on white as on near black."""
+"""Luminance of lines that are visible on white and on near black."""
 
 
 def hex_of(colour: Colour) -> str:
-    """A colour as HTML and SVG write it."""
+    """Format a colour for HTML and SVG."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 def line_colour(colour: Colour) -> Colour:
-    """The colour of a block, as dark or bright as lines are on any ground; hue and saturation stay."""
+    """Adapt the lightness of a block's colour for lines on any background; hue and saturation stay."""
     hue, _, saturation = colorsys.rgb_to_hls(*(part / 255 for part in colour))
     low, high = 0.0, 1.0
     for _ in range(12):
@@ -60,7 +60,7 @@ class _Line:
 
 @dataclass(frozen=True)
 class _Axis:
-    """Where values lie between 0 and 1, and what is written there."""
+    """An axis: its range and its tick labels."""
 
     low: float
     high: float
@@ -71,7 +71,7 @@ class _Axis:
 
 
 def curve_plots(subject: Subject) -> tuple[Plot, ...]:
-    """sigma_i and the L1 norm over the iterations, of the blocks that have filled most; () if none was iterated."""
+    """Plot sigma_i and the L1 norm over the iterations of the blocks that have filled most; () if none was iterated."""
     chosen = curve_blocks(subject)
     if not chosen:
         return ()
@@ -113,7 +113,7 @@ def curve_plots(subject: Subject) -> tuple[Plot, ...]:
             )
         )
     if l1:
-        title = "L1 norm, in per cent of its last value"
+        title = "L1 norm, in percent of its last value"
         plots.append(
             _plot(title, l1, _linear_axis(_values(l1)), legend(lambda record: f"ends at {grouped(round(record.l1))} m"))
         )
@@ -121,7 +121,7 @@ def curve_plots(subject: Subject) -> tuple[Plot, ...]:
 
 
 def curve_blocks(subject: Subject, most: int = MOST_CURVES) -> list[int]:
-    """Labels of the blocks whose curves are shown: those that have filled most, of those that were iterated."""
+    """Return the labels of the blocks whose curves are shown: the iterated blocks that have filled most pixels."""
     iterated = {label: result for label, result in subject.completion.results.items() if len(result.history)}
     return sorted(iterated, key=lambda label: (-iterated[label].outcome.recovered, label))[:most]
 
@@ -206,7 +206,7 @@ def _text(x: float, y: float, text: str, anchor: str) -> str:
 
 
 def _thinned(points: Sequence[Point]) -> tuple[Point, ...]:
-    """As many as can be seen, with the highest and the lowest of each stretch."""
+    """Reduce points to a visible number, keeping the highest and the lowest of each stretch."""
     if len(points) <= _MOST_POINTS:
         return tuple(points)
     stretch = math.ceil(2 * len(points) / _MOST_POINTS)

@@ -1,4 +1,4 @@
-"""The figures of a frame: how far off its depth is, expected and judged, as a whole and block by block."""
+"""The statistics of a frame: expected and evaluated errors of its depth, for the frame and per block."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from .content import Subject
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """One judgement, and what else is told of it.
+    """One evaluation with further statistics.
 
     Attributes
     ----------
     name : str
-        Of what, and by what.
+        What was evaluated, and against what.
     judgement : Judgement
     p95 : float
-        What 95 % of the absolute errors are no larger than [m]; NaN where there are none.
+        95th percentile of the absolute errors [m]; NaN if there are none.
     coverage : float
-        Share of the pixels to be filled that were, 0-1; NaN where there are none.
+        Filled share of the pixels to fill, 0-1; NaN if there are none.
     """
 
     name: str
@@ -40,13 +40,13 @@ class ErrorFigures:
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """What there is to say in numbers about a subject.
+    """The statistics of a subject.
 
     Parameters
     ----------
     subject : Subject
     hidden : HiddenResult, optional
-        The test on hidden depth, if it has been made.
+        The evaluation on hold-out, if there is one.
     """
 
     subject: Subject
@@ -58,14 +58,14 @@ class Figures:
 
     @cached_property
     def by_blocks(self) -> Completion:
-        """The completion as if nothing but what blocks vouch for had been filled."""
+        """The completion with only the pixels filled by blocks marked as filled."""
         completion = self.subject.completion
         return replace(completion, filled=completion.filled_by_blocks)
 
     @cached_property
     def against_truth(self) -> ErrorFigures | None:
-        """Of what blocks have filled, by the frame's truth; None if there is none, or no block was run."""
-        return self._against_truth(self.by_blocks, "Against the truth")
+        """Errors of the pixels filled by blocks against ground truth; None without it, or if no block was run."""
+        return self._against_truth(self.by_blocks, "Against ground truth")
 
     def _against_truth(self, completion: Completion, name: str) -> ErrorFigures | None:
         frame = self.subject.run.frame
@@ -79,21 +79,21 @@ class Figures:
 
     @cached_property
     def on_hidden_depth(self) -> ErrorFigures | None:
-        """Of all seeds together; None if no test was made."""
+        """Errors on hold-out over all seeds; None if there was no hold-out."""
         hidden = self.hidden
         if hidden is None:
             return None
         seeds = ", ".join(map(str, hidden.test.seeds))
-        name = f"On hidden depth ({hidden.test.pattern}; seed{'s' * (len(hidden.test.seeds) > 1)} {seeds})"
+        name = f"On hold-out ({hidden.test.pattern}; seed{'s' * (len(hidden.test.seeds) > 1)} {seeds})"
         return ErrorFigures(
             name, hidden.whole, _p95(np.concatenate([part.error for part in hidden.errors])), hidden.coverage
         )
 
     @property
     def errors(self) -> tuple[ErrorFigures, ...]:
-        """Every judgement of the frame: against its truth, on hidden depth all together, and for each seed."""
+        """All evaluations of the frame: against ground truth, on hold-out over all seeds, and for each seed."""
         all_filled = self.subject.completion
-        guesses = self._against_truth(all_filled, "Against the truth, guesses included")
+        guesses = self._against_truth(all_filled, "Against ground truth, including extrapolated pixels")
         found = self.against_truth, guesses if all_filled.guessed.any() else None, self.on_hidden_depth
         return tuple(one for one in (*found, *self._by_seed()) if one is not None)
 
@@ -106,27 +106,27 @@ class Figures:
 
     @property
     def judged_by(self) -> str:
-        """What blocks are judged by: "truth", "hidden depth", or "" if by nothing."""
+        """What blocks are evaluated against: "ground truth", "hold-out", or "" if nothing."""
         if self.against_truth is not None:
-            return "truth"
-        return "hidden depth" if self.hidden is not None else ""
+            return "ground truth"
+        return "hold-out" if self.hidden is not None else ""
 
     @cached_property
     def by_block(self) -> Mapping[int, Judgement]:
-        """Block label -> its judgement, by what `judged_by` says."""
+        """Block label -> its evaluation against `judged_by`."""
         subject = self.subject
-        if self.judged_by == "truth":
+        if self.judged_by == "ground truth":
             return judge_blocks(subject.run.frame, self.by_blocks, subject.run.blocks, expected=self.expected)
         return {} if self.hidden is None else self.hidden.blocks
 
     def expected_of(self, result: BlockResult) -> float:
-        """Root mean square of the expected error [m] over what a block has filled; NaN if that is nothing."""
+        """Return the RMS of the expected error [m] over the pixels that a block has filled; NaN if there are none."""
         box, mask = result.block.box, result.block.mask
         return summarised(self.expected[box][mask & self.by_blocks.filled[box]]).rms
 
     @cached_property
     def whole_expected(self) -> ErrorSummary:
-        """Of all that blocks have filled."""
+        """Summary of the expected error over all pixels filled by blocks."""
         return error_summary(self.expected, self.subject.completion)
 
 

@@ -1,4 +1,4 @@
-"""A report as one HTML page that needs no other file, no network and no script."""
+"""The HTML page of a report; self-contained: it needs no other file, no network and no script."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .content import (
 )
 from .curves import hex_of
 
-# How the page looks: light and dark, from 360 pixels on, and on paper.
+# Style sheet: light and dark mode, screens from 360 pixels wide, and print.
 
 STYLE = """
 :root { color-scheme: light dark; --ground: #fff; --ink: #1c2126; --soft: #5c6670; --line: #d9dde2; --card: #f5f6f8;
@@ -107,7 +107,7 @@ footer { margin-top: 3rem; padding-top: 1rem; padding-bottom: 2rem; font-size: .
 
 
 def page(report: Report, made: str) -> str:
-    """The page; `made` says when."""
+    """Return the HTML page of a report; `made` is its date as text."""
     title = escape(report.title)
     several = len(report.chapters) > 1
     return "\n".join([
@@ -152,7 +152,7 @@ def _part(part: Part) -> str:
 
 
 def _table(table: Table) -> str:
-    # the first column with words stays in sight when a table is scrolled
+    # the first column with text stays visible when the table is scrolled
     key = next((column for column in table.columns if not column.number and column.text), None)
     classes = [" class=n" if column.number else " class=key" if column is key else "" for column in table.columns]
     head = "".join(
@@ -160,7 +160,7 @@ def _table(table: Table) -> str:
         for column, kind in zip(table.columns, classes, strict=True)
     )
     rows = "".join(f"<tr>{_row(classes, row)}</tr>" for row in table.rows)
-    # a table that is too wide is scrolled, by keys, too
+    # a wide table can be scrolled, also by keyboard
     return f'<div class="wide" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
 
 

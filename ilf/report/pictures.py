@@ -1,4 +1,4 @@
-"""The pictures of a frame: colour with its blocks, depth before and after, errors, where the depth comes from."""
+"""The pictures of a frame: colour with its blocks, depth before and after, errors, origin of the depth."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from .._runtime.cancellation import stoppable
+from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..drawing.blocks import inner_points
 from ..drawing.colours import (
@@ -30,21 +31,21 @@ from ..drawing.colours import (
 from .content import ColourBar, Image, Legend, Mark, Picture, ScaleBar, Subject
 from .figures import Figures
 
-# Arrays to encoded images of a sensible size.
+# Encoding arrays as images of limited size.
 
 _QUALITY = 85
 _BAR_PIXELS = 255
 
 
 def photo(rgb: NDArray[np.uint8], quality: int = _QUALITY) -> Image:
-    """A colour image, uint8 (H, W, 3), as JPEG."""
+    """Encode a colour image, uint8 (H, W, 3), as JPEG."""
     buffer = io.BytesIO()
     Pillow.fromarray(rgb).save(buffer, "JPEG", quality=quality, optimize=True)
     return Image(buffer.getvalue(), "jpeg", rgb.shape[1], rgb.shape[0])
 
 
 def by_table(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
-    """Indices, uint8 (H, W), to a lookup table, uint8 (256, 3), as PNG without loss."""
+    """Encode indices, uint8 (H, W), into a lookup table, uint8 (256, 3), as lossless PNG."""
     picture = Pillow.fromarray(indices)
     picture.putpalette(table.tobytes())
     buffer = io.BytesIO()
@@ -53,38 +54,38 @@ def by_table(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
 
 
 def colour_bar(table: NDArray[np.uint8], ticks: tuple[str, str, str]) -> ColourBar:
-    """The colours of a lookup table, without that of missing values."""
+    """Make the colour bar of a lookup table, without the colour of missing values."""
     row = np.arange(1, _BAR_PIXELS + 1, dtype=np.uint8)[None]
     return ColourBar(by_table(row, table), ticks)
 
 
 def shrunk_shape(shape: tuple[int, int], most: int) -> tuple[int, int]:
-    """Height and width of a picture that is `most` pixels wide or high at most."""
+    """Return height and width of a picture reduced to at most `most` pixels on its longer side."""
     factor = min(1.0, most / max(shape))
     return max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1)
 
 
 def shrunk(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -> NDArray[Any]:
-    """An array of pixels at another size: by the nearest, or averaged over what falls into one."""
+    """Resample an array of pixels: by nearest neighbour, or averaged (`smooth`)."""
     if values.shape[:2] == shape:
         return values
     how = cv2.INTER_AREA if smooth else cv2.INTER_NEAREST
     return np.asarray(cv2.resize(values, shape[::-1], interpolation=how))
 
 
-# The scale bar of a frame's pictures: a round length, at the depth at which it holds.
+# The scale bar of a frame's pictures: a round length, and the depth that it applies to.
 
 _LARGEST_SHARE = 0.3
 
 
 def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> ScaleBar:
-    """A round length of at most 30 % of the picture's width: in metres where the camera is known, else in pixels.
+    """Make a scale bar of at most 30 % of the picture's width: in metres if the camera is known, else in pixels.
 
     Parameters
     ----------
     frame : RGBDFrame
     depth : ndarray of float, shape (H, W)
-        Depth [m], NaN = missing; the bar holds at its median.
+        Depth [m], NaN = missing; the bar applies at its median.
 
     Examples
     --------
@@ -105,22 +106,22 @@ def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> ScaleBar:
 
 
 def _round_down(value: float) -> float:
-    """The next smaller 1, 2 or 5 times a power of ten."""
+    """Round down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(step * power for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
 
 
 _NO_DEPTH = Legend(MISSING, "no depth")
 _LEAST_ROOM = 0.011
-"""Share of the picture's width that a block holds a circle of that radius, if its number is written."""
+"""Minimum radius of a block's inner circle, as a share of the picture's width, to print the block's number."""
 _MM = np.float32(1000)
 
 _ORIGINS: tuple[tuple[str, Colour], ...] = (
     ("still missing", MISSING),
     ("measured", (86, 96, 110)),
     ("filled by blocks", (38, 150, 120)),
-    ("guessed", (222, 168, 40)),
-    ("distrusted", (196, 64, 80)),
+    ("extrapolated", (222, 168, 40)),
+    ("marked invalid", (196, 64, 80)),
     ("outside the view", (60, 100, 160)),
     ("filled outside the view", (120, 170, 225)),
 )
@@ -128,19 +129,19 @@ _MISSING, _MEASURED, _FILLED, _GUESSED, _DISTRUSTED, _OUTSIDE, _FILLED_OUTSIDE =
 
 
 def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
-    """All pictures of a frame.
+    """Make all pictures of a frame.
 
     Parameters
     ----------
     figures : Figures
     most : int
-        Pixels that a picture is wide or high at most.
+        Maximum width and height of a picture [px].
     """
     return tuple(stoppable(_pictures(figures, most)))
 
 
 def thumbnail(subject: Subject, most: int) -> NDArray[np.uint8]:
-    """The colour image with the outlines of its blocks, uint8 (H, W, 3), small."""
+    """Draw a small colour image with the outlines of its blocks, uint8 (H, W, 3)."""
     return _outlined(subject, shrunk_shape(subject.run.frame.shape, most))
 
 
@@ -154,7 +155,7 @@ def _pictures(figures: Figures, most: int) -> Iterator[Picture]:
     yield Picture(
         "Colour and blocks",
         photo(_outlined(subject, shape)),
-        f"{blocks} block{'s' * (blocks != 1)}, by their number in the table." if blocks else "There are no blocks.",
+        f"{counted(blocks, 'block')}, numbered as in the table." if blocks else "There are no blocks.",
         scale=scale,
         marks=_marks(subject),
     )
@@ -174,18 +175,16 @@ def _differences(figures: Figures, shape: tuple[int, int]) -> Iterator[Picture]:
     frame, completion = figures.subject.run.frame, figures.subject.completion
     if frame.truth is not None and completion.filled.any():
         error = np.where(completion.filled, completion.depth - frame.truth, np.float32(np.nan))
-        yield _difference("Error against the truth", error, shape, "Of filled pixels: depth out less truth.")
+        yield _difference("Error against ground truth", error, shape, "Of filled pixels: depth out minus ground truth.")
     if figures.hidden is not None:
         error = np.full(frame.shape, np.nan, np.float32)
         for part in figures.hidden.errors:
             there = part.places[part.filled]
             error.ravel()[there] = part.error[part.filled]
-        yield _difference(
-            "Error on hidden depth", error, shape, "Of pixels that were hidden: what came back less what was measured."
-        )
+        yield _difference("Error on hold-out", error, shape, "Of held-out pixels: completed minus measured depth.")
     change = completion.depth - frame.depth
     if np.nanmax(np.abs(change), initial=0.0) > 0:
-        yield _difference("Change of measured depth", change, shape, "Depth out less depth in.")
+        yield _difference("Change of measured depth", change, shape, "Depth out minus depth in.")
 
 
 def _difference(title: str, metres: NDArray[np.float32], shape: tuple[int, int], caption: str) -> Picture:
@@ -201,7 +200,7 @@ def _expected(figures: Figures, shape: tuple[int, int]) -> Picture:
     table = error_colours()
     bar: ColourBar = colour_bar(table, (f"{low:g} mm", f"{np.sqrt(low * high):.3g} mm", f"{high:g} mm"))
     picture = by_table(log_indices(shrunk(figures.expected, shape), (low, high)), table)
-    caption = "About 68 % of the true errors of filled pixels are to lie within it."
+    caption = "About 68 % of the true errors of filled pixels are expected to lie within it."
     return Picture("Expected error", picture, caption, bar, legend=(Legend(MISSING, "not filled"),))
 
 
@@ -224,7 +223,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
         if counts[number]
     )
     picture = by_table(shrunk(origin, shape), table)
-    return Picture("Where the depth comes from", picture, legend=legend)
+    return Picture("Origin of the depth", picture, legend=legend)
 
 
 def _no_depth(indices: NDArray[np.uint8]) -> tuple[Legend, ...]:
@@ -232,12 +231,12 @@ def _no_depth(indices: NDArray[np.uint8]) -> tuple[Legend, ...]:
 
 
 def _outlined(subject: Subject, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """The colour image of a shape with its blocks' borders in their colours, along both sides."""
+    """Draw the colour image at a shape, with the blocks' borders in their colours on both sides."""
     blocks = subject.run.blocks
     picture = np.array(shrunk(subject.run.frame.rgb, shape, smooth=True))
     labels = shrunk(blocks, shape)
     there = np.flatnonzero(np.bincount(blocks.ravel()))
-    numbers = np.searchsorted(there, labels).astype(np.float32)  # few enough to be exact
+    numbers = np.searchsorted(there, labels).astype(np.float32)  # small enough to be exact
     side = 3 if max(shape) < 900 else 5
     kernel = np.ones((side, side), np.uint8)
     border = (cv2.dilate(numbers, kernel) != cv2.erode(numbers, kernel)) & (labels > 0)

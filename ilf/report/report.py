@@ -1,4 +1,4 @@
-"""Reports: subjects in, a report out, step by step."""
+"""Making a report of subjects, step by step."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _MOST_PIXELS, _MOST_PIXELS_OF_MANY = 1024, 640
 
 @dataclass(frozen=True)
 class ReportOptions:
-    """What a report has beside what there is.
+    """Options of a report.
 
     Parameters
     ----------
     title : str
-        Of a report of several frames; the only frame's name if there is but one.
+        Title of a report of several frames; a report of one frame has the frame's name.
     hidden : HiddenTest, optional
-        Test every frame that has results on hidden depth, which takes as long as running it, once per seed.
+        Also evaluate every frame with results on hold-out; repeats its run once per seed.
     made : datetime
-        When the report was made.
+        Date of the report.
     threads : int, optional
         As for `Run.steps`.
     """
@@ -42,20 +42,20 @@ class ReportOptions:
 
 
 def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | None = None) -> str:
-    """One self-contained HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes.
+    """Make one self-contained HTML page about frames: pictures, blocks, parameters, curves, errors, versions, hashes.
 
     It needs no other file, no network and no script.
 
     Parameters
     ----------
     subjects : iterable of Subject or Unreadable
-        One of them gives a report of a frame, several one with an index. They are gone through once.
+        One subject gives a report of one frame, several a report with an index. Iterated once.
     options : ReportOptions, optional
 
     Raises
     ------
     InputError
-        If there is no subject, or too little depth is known to hide some of it.
+        If there is no subject, or too little known depth for a hold-out.
 
     Examples
     --------
@@ -72,33 +72,33 @@ def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | No
 
 
 def html_of(content: Report, options: ReportOptions) -> str:
-    """A report's page."""
+    """Return the HTML page of a report."""
     return page(content, made_text(options))
 
 
 def made_text(options: ReportOptions) -> str:
-    """When a report was made, in words."""
+    """Return the date of a report as text."""
     return f"{options.made:%d %B %Y, %H:%M}"
 
 
 def write_report(path: str | os.PathLike[str], content: Report, options: ReportOptions) -> None:
-    """Write a report's page, all of it or nothing; raises ExportError if that cannot be."""
-    # names of files may have bytes that are no text
+    """Write a report's page; raises ExportError if that fails, and then leaves an existing file unchanged."""
+    # file names may contain bytes that cannot be encoded
     write_bytes(path, html_of(content, options).encode(errors="replace"))
 
 
 def report_steps(
     subjects: Iterable[Subject | Unreadable], options: ReportOptions, count: int | None = None
 ) -> Generator[Step, None, Report]:
-    """What a report says, step by step, for those who show how far it has come or may stop it.
+    """Make the content of a report step by step, so that the caller can show progress and cancel.
 
     Parameters
     ----------
     subjects : iterable of Subject or Unreadable
-        Gone through once; none of them is kept, so that frames may be read one after the other.
+        Iterated once and not kept, so that frames can be loaded one after the other.
     options : ReportOptions
     count : int, optional
-        How many there are, if that cannot be told from `subjects`.
+        Number of subjects, if `subjects` has no length.
 
     Yields
     ------
@@ -125,21 +125,21 @@ def report_steps(
             continue
         name = subject.run.frame.name
         yield Step(done, name)
-        hidden = yield from part_of(_tested(subject, options), done, 1 / total, f"{name}, hidden depth: ")
+        hidden = yield from part_of(_tested(subject, options), done, 1 / total, f"{name}, hold-out: ")
         figures = Figures(subject, hidden)
         chapters.append(frame_chapter(id, figures, most))
         if total > 1:
             entries.append(index_entry(id, figures))
     if not chapters:
-        raise InputError("There is no frame to report on.")
+        raise InputError("There is no frame to report on. Give at least one.")
     if total > 1:
         return Report(options.title, (index_chapter(options.title, entries), *chapters))
     return Report(chapters[0].title, tuple(chapters))
 
 
 def _tested(subject: Subject, options: ReportOptions) -> Generator[Step, None, HiddenResult | None]:
-    """The test on hidden depth of the blocks that have results, with the values that these are of; None if it is not
-    wished for, or there are none."""
+    """Evaluate the blocks with results on hold-out, with the parameters of these results; None if not requested, or
+    if there are no results."""
     results = subject.completion.results
     if options.hidden is None or not results:
         return None

@@ -1,1 +1,1 @@
-"""One run, from frame to files: what it is made of, its record, its replay and its files."""
+"""One run, from frame to files: its inputs, record, replay and output files."""

@@ -1,4 +1,4 @@
-"""Key frames: how the depth of blocks was while they were iterated on, within a budget of memory."""
+"""Key frames: the depth of blocks at earlier iterations, within a memory budget."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from ..data.results import IterationRecord
 from .run import Run
 
 BUDGET = 64 * 2**20
-"""Memory [bytes] that the key frames of one frame may take."""
+"""Maximum memory [bytes] of the key frames of one frame."""
 
 MOST = 64
-"""Key frames of a block in one run, at most."""
+"""Maximum number of key frames of a block in one run."""
 
 
 class KeyFrame(NamedTuple):
-    """What a block had come to with an iteration."""
+    """The state of a block after an iteration."""
 
     record: IterationRecord
     snapshot: Snapshot
@@ -34,17 +34,17 @@ class KeyFrame(NamedTuple):
 class Track:
     """The key frames of one block in one run: of the first iteration, and of every `stride`-th after it.
 
-    That of the last iteration need not be among them: it is what the block has come to.
+    The last iteration may be missing: it is the block's result.
 
     Attributes
     ----------
     block : Block
-        Its pixels, as they were run.
+        The block as it was run.
     stride : int
     dropped : bool
-        Whether nobody keeps it any more.
+        Whether it has been removed from its `KeyFrames`.
     nbytes : int
-        Memory of all of them.
+        Memory of all key frames.
     """
 
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
@@ -58,15 +58,15 @@ class Track:
 
     @property
     def kept(self) -> list[int]:
-        """The iterations that there are key frames of, in rising order."""
+        """The iterations with key frames, in increasing order."""
         return [record.i for record, _ in self._frames]
 
     def is_of(self, records: Sequence[IterationRecord]) -> bool:
-        """Whether these are the records of the iterations that it is of."""
+        """Whether it belongs to the iterations with these records."""
         return bool(self._frames) and self._frames[0].record is records[0]
 
     def add(self, record: IterationRecord, snapshot: Snapshot) -> None:
-        """Keep an iteration; of more than `MOST`, every second."""
+        """Store an iteration; if there are more than `MOST`, keep every second."""
         self.nbytes += snapshot.nbytes if self._frames else snapshot.nbytes + snapshot.shared
         self._frames.append(KeyFrame(record, snapshot))
         if len(self._frames) > MOST:
@@ -74,37 +74,37 @@ class Track:
 
     @property
     def can_thin(self) -> bool:
-        """Whether there are others than the first."""
+        """Whether there are key frames after the first."""
         return len(self._frames) > 1
 
     def thin(self) -> None:
-        """Keep half as many."""
+        """Drop every second key frame."""
         self.stride *= 2
-        # in one assignment, since another thread may be looking for one
+        # one assignment, since another thread may be reading
         self._frames = [one for one in self._frames if (one.record.i - 1) % self.stride == 0]
         self.nbytes = sum(snapshot.nbytes for _, snapshot in self._frames) + self._frames[0].snapshot.shared
 
     def at(self, i: int) -> KeyFrame:
-        """The key frame of an iteration, or of the last one before it that is kept."""
+        """The key frame of an iteration, or the last one before it."""
         frames = self._frames
         return next((one for one in reversed(frames) if one.record.i <= i), frames[0])
 
     def depth(self, key_frame: KeyFrame) -> NDArray[np.float32]:
-        """The block's depth [m] if it had ended there, in the order of `block.mask`'s True values; NaN = missing."""
+        """The block's depth [m] at a key frame, in the order of `block.mask`'s True values; NaN = missing."""
         return block_depth(self._frame, self.block, key_frame.snapshot.surface, self._parameters)
 
 
 class KeyFrames:
-    """The key frames of a frame's runs. Safe from several threads.
+    """The key frames of a frame's runs. Thread-safe.
 
-    What a filter holds of an iteration is taken as it is, and worked out at the pixels only for those who look: that
-    costs a run next to nothing. When there is too much of it, key frames of blocks that have been run again since go
-    first; then, of the blocks with the most iterations kept, every second one; and last the blocks that were run first.
+    Snapshots store the filter's internal state and are converted to pixels on demand, so they hardly slow down a run.
+    If they exceed the budget, key frames of blocks that have been run again are dropped first; then every second one of
+    the blocks with the smallest stride; and last the blocks that were run first.
 
     Parameters
     ----------
     budget : int
-        Memory [bytes] that they may take.
+        Maximum memory [bytes].
 
     Examples
     --------
@@ -125,14 +125,14 @@ class KeyFrames:
     def __init__(self, budget: int = BUDGET) -> None:
         self.budget = budget
         self.nbytes = 0
-        """Memory that they take."""
+        """Memory of all key frames."""
         self._tracks: list[Track] = []
         self._by_first: dict[int, Track] = {}
         """By the identity of their first record."""
         self._lock = threading.Lock()
 
     def watch(self, run: Run) -> Watch:
-        """What takes key frames of a run, to be given to `Run.steps`."""
+        """A callback for `Run.steps` that stores the key frames of a run."""
         tracks: dict[int, Track] = {}
 
         def take(block: Block, record: IterationRecord, stepper: Stepper) -> None:
@@ -164,12 +164,12 @@ class KeyFrames:
                 self._make_room()
 
     def track(self, records: Sequence[IterationRecord]) -> Track | None:
-        """The key frames of the iterations with these very records; None if there are none."""
+        """The key frames of the iterations with exactly these records; None if there are none."""
         if not records:
             return None
         with self._lock:
             track = self._by_first.get(id(records[0]))
-        # an identity may have been another record's before
+        # the id may have been reused
         return track if track is not None and track.is_of(records) else None
 
     def _make_room(self) -> None:
@@ -183,7 +183,7 @@ class KeyFrames:
         return older is not None and self._drop(older)
 
     def _thin(self) -> bool:
-        """Keep half as many of where the most are kept; False if all are down to the first."""
+        """Thin the tracks with the smallest stride; False if all have only the first key frame left."""
         stride = min((track.stride for track in self._tracks if track.can_thin), default=0)
         thinned = [track for track in self._tracks if track.can_thin and track.stride == stride]
         for track in thinned:
@@ -202,14 +202,14 @@ class KeyFrames:
 
 
 def past_depth(present: NDArray[np.float32], moments: Iterable[tuple[Track, KeyFrame]]) -> NDArray[np.float32]:
-    """The depth of a frame with some blocks as they were at a key frame.
+    """The depth of a frame with some blocks at a key frame.
 
     Parameters
     ----------
     present : ndarray of float32, shape (H, W)
         Depth [m] of all other pixels, NaN = missing.
     moments : iterable of (Track, KeyFrame)
-        The blocks, and when.
+        The blocks' tracks, and their key frames.
 
     Returns
     -------

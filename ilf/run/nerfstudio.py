@@ -1,4 +1,4 @@
-"""Completed frames with poses as a data set of nerfstudio, with a weight for the depth of every pixel."""
+"""Export of completed frames with poses as a nerfstudio data set, with a depth weight for every pixel."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from .record import RunRecord
 from .record_file import read_record
 from .writing import Written
 
-# Where results lie, in a folder that a user names.
+# Results in a folder.
 
 
 def result_folders(path: str | os.PathLike[str]) -> list[Path]:
-    """A folder of a result, or those in it, by name; InputError if there are none."""
+    """The folder itself if it has a result, or the folders with results in it, by name; InputError without any."""
     root = Path(path).absolute()
     if (root / RECORD_FILE).is_file():
         return [root]
@@ -41,9 +41,11 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
         inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
         found = sorted(inside, key=lambda inner: natural(inner.name))
     except OSError as error:
-        raise InputError(f"{root}: cannot be read ({cause(error)}). Name a folder of results.") from error
+        raise InputError(f"{root}: cannot be read ({cause(error)}). Give a folder with results.") from error
     if not found:
-        raise InputError(f"{root} holds no results: neither it nor a folder in it has a {RECORD_FILE}.")
+        raise InputError(
+            f"{root} contains no results: there is no {RECORD_FILE} in it or its folders. Give a folder with results."
+        )
     return found
 
 
@@ -55,12 +57,12 @@ _HALF_WEIGHT = 0.01
 """Expected error, as a share of the depth, that halves its weight."""
 
 _PIXEL_CENTRE = 0.5
-"""Where nerfstudio has the centre of the first pixel, which has 0 here."""
+"""Position of the first pixel's centre in nerfstudio; 0 here."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Result:
-    """A result that can be handed on: its record, pose, camera and pixels."""
+    """A result ready for export: its record, pose, camera and pixels."""
 
     record: RunRecord
     pose: NDArray[np.float64]
@@ -71,22 +73,21 @@ class _Result:
 
 
 def depth_weight(depth: ArrayLike, error: ArrayLike, unvouched: NDArray[np.bool_] | None = None) -> NDArray[np.float32]:
-    """How much depth should count where something is fitted to it: 1 / (1 + (error / (1 % of the depth))²).
+    """Weight of depth in a fit: 1 / (1 + (error / (1 % of the depth))²).
 
     Parameters
     ----------
     depth : array_like
-        [m], (H, W), NaN = missing.
+        Depth [m], (H, W), NaN = missing.
     error : array_like
-        Expected error [m], (H, W), as `ilf.expected_error` gives it: NaN where depth was measured or is missing.
+        Expected error [m], (H, W), from `ilf.expected_error`: NaN where depth was measured or is missing.
     unvouched : ndarray of bool, optional
-        (H, W), as `ilf.unvouched` gives it.
+        Mask (H, W) from `ilf.unvouched`.
 
     Returns
     -------
     ndarray of float32, shape (H, W)
-        1 where depth was measured, half where the expected error is 1 % of it, 0 where it is missing or nothing
-        vouches for it.
+        1 where depth was measured, 0.5 where the expected error is 1 % of it, 0 where it is missing or unsupported.
 
     Examples
     --------
@@ -101,20 +102,20 @@ def depth_weight(depth: ArrayLike, error: ArrayLike, unvouched: NDArray[np.bool_
 
 
 def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.PathLike[str]]) -> Written:
-    """Write results as a data set of nerfstudio.
+    """Write results as a nerfstudio data set.
 
-    `transforms.json` names for each frame the colour, the completed depth (16-bit PNG in millimetres), and where
-    expected errors were written `depth_weight_file_path`, an 8-bit PNG of `depth_weight` times 255, which is for loss
-    functions of one's own. Frames of phones have their colour as it was recorded, as long as the recording is there:
-    nerfstudio takes depth of another size.
+    `transforms.json` lists for each frame the colour, the completed depth (16-bit PNG in millimetres) and, if expected
+    errors were written, `depth_weight_file_path`, an 8-bit PNG of `depth_weight` times 255 for custom loss functions.
+    Frames of phones have their colour at the recorded resolution if the recording is available: nerfstudio accepts
+    depth of another size.
 
     Parameters
     ----------
     folder : path-like
-        Made if it is not there; must be empty otherwise.
+        Created if missing; must be empty otherwise.
     results : iterable of path-like
-        Folders that `CompletedRun.save` or `ilf complete` has written, or that hold such folders. Those of frames
-        without a known pose are left out, which is a note.
+        Folders written by `CompletedRun.save` or `ilf complete`, or folders that contain such folders. Frames without a
+        known pose are left out, with a note.
 
     Returns
     -------
@@ -123,14 +124,14 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
     Raises
     ------
     InputError
-        If none of them has a pose and a camera, or one of them is no result, or not whole.
+        If none of them has a pose and a camera, or one of them is not a result or incomplete.
     ExportError
         If the folder is not empty, or cannot be written into.
     """
     target = Path(folder).absolute()
     found = [path for one in results for path in result_folders(one)]
     if os.path.exists(target) and (not target.is_dir() or any(target.iterdir())):
-        raise ExportError(f"{target} is there already, and not an empty folder. Choose another one.")
+        raise ExportError(f"{target} already exists and is not an empty folder. Choose another one.")
     frames: list[dict[str, Any]] = []
     files: list[Path] = []
     lonely, notes = [], []
@@ -145,8 +146,8 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
         notes += told
     if not frames:
         raise InputError(
-            f"None of the {len(found)} results has a pose: nerfstudio needs them. They are known of TUM's sequences, "
-            "7-Scenes, ScanNet, ARKitScenes, Record3D and Stray Scanner, or stated as pose in meta.json."
+            f"Nerfstudio needs poses, and none of the {len(found)} results has one. Use frames of TUM sequences, "
+            "7-Scenes, ScanNet, ARKitScenes, Record3D or Stray Scanner, or give the pose in meta.json."
         )
     if lonely:
         named = f"{', '.join(lonely[:3])!s:.200}"
@@ -166,7 +167,7 @@ def _result(folder: Path, record: RunRecord) -> _Result:
             if cameras.is_registered and cameras.colour is not None and cameras.colour.shape != depth.shape:
                 camera, colour = cameras.colour.intrinsics, recording.colour(told.frame)
     if camera is None or record.pose is None:
-        raise InputError(f"{folder}: the camera's intrinsics are not known, which nerfstudio needs. Give --intrinsics.")
+        raise InputError(f"{folder}: the camera's intrinsics are not known; nerfstudio needs them. Give --intrinsics.")
     rgb = read_colour(files.rgb) if colour is None else colour
     return _Result(record, np.array(record.pose), camera, rgb, depth, _weight(folder, record, depth))
 
@@ -183,7 +184,7 @@ def _weight(folder: Path, record: RunRecord, depth: NDArray[np.float32]) -> NDAr
 
 
 def _write_frame(target: Path, number: int, result: _Result) -> tuple[dict[str, Any], list[Path], list[str]]:
-    """Write a frame's files; returns what transforms.json has of it, the files, and notes."""
+    """Write a frame's files; returns its entry of transforms.json, the files, and notes."""
     camera, (height, width) = result.camera, result.colour.shape[:2]
     names = {"file_path": f"{_IMAGES}/{number:05}.jpg", "depth_file_path": f"{_DEPTHS}/{number:05}.png"}
     _write(target / names["file_path"], encode_image(".jpg", np.ascontiguousarray(result.colour[..., ::-1])))

@@ -1,4 +1,4 @@
-"""Which files a run's results go into, and how they are written."""
+"""Export options: the files of a run's results and their formats."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
 COLOUR_FILE = "rgb.png"
-"""Colour, where no file has it as it is in the frame: taken out of a recording, or without a lens's distortion."""
+"""Colour of the frame, if no file contains it: from a recording, or undistorted."""
 GUIDE_FILE = "guide_used.npy"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
@@ -25,7 +25,7 @@ ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy"
 """Depth format -> file name of the expected error, in the same units."""
 
 UNVOUCHED_FILE = "unvouched.png"
-"""Mask, beside the expected errors, of the filled pixels that nothing vouches for."""
+"""Mask, beside the expected errors, of the filled pixels that are unsupported by measurements."""
 
 CLOUD_FILES = {
     "ply": "cloud.ply",
@@ -44,39 +44,39 @@ CLOUD_AXES = (*AXES, WORLD)
 CLOUD_UNITS = tuple(UNITS_PER_METRE)
 
 _LONGEST_NAME = 60
-"""Letters of a frame's name in the names of files, which may have 255 bytes."""
+"""Maximum number of characters of a frame's name in file names, which are limited to 255 bytes."""
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """Which files an export writes, and how.
+    """The files that an export writes, and their formats.
 
     Parameters
     ----------
     depth_formats : tuple of str
-        Files of the completed depth: any of "png" (uint16), "tiff" and "npy" (float32 metres).
+        Formats of the completed depth: any of "png" (uint16), "tiff" and "npy" (float32 metres).
     depth_units : float
         Units per metre of the 16-bit PNG: 1000 for millimetres.
     expected_error : bool
-        Beside every depth file, one of the same format and units with the expected error of the filled pixels; and a
-        mask of those that nothing vouches for.
+        For every depth file, a file of the same format and units with the expected error of the filled pixels; and a
+        mask of the unsupported ones.
     labels, curves : bool
         The label map as PNG; the record of every iteration as CSV.
     cloud : str or None
         Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
     axes : str
-        Of cloud and mesh: "camera" (x right, y down, z forward), "y-up" (x right, y up, z backward), or "world", where
-        the frame's pose puts them.
+        Axes of cloud and mesh: "camera" (x right, y down, z forward), "y-up" (x right, y up, z backward), or "world",
+        by the frame's pose.
     cloud_unit : str
-        Of cloud and mesh: "m" or "mm".
+        Unit of cloud and mesh: "m" or "mm".
     run_record : bool
         `run.json`, which replays the run.
     mesh : str or None
-        Format of the mesh, cut where depth jumps: "ply", "obj", "glb" (always y up, in metres); None for no mesh.
+        Format of the mesh, cut at depth jumps: "ply", "obj", "glb" (always y up, in metres); None for no mesh.
     normals : bool
-        Of every point of cloud and mesh, which way its surface faces.
+        Write normals of cloud and mesh.
     drop_flying : bool
-        Leave out points that hang in mid-air between surfaces, of cloud and mesh.
+        Leave flying points between surfaces out of cloud and mesh.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class ExportOptions:
             )
 
     def filenames(self) -> tuple[str, ...]:
-        """Names of the files that are chosen here. What the run itself asks for beside them: `ilf.run.filenames`."""
+        """Names of the selected files; `ilf.run.filenames` adds those that depend on the run."""
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
         if self.expected_error:
             names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
@@ -134,8 +134,8 @@ class ExportOptions:
 def without_impossible_cloud(
     options: ExportOptions, frame: RGBDFrame, way_out: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
-    """The options without a cloud where the frame has no camera to make one with, and a note about it that ends with
-    what to do."""
+    """Remove the cloud from the options if the frame has no intrinsics; returns options and a note that ends with the
+    remedy."""
     if frame.intrinsics is not None or options.cloud is None:
         return options, ()
     note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
@@ -143,12 +143,12 @@ def without_impossible_cloud(
 
 
 def output_folder_name(frame_name: str) -> str:
-    """Name of the folder that a frame's results go into unless someone says otherwise."""
+    """Default name of the folder for a frame's results."""
     return f"{as_file_name(frame_name)}-ilf"
 
 
 def as_file_name(frame_name: str) -> str:
-    """A frame's name without what names of files cannot have.
+    """A frame's name without characters that file names cannot contain.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Presets of one's own: parameters under a name, in a file, or in the folder of those that are always at hand."""
+"""User presets: named parameters, in a file or in the presets folder."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from ..errors import ExportError, FormatError, IlfError, InputError, ParameterEr
 PRESET_SUFFIX = ".json"
 
 SCHEMA = 1
-"""Number of the form that a preset's file has."""
+"""Version of the format of preset files."""
 
 _KIND = "ilf-studio preset"
 _LONGEST_NAME = 60
 _NAME = re.compile(r"\w[\w +,()%=.-]*")
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-"""Names that Windows keeps for devices."""
+"""Names that Windows reserves for devices."""
 
 
 @dataclass(frozen=True)
 class OwnPreset:
-    """Parameters under a name.
+    """Named parameters.
 
     Parameters
     ----------
     name : str
     parameters : Parameters
-        Of the filter.
+        Parameters of the filter.
     base : str
-        The built-in preset that they are told by: the file has what differs from it.
+        The built-in preset that the file refers to: it contains the differences from it.
     extraction : BlockParameters, optional
-        What blocks are extracted with; None leaves that open.
+        Parameters of the extraction; None if the preset does not set them.
 
     Raises
     ------
@@ -68,12 +68,12 @@ class OwnPreset:
 
     @property
     def changes(self) -> dict[str, Value]:
-        """The parameters of the filter that are not as in the base."""
+        """The parameters of the filter that differ from the base."""
         return self.parameters.unlike(PRESETS[self.base])
 
     @property
     def extraction_changes(self) -> dict[str, Value]:
-        """The parameters of the extraction that are not the defaults."""
+        """The parameters of the extraction that differ from the defaults."""
         return {} if self.extraction is None else self.extraction.unlike(BlockParameters())
 
 
@@ -84,9 +84,9 @@ class PresetList:
     Attributes
     ----------
     presets : dict
-        Name -> OwnPreset, in the order of the alphabet.
+        Name -> OwnPreset, in alphabetical order.
     problems : tuple of str
-        A sentence on every file that cannot be read.
+        One sentence for every file that cannot be read.
     """
 
     presets: dict[str, OwnPreset]
@@ -100,15 +100,14 @@ def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
     ----------
     path : path-like
         JSON with `kind` "ilf-studio preset", `schema` 1, `name`, `base` (a built-in preset; "best" if left out),
-        `parameters` (those that differ from it) and, if it has any say in the blocks, `extraction` (those that differ
-        from the defaults).
+        `parameters` (those that differ from it) and optionally `extraction` (those that differ from the defaults).
 
     Raises
     ------
     InputError
         If there is no such file.
     FormatError
-        If it is damaged, something else, of another schema, or has a parameter or value that there is not.
+        If it is damaged, not a preset, of another schema, or has an unknown parameter or an invalid value.
 
     Examples
     --------
@@ -119,7 +118,7 @@ def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("kind") != _KIND:
-        raise FormatError(f"{Path(path).absolute()} is no preset: give a file that a preset was exported to.")
+        raise FormatError(f"{Path(path).absolute()} is not a preset: give a file with an exported preset.")
     try:
         return _parsed(data, Path(path).stem)
     except IlfError as error:
@@ -132,7 +131,7 @@ def write_preset(path: str | os.PathLike[str], preset: OwnPreset) -> None:
     Parameters
     ----------
     path : path-like
-        By habit with the suffix .json.
+        Usually with the suffix .json.
     preset : OwnPreset
 
     Raises
@@ -153,13 +152,13 @@ def write_preset(path: str | os.PathLike[str], preset: OwnPreset) -> None:
 
 
 def presets_folder() -> Path:
-    """Folder of the user's own presets, which need not exist; the environment variable ILF_PRESETS overrides it."""
+    """Folder of the user's presets, which may not exist; the environment variable ILF_PRESETS overrides it."""
     chosen = os.environ.get("ILF_PRESETS")
     return Path(chosen) if chosen else platformdirs.user_config_path("ilf-studio", appauthor=False) / "presets"
 
 
 def list_presets() -> PresetList:
-    """The user's own presets, each by the name of its file, and what is wrong with those that cannot be read."""
+    """List the user's presets by file name, and the errors of those that cannot be read."""
     presets, problems = {}, []
     for path in sorted(presets_folder().glob(f"*{PRESET_SUFFIX}"), key=lambda path: path.stem.casefold()):
         try:
@@ -170,17 +169,17 @@ def list_presets() -> PresetList:
 
 
 def find_preset(name: str) -> OwnPreset:
-    """A preset by name, or from a file. Those of the paper say what blocks are extracted with, too.
+    """Find a preset by name or file. Those of the paper include parameters of the extraction.
 
     Parameters
     ----------
     name : str
-        A built-in preset's, one of the user's own, or the path of a file.
+        Name of a built-in or user preset, or path of a file.
 
     Raises
     ------
     ParameterError
-        If there is none of that name, and no such file.
+        If there is no preset of that name, and no such file.
     FormatError
         If the file cannot be read.
 
@@ -201,13 +200,13 @@ def find_preset(name: str) -> OwnPreset:
 
 
 def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
-    """Keep a preset among the user's own.
+    """Save a preset in the presets folder.
 
     Parameters
     ----------
     preset : OwnPreset
     replace : bool
-        Whether it may take the place of one of the same name.
+        Whether it may replace one of the same name.
 
     Returns
     -------
@@ -217,7 +216,7 @@ def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
     Raises
     ------
     InputError
-        If the name is taken, or cannot be that of a file everywhere.
+        If the name is taken, or not a valid file name on all systems.
     ExportError
         If it cannot be written.
     """
@@ -229,12 +228,12 @@ def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
 
 
 def rename_preset(old: str, new: str) -> Path:
-    """Give one of the user's own presets another name.
+    """Rename one of the user's presets.
 
     Raises
     ------
     InputError
-        If there is none of the old name, or the new one is taken or cannot be that of a file everywhere.
+        If there is none of the old name, or the new one is taken or not a valid file name on all systems.
     ExportError
         If its file cannot be renamed.
     """
@@ -247,7 +246,7 @@ def rename_preset(old: str, new: str) -> Path:
 
 
 def delete_preset(name: str) -> Path:
-    """Delete one of the user's own presets; returns where it was.
+    """Delete one of the user's presets; returns its former path.
 
     Raises
     ------
@@ -265,7 +264,7 @@ def delete_preset(name: str) -> Path:
 
 
 def import_preset(path: str | os.PathLike[str], name: str | None = None, *, replace: bool = False) -> OwnPreset:
-    """Copy a preset's file to the user's own.
+    """Copy a preset's file to the presets folder.
 
     Parameters
     ----------
@@ -273,12 +272,12 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
     name : str, optional
         The one in the file if left out.
     replace : bool
-        Whether it may take the place of one of the same name.
+        Whether it may replace one of the same name.
 
     Raises
     ------
     InputError, FormatError, ExportError
-        As `read_preset` and `save_preset` do.
+        As for `read_preset` and `save_preset`.
     """
     given = read_preset(path)
     preset = given if name is None else dataclasses.replace(given, name=name)
@@ -292,7 +291,7 @@ def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
     if not isinstance(name, str) or not name:
         raise FormatError(f"Its name must be text, not {name!r:.40}.")
     if not isinstance(base, str) or base not in PRESETS:
-        raise FormatError(f"It builds on a preset {base!r:.40}, which there is not. Known: {', '.join(PRESETS)}.")
+        raise FormatError(f"Its base preset {base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
     parts = {key: data.get(key, {}) for key in ("parameters", "extraction")}
     for key, values in parts.items():
         if not isinstance(values, dict):
@@ -309,18 +308,18 @@ def _own(name: str) -> Path:
     path = _existing(name)
     if path is None:
         known = ", ".join(list_presets().presets) or "none"
-        raise InputError(f"There is no preset of your own by the name {name!r}, only {known}.")
+        raise InputError(f"There is no user preset {name!r}. Known: {known}.")
     return path
 
 
 def _existing(name: str) -> Path | None:
-    """The file of one of the user's own presets; names that differ by capitals alone are one, as on some systems."""
+    """The file of one of the user's presets; names are compared without case, as on some systems."""
     files = presets_folder().glob(f"*{PRESET_SUFFIX}")
     return next((path for path in files if path.stem.casefold() == name.casefold()), None)
 
 
 def _free_path(name: str, keeps: Path | None) -> Path:
-    """Where a preset of this name goes, unless another one than `keeps` has it."""
+    """The path for a preset of this name, unless another one than `keeps` has it."""
     fits = _NAME.fullmatch(name) and len(name) <= _LONGEST_NAME and name[-1] not in ". "
     if not fits or _RESERVED.fullmatch(name):
         raise InputError(
@@ -331,5 +330,5 @@ def _free_path(name: str, keeps: Path | None) -> Path:
         raise InputError(f"{name!r} is the name of a built-in preset. Choose another name.")
     taken = _existing(name)
     if taken is not None and taken != keeps:
-        raise InputError(f"There is a preset {taken.stem!r} already. Choose another name, or replace it.")
+        raise InputError(f"A preset {taken.stem!r} already exists. Choose another name, or replace it.")
     return presets_folder() / f"{name}{PRESET_SUFFIX}"

@@ -1,4 +1,4 @@
-"""run.json: what a run was made of and what came of it. The same run gives the same record, byte for byte."""
+"""run.json: the inputs and results of a run. The same run gives the same record, byte for byte."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from ..segmentation.edges.detectors import load_model
 from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
 from .setup import RunSetup
 
-# Which network had a part in a run, by name.
+# The networks used by a run, by name.
 
 Asked = tuple[str, ...]
-"""Names of networks: the one that is asked for, and the one that stands in where that does not work."""
+"""Names of networks: the requested one, then its replacement if that does not work."""
 
 
 def asked_networks(detector: str, model: str) -> Asked:
-    """The networks that edges may come from.
+    """The networks that may produce the edges.
 
     Parameters
     ----------
     detector : str
         `BlockParameters.detector` or `Parameters.edges`.
     model : str
-        The network of contours that is chosen beside it.
+        The contour network selected with it.
 
     Examples
     --------
@@ -52,20 +52,19 @@ def asked_networks(detector: str, model: str) -> Asked:
 
 
 def used_network(sha256: str | None, asked: Asked) -> dict[str, str]:
-    """Name -> SHA-256 of the network that was used: of those asked for the one that has that very file, else the first;
-    empty if none was."""
+    """Name -> SHA-256 of the network used: the requested one with that file, else the first; empty if none was used."""
     if sha256 is None or not asked:
         return {}
     return {next((name for name in asked[1:] if present_sha256(name) == sha256), asked[0]): sha256}
 
 
 def present_sha256(name: str) -> str | None:
-    """SHA-256 of the network of a name as it is now; None if there is none that works.
+    """SHA-256 of the installed network of this name; None if there is none that works.
 
     Raises
     ------
     InstallationError
-        If no network can be read here.
+        If networks cannot be read in this installation.
     """
     try:
         if name == CORRECTION:
@@ -78,12 +77,12 @@ def present_sha256(name: str) -> str | None:
 PROGRAM = "ilf-studio"
 
 SCHEMA = 1
-"""Number of the form that a record has."""
+"""Version of the record's format."""
 
 
 @dataclass(frozen=True)
 class RecordedMask:
-    """A mask that a run was made with: the SHA-256 of its values (`array_sha256`), and its file beside the record."""
+    """A mask of a run's inputs: the SHA-256 of its values (`array_sha256`), and its file beside the record."""
 
     sha256: str
     file: str
@@ -91,59 +90,58 @@ class RecordedMask:
 
 @dataclass(frozen=True)
 class RecordedGuide(RecordedMask):
-    """The guide that a run was made with: the SHA-256 of its `array`, its file beside the record, and where it is
-    from."""
+    """The guide of a run: the SHA-256 of its `array`, its file beside the record, and its original path."""
 
     path: str | None
 
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What a run was made of and what came of it. Nothing in it depends on when, where or how fast it was run.
+    """The inputs and results of a run, independent of time, place and speed of its execution.
 
     Attributes
     ----------
     name : str
-        Of the frame.
+        Name of the frame.
     inputs : FrameInputs or None
         None if the frame was not read from files.
     distrusted, drawn : RecordedMask or None
-        The masks of distrusted depth and of drawn borders; None where there is none.
+        The invalid mask and the mask of drawn borders; None for none.
     outside_view : RecordedMask or None
-        The mask of what the depth camera could not see, of a frame that has it from a file; None where there is none.
+        The mask of pixels outside the depth camera's view, if the frame has it from a file; None for none.
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
-        Where the frame's camera was, as rows of a matrix; None where it is not known.
+        Pose of the frame's camera, as rows of a matrix; None if unknown.
     extraction : BlockParameters or None
-        None if the blocks did not come from the extraction.
+        None if the blocks were not extracted.
     labels_sha256 : str
-        Of the label map as int32 (`array_sha256`).
+        SHA-256 of the label map as int32 (`array_sha256`).
     shape : (int, int)
         (H, W) of the label map.
     edited : bool
-        Whether the blocks are not, or no longer, what the extraction gives.
+        Whether the blocks differ from the result of the extraction.
     labels_file : str or None
         Name of the label map beside the record, None if it was not written.
     extraction_networks, networks : dict
-        Name of every network that had a part in the extraction, and in the filter and after it -> SHA-256 of its file.
+        Name of every network used by the extraction, and by the filter and later steps -> SHA-256 of its file.
     parameters : dict
         Label of every block that was run -> its parameters.
     common : Parameters
-        Those of most blocks.
+        Parameters of most blocks.
     dense : bool
-        Whether the rest was guessed.
+        Whether the remaining depth was extrapolated.
     options : ExportOptions
     outcomes : tuple of BlockOutcome
     depth_sha256 : str
-        Of the completed depth as float32 (`array_sha256`).
+        SHA-256 of the completed depth as float32 (`array_sha256`).
     outputs : dict
         Name of every other file of the set -> SHA-256.
     version : str
-        Of this program.
+        Version of this program.
     versions : dict
-        Library -> version, None where it was not installed.
+        Library -> version, None if it was not installed.
     processor : str
-        What the processor can do, as far as results may depend on it.
+        Features of the processor that results may depend on.
     """
 
     name: str
@@ -173,17 +171,17 @@ class RunRecord:
 
 
 def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -> RunRecord:
-    """The record of a run. Its parameters are those that the blocks were really run with.
+    """Make the record of a run, with the parameters that the blocks were actually run with.
 
     Parameters
     ----------
     run : RunSetup
     completion : Completion
     options : ExportOptions
-        How its results are written.
+        Options of the written files.
     """
     results = completion.results
-    # what registration finds out, it finds out again
+    # for recordings, the replay registers the depth again
     is_of_files = run.frame.inputs is not None and run.frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
     return RunRecord(
@@ -211,9 +209,9 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
 
 
 def array_sha256(values: NDArray[Any]) -> str:
-    """SHA-256 of an array's values, row by row: whole numbers as little-endian int32, others as little-endian float32.
+    """SHA-256 of an array's values, row by row: integers as little-endian int32, others as little-endian float32.
 
-    Missing depth has one pattern of bits, whatever made it.
+    Missing depth always has the same bit pattern.
     """
     if values.dtype.kind == "f":
         known = np.where(np.isnan(values), np.float32(np.nan), values)
@@ -273,7 +271,7 @@ def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """A block's outcome, ready for JSON: NaN becomes None."""
+    """Convert a block's outcome for JSON: NaN becomes None."""
     sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
     return dataclasses.asdict(outcome) | {"status": outcome.status.value, "sigma_i": sigma}
 
@@ -285,7 +283,7 @@ def _extraction_networks(run: RunSetup) -> dict[str, str]:
 
 
 def _networks(completion: Completion) -> dict[str, str]:
-    # guesses are those of the preset "best"
+    # extrapolation uses the preset "best"
     used = [(preset(), completion.guess_network)]
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Reading run.json: every value checked, with a clear message for whatever may be wrong with it."""
+"""Reading of run.json: every value is checked, with a clear error message."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 
 
 def read_record(path: str | os.PathLike[str]) -> RunRecord:
-    """Read and check a run record. Sections and keys that are not known are passed over.
+    """Read and check a run record. Unknown sections and keys are ignored.
 
     Raises
     ------
     InputError
         If there is no such file.
     FormatError
-        If it is not JSON, not a run record, of another schema, lacks something, or has a value of the wrong kind.
-        Unknown parameters too, because without them the run would be another one.
+        If it is not JSON, not a run record, of another schema, incomplete, or has a value of the wrong type. Also for
+        unknown parameters, because without them the run would be different.
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
-        raise FormatError(f"{Path(path).absolute()} is no run record: give the run.json that an export has written.")
+        raise FormatError(f"{Path(path).absolute()} is not a run record: give the run.json of an export.")
     try:
         check_schema(data, SCHEMA, "run record")
         return _parsed(Section("run record", data))
@@ -106,7 +106,7 @@ def _parsed_guide(record: Section) -> RecordedGuide | None:
 
 
 def parsed_inputs(inputs: Section) -> FrameInputs:
-    """A frame's files from their fields; raises FormatError for what is missing or of the wrong kind."""
+    """Parse a frame's files from their fields; FormatError for missing or wrong values."""
     rgb, depth = (
         InputFile(section.get("path", str), section.get("sha256", str))
         for section in (inputs.section("rgb"), inputs.section("depth"))
@@ -157,7 +157,7 @@ def _parsed_options(options: Section) -> ExportOptions:
 
 
 def parsed_outcome(outcome: Section) -> BlockOutcome:
-    """Inverse of `outcome_to_dict`; raises FormatError for what is missing or of the wrong kind."""
+    """Inverse of `outcome_to_dict`; FormatError for missing or wrong values."""
     status = outcome.get("status", str)
     if status not in list(Status):
         raise FormatError(f"'status' of a block must be one of {', '.join(Status)}, not {status!r:.60}.")

@@ -1,4 +1,4 @@
-"""From a run record back to the run: the same frame, blocks and parameters, and a verdict on what comes of it."""
+"""Replay of a run record: the same frame, blocks and parameters, and a comparison of the results."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import file_sha256
+from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES
@@ -29,17 +30,17 @@ from .record import RecordedGuide, RecordedMask, RunRecord, array_sha256, asked_
 from .record_file import read_record
 from .run import Run
 
-# What is no longer as it was when a run was recorded: its files, the edge networks, versions and processor.
+# Differences from the recorded state: files, edge networks, versions and processor.
 
 
 def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
-    """What is wrong with a record's set of files, a sentence each: files that are gone or have changed since.
+    """Check a record's set of files; one sentence each for files that are missing and files that have changed.
 
     Parameters
     ----------
     record : RunRecord
     folder : Path
-        Where it lies.
+        Folder of the record.
     """
     gone = [name for name in record.outputs if not os.path.isfile(folder / name)]
     changed = [
@@ -47,17 +48,17 @@ def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
     ]
     sentences = []
     if gone:
-        sentences.append(f"The set is not whole: {', '.join(gone)} {'is' if len(gone) == 1 else 'are'} not beside it.")
+        sentences.append(f"The set of files is incomplete: missing {', '.join(gone)}.")
     if changed:
         sentences.append(
-            f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since the run was written: the "
-            "record does not vouch for that."
+            f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since the run was written and no "
+            f"longer match{'es' * (len(changed) == 1)} the record."
         )
     return tuple(sentences)
 
 
 def version_differences(record: RunRecord) -> str:
-    """The program and libraries whose versions are not those of the record, in words; "" if all are the same."""
+    """Text on the program and libraries whose versions differ from the record; "" if all are equal."""
     recorded = {"ilf": record.version, **record.versions}
     present = {"ilf": __version__, **library_versions()}
     return ", ".join(
@@ -68,14 +69,14 @@ def version_differences(record: RunRecord) -> str:
 
 
 def processor_difference(record: RunRecord) -> str:
-    """Another kind of processor than the record's, in words; "" if it is the same."""
+    """Text on a processor type that differs from the record; "" if it is the same."""
     if record.processor == processor():
         return ""
     return f"another kind of processor ({record.processor}; here {processor()})"
 
 
 def networks_that_were_missing(record: RunRecord) -> list[str]:
-    """Edge networks that others' edges stood in for when the run was recorded, and that are here now."""
+    """Sentences on edge networks that were replaced when the run was recorded, but are available now."""
     missed = set()
     if record.extraction is not None:
         asked = asked_networks(record.extraction.detector, record.extraction.model)
@@ -86,44 +87,44 @@ def networks_that_were_missing(record: RunRecord) -> list[str]:
             asked = asked_networks(parameters.edges, parameters.model)
             missed.update(set(asked[:1]) - record.networks.keys())
     return [
-        f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges stood in "
-        "for its own: blocks and depth may be others now that it is here."
+        f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges replaced "
+        "its own: blocks and depth may differ now that it is available."
         for name in sorted(missed)
         if present_sha256(name) is not None
     ]
 
 
 def network_differences(record: RunRecord) -> list[str]:
-    """Networks that are not those of the record, and what that means."""
+    """Sentences on networks that differ from the record, and the consequences."""
     sentences = []
     parts = (
-        (record.extraction_networks, "the blocks were extracted with", "the blocks may be others"),
-        (record.networks, "the filter took its edges from", "depth beside edges may differ by more than rounding"),
+        (record.extraction_networks, "used by the extraction", "the blocks may differ"),
+        (record.networks, "used by the filter", "depth beside edges may differ by more than rounding"),
     )
     for networks, had, means in parts:
         for name, sha256 in networks.items():
             present = present_sha256(name)
             if present == sha256:
                 continue
-            state = "is not here" if present is None else "is another one now"
+            state = "is not available" if present is None else "has changed"
             if name == CORRECTION:
                 sentences.append(
-                    f"The correction network that the depth was corrected with {state}: depth that was missing may be "
-                    "other. Install the recorded version."
+                    f"The correction network used by the run {state}: filled depth may differ. "
+                    "Install the recorded version."
                 )
                 continue
             way_out = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
-            sentences.append(f"The edge network {name!r} that {had} {state}: {means}. {way_out}.")
+            sentences.append(f"The edge network {name!r} {had} {state}: {means}. {way_out}.")
     return sentences
 
 
 _ROUNDING = 1e-4
-"""Largest difference [m] that another processor or library makes by rounding alone, and more: 6e-6 m was measured."""
+"""Difference [m] above that of rounding on another processor or library, where up to 6e-6 m was measured."""
 
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """What it takes to make a recorded run again.
+    """A recorded run, ready to be executed again.
 
     Attributes
     ----------
@@ -131,7 +132,7 @@ class Replay:
     options : ExportOptions
     record : RunRecord
     differences : tuple of str
-        What is not as it was when the run was recorded, and what that means; a sentence each.
+        Differences from the recorded state and their consequences; one sentence each.
     """
 
     run: Run
@@ -141,24 +142,24 @@ class Replay:
     _depth: NDArray[np.float32] | None
 
     def verdict(self, completion: Completion) -> tuple[str, ...]:
-        """How what came of the run differs from what was recorded; empty if it is the same, bit for bit.
+        """Compare the results of the run with the recorded ones; empty if they are equal bit for bit.
 
         Parameters
         ----------
         completion : Completion
-            Of `run`.
+            Result of `run`.
 
         Returns
         -------
         tuple of str
-            A sentence each, with the size of the differences where the recorded depth is at hand.
+            One sentence each, with the size of the differences if the recorded depth is available.
         """
         if self.record.depth_sha256 == array_sha256(completion.depth):
             return ()
         if self._depth is None:
             return (
-                f"The depth is not bit for bit the recorded one{self._because()}. By how much cannot be said: neither "
-                f"{DEPTH_FILES['npy']} nor {DEPTH_FILES['tiff']} of the record is beside it, as it was written.",
+                f"The depth is not bit for bit the recorded one{self._because()}. The difference cannot be computed: "
+                f"the original {DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
             )
         return (f"{how_far(completion.depth, self._depth)}{self._because()}.",)
 
@@ -168,15 +169,16 @@ class Replay:
 
 
 def how_far(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
-    """By how much depth [m] differs from the recorded depth, both (H, W), in words."""
+    """Text on the difference of depth [m] from the recorded depth, both (H, W)."""
     both = np.isfinite(depth) & np.isfinite(recorded)
     apart = np.abs(depth[both].astype(np.float64) - recorded[both])
     largest = float(apart.max(initial=0.0))
     other = int(np.count_nonzero(np.isfinite(depth) != np.isfinite(recorded)))
-    text = f"The depth differs from the recorded one by up to {largest:.1e} m, at {np.count_nonzero(apart)} pixels"
+    different = counted(int(np.count_nonzero(apart)), "pixel")
+    text = f"The depth differs from the recorded one by up to {largest:.1e} m, at {different}"
     if other:
-        return f"{text}, and {other} pixels are missing in one of them alone"
-    return f"{text}: that is rounding, the results are the same" if largest < _ROUNDING else text
+        return f"{text}; in addition, {counted(other, 'pixel')} missing in only one of them"
+    return f"{text}: within rounding, the results are the same" if largest < _ROUNDING else text
 
 
 def replay(
@@ -184,26 +186,26 @@ def replay(
     rgb: str | os.PathLike[str] | None = None,
     depth: str | os.PathLike[str] | None = None,
 ) -> Replay:
-    """Load and check everything that a recorded run was made of.
+    """Load and check all inputs of a recorded run.
 
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, guide, masks (of distrusted depth, of drawn borders, of what is outside the view), and
-        input files that are no longer where they were are looked for beside it.
+        The run.json. Label map, guide, masks (invalid depth, drawn borders, outside view), and input files that have
+        been moved are searched beside it.
     rgb, depth : path-like, optional
-        Where the input files are now; of a frame of a recording, `rgb` is where that is.
+        New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
 
     Returns
     -------
     Replay
-        Its `run` has the inputs as recorded, wherever they are now, so that its record comes out the same.
+        Its `run` has the recorded inputs, even if they have been moved, so that its record is the same.
 
     Raises
     ------
     InputError
         If there is no such record, an input file is missing or is not the recorded one, or the blocks, the guide or
-        one of the masks cannot be had again.
+        one of the masks cannot be restored.
     FormatError
         If the record cannot be read.
 
@@ -229,7 +231,9 @@ def replay(
     labels, network, notes = _recorded_blocks(record, frame, folder)
     gone = sorted(set(record.parameters) - set(np.unique(labels).tolist()))
     if gone:
-        raise InputError(f"The record has outcomes of blocks that its label map lacks: {gone}. It has been changed.")
+        raise InputError(
+            f"The record has been changed: it has outcomes of blocks that its label map lacks: {gone}. Restore it."
+        )
     if versions := version_differences(record):
         differences.append(f"The run was made with {versions}: results may differ in the last digits, or more.")
     if another := processor_difference(record):
@@ -258,7 +262,9 @@ def _recorded_frame(
 ) -> RGBDFrame:
     inputs = record.inputs
     if inputs is None:
-        raise InputError("This run cannot be replayed: its frame was not read from files, so there is nothing to load.")
+        raise InputError(
+            "This run cannot be replayed: its frame was not read from files. Save it to files and run it again."
+        )
     paths: tuple[Path, Path | None]
     if inputs.frame is None:
         paths = (
@@ -284,63 +290,62 @@ def _recorded_frame(
     ):
         if inputs.frame is not None:
             raise InputError(
-                f"{paths[0]} is not the recording of the recorded run: its frame {inputs.frame} is another. Give the "
-                "one that was used."
+                f"{paths[0]} is not the recording of the recorded run: its frame {inputs.frame} is different. Give the "
+                "original recording."
             )
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
     if record.outside_view is not None:
-        outside = _recorded_mask(record.outside_view, "what lies outside the view", folder, frame.shape)
+        outside = _recorded_mask(record.outside_view, "the outside view", folder, frame.shape)
         frame = dataclasses.replace(frame, outside_view=outside)
-    distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
+    distrusted = _recorded_mask(record.distrusted, "invalid depth", folder, frame.shape)
     return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 
 
 def _with_recorded_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
-    """The frame with the recorded truth, or as it is, and why: no depth depends on it."""
+    """The frame with the recorded ground truth, or unchanged with a sentence on why; no depth depends on it."""
     recorded = None if record.inputs is None else record.inputs.truth
     if recorded is None:
         return frame, ()
     try:
-        found = _recorded_file(recorded, "truth", folder, None)
+        found = _recorded_file(recorded, "ground-truth file", folder, None)
         return frame.with_truth(load_truth(found, frame.shape, recorded.units), recorded), ()
     except InputError as error:
-        return frame, (f"The run is judged by no truth, and its curves have no error. {error}",)
+        return frame, (f"The run is not evaluated against ground truth, and its curves have no error. {error}",)
 
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
-    """The file with the recorded content: the given one, or where it was, or beside the record."""
+    """The file with the recorded content: the given one, at its recorded path, or beside the record."""
     candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
     for path in candidates:
         if os.path.isfile(path) and file_sha256(path) == recorded.sha256:
             return path
-    # a file of that name beside the record may well be one of its own outputs
+    # a file of that name beside the record may be one of its outputs
     if os.path.isfile(candidates[0]):
         raise InputError(
             f"{candidates[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
-            "colour and the depth file that were used."
+            "original colour and depth file."
         )
     raise InputError(
         f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
-        "Give the colour and the depth file to say where they are now."
+        "Give the new paths of the colour and the depth file."
     )
 
 
 def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
-    """The recording: the given one, or where it was, or beside the record. Whether it is the same, its frame shows."""
+    """The recording: the given one, at its recorded path, or beside the record. Its frame is compared later."""
     candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
     for path in candidates:
         if os.path.exists(path):
             return path
     raise InputError(
-        f"{candidates[0]}: there is no such recording, but the run was made of a frame in it. Give its path to say "
-        "where it is now."
+        f"{candidates[0]}: there is no such recording, but it contains the frame of the run. Give its new path."
     )
 
 
 def _last_name(path: str) -> str:
-    """The last part of a path of any system."""
+    """The last part of a path of any operating system."""
     return re.split(r"[\\/]", path)[-1]
 
 
@@ -375,22 +380,22 @@ def _recorded_guide(recorded: RecordedGuide | None, folder: Path) -> Guide | Non
 def _recorded_blocks(
     record: RunRecord, frame: RGBDFrame, folder: Path
 ) -> tuple[NDArray[np.int32], str | None, tuple[str, ...]]:
-    """The recorded label map, extracted again or read from the file beside the record; the network that the extraction
-    took, and notes."""
+    """The recorded label map, extracted again or read from the file beside the record; the network of the extraction,
+    and notes."""
     network = next(iter(record.extraction_networks.values()), None)
     saved = _saved_labels(record, folder)
     if record.extraction is None or record.edited:
         if saved is None:
             raise InputError(
                 "The blocks of this run were drawn or edited by hand, and their label map "
-                f"({record.labels_file or LABELS_FILE}) is not beside the record, or has changed. Put it there."
+                f"({record.labels_file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
             )
         return saved, network, ()
     again = found_blocks(frame, record.extraction)
     if array_sha256(again.blocks) == record.labels_sha256:
         return again.blocks, again.network, again.notes
     versions = version_differences(record)
-    problem = "The extraction gives other blocks than recorded" + (f" by {versions}" if versions else "")
+    problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
     name = record.labels_file or LABELS_FILE
     if saved is None:
         raise InputError(
@@ -411,7 +416,7 @@ def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
 
 
 def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
-    """The recorded depth, from a file beside the record that keeps every digit; None if there is none."""
+    """The recorded depth, from a lossless file beside the record; None if there is none."""
     for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
         path = folder / name
         if name in record.outputs and os.path.isfile(path) and file_sha256(path) == record.outputs[name]:

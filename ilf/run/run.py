@@ -1,4 +1,4 @@
-"""A run: made of a frame, carried out step by step, and its completion, which is written."""
+"""A run: its set-up from a frame, its execution step by step, and its completion."""
 
 from __future__ import annotations
 
@@ -29,46 +29,46 @@ from .setup import RunSetup
 from .writing import Written, write
 
 GUESS = 0
-"""What stands for a block's label in the `Progress` of the guess."""
+"""In place of a block's label in the `Progress` of the extrapolation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run(RunSetup):
-    """All that a run is made of; its results follow from it alone.
+    """All inputs of a run; its results depend on nothing else.
 
     Parameters
     ----------
     frame : RGBDFrame
-        With its inputs, if it was read from files, its distrusted depth and its guide.
+        Including its inputs, if it was read from files, its invalid mask and its guide.
     blocks : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     parameters : Parameters or str
-        Of all blocks but those that have their own, or the name of a preset; the preset "best" if left out. `Run.of`
-        takes them by keyword.
+        Parameters or preset name for all blocks without own parameters; the preset "best" if left out. `Run.of` takes
+        them by keyword.
     own : mapping of int to Parameters or str
-        Block label -> parameters of its own.
+        Block label -> own parameters.
     only : collection of int, optional
-        Just these blocks are run; in the order of a sequence, if they run one after the other.
+        Run only these blocks; in the order of a sequence if they run one after the other.
     dense : bool
-        Whether the depth that is still missing after the blocks is guessed (`ilf.fill_rest`).
+        Whether depth that is still missing after the blocks is extrapolated (`ilf.fill_rest`).
     extraction : BlockParameters, optional
-        What the blocks were extracted with; None if they were not.
+        Parameters of the blocks' extraction; None if they were not extracted.
     edited : bool
-        Whether the blocks are not, or no longer, what the extraction gives.
+        Whether the blocks differ from the result of the extraction.
     network : str, optional
-        SHA-256 of the edge network that the blocks were extracted with; None if it had no part in it.
+        SHA-256 of the edge network used by the extraction; None for none.
     notes : tuple of str
-        What the user should know of how all this came about, a sentence each.
+        Notes for the user on these inputs, one sentence each.
     drawn : ndarray of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. None
-        if no pixel is.
+        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. None for
+        none.
 
     Raises
     ------
     InputError
         If the label map or the mask of drawn borders does not fit the frame.
     ParameterError
-        For an unknown preset, or what are no parameters.
+        For an unknown preset or an object that is not parameters.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class Run(RunSetup):
         guide: ArrayLike | Guide | None = None,
         **changes: Value,
     ) -> Self:
-        """The run that `ilf.complete` makes of the same arguments."""
+        """Make the run that `ilf.complete` executes for the same arguments."""
         if isinstance(blocks, str | ParameterSet):
             raise ParameterError(
                 f"The second argument is the label map of the blocks, not {blocks!r:.60}: give presets and parameters "
@@ -119,14 +119,14 @@ class Run(RunSetup):
         return cls(guided, extraction=extraction, **given)
 
     def steps(self, threads: int | None = None, watch: Watch | None = None) -> RunSteps:
-        """The run, step by step, for those who show it or may stop it.
+        """Execute the run step by step, for progress and cancellation.
 
         Parameters
         ----------
         threads : int, optional
-            Blocks that run at the same time; as many as there are cores if left out. The result is the same.
+            Number of blocks that run at the same time; the number of cores if left out. It does not affect the result.
         watch : callable, optional
-            Called after every iteration of a block, in the thread that made it; see `CompletionRun`.
+            Called after every iteration of a block, in its thread; see `CompletionRun`.
         """
         return RunSteps(self, threads, watch)
 
@@ -138,7 +138,7 @@ class Run(RunSetup):
         Parameters
         ----------
         on_progress : callable, optional
-            Called with every `Progress`; what it raises stops the run.
+            Called with every `Progress`; an exception in it stops the run.
         threads : int, optional
             As in `steps`.
 
@@ -156,23 +156,23 @@ class Run(RunSetup):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CompletedRun(Completion):
-    """A frame's completed depth, and the run that it came of.
+    """A frame's completed depth, and its run.
 
     Attributes
     ----------
     run : Run
-        All that the depth follows from.
+        All inputs that the depth depends on.
 
     See Also
     --------
-    Completion : has `depth`, `filled`, `blocks`, `outcomes`, `notes` and all else.
+    Completion : has `depth`, `filled`, `blocks`, `outcomes`, `notes` and all other attributes.
     """
 
     run: Run = field(kw_only=True)
 
     @classmethod
     def of(cls, completion: Completion, run: Run) -> Self:
-        """A completion with its run, and with what there is to know of that."""
+        """Combine a completion with its run and the run's notes."""
         values = {known.name: getattr(completion, known.name) for known in fields(Completion)}
         notes = tuple(dict.fromkeys((*run.notes, *completion.notes)))
         return cls(**values | {"notes": notes}, run=run)
@@ -183,25 +183,25 @@ class CompletedRun(Completion):
         Parameters
         ----------
         folder : path-like
-            Made if it is not there. Files of the same names in it are replaced, others are left alone.
+            Created if missing. Files of the same names in it are replaced, others are not changed.
         options : ExportOptions, optional
-            Which files are written, and how; those of `ilf complete` if left out.
+            The files and their formats; those of `ilf complete` if left out.
         **changes
-            Any of the options by name, such as `mesh="glb"`.
+            Any of the options, by name, such as `mesh="glb"`.
 
         Returns
         -------
         Written
-            The files, and notes of what was lost or left out on the way into them.
+            The files, and notes on information that they do not preserve.
 
         Raises
         ------
         ParameterError
-            For an unknown option, or a value that it cannot have.
+            For an unknown option or an invalid value.
         InputError
-            If a cloud or a mesh is asked for and the frame has no intrinsics. Nothing is written then.
+            If a cloud or a mesh is selected and the frame has no intrinsics. Nothing is written then.
         ExportError
-            If a file would replace one of the frame's own, or cannot be written. The folder is as it was then.
+            If a file would replace one of the frame's own, or cannot be written. The folder is unchanged then.
 
         Examples
         --------
@@ -222,7 +222,7 @@ class CompletedRun(Completion):
 
 
 class RunSteps(CompletionRun):
-    """All steps of a run: those of its blocks, then those of the guess if it is dense.
+    """All steps of a run: those of its blocks, then those of the extrapolation if it is dense.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ class RunSteps(CompletionRun):
             self._steps = self._and_guess(self._steps)
 
     def completion(self) -> CompletedRun:
-        """The frame's depth as far as it has come."""
+        """The frame's depth, as far as it is completed."""
         return CompletedRun.of(self._dense or compose(self._run.frame, self.results), self._run)
 
     def _and_guess(self, blocks: Generator[Progress, None, None]) -> Generator[Progress, None, None]:
@@ -257,7 +257,7 @@ def _guessed(run: Run, completion: Completion) -> Generator[IterationRecord, Non
     return guess_steps(completion, run.extraction, run.parameters.outside_view)
 
 
-# The first call, and the optional last step.
+# `ilf.complete`, and the optional extrapolation.
 
 
 def complete(
@@ -280,31 +280,29 @@ def complete(
     ----------
     frame : RGBDFrame
     blocks : array_like of int, shape (H, W), optional
-        Label map, 0 = no block; of a mask, bool, all that is True is one block. Extracted from the frame if left out.
+        Label map, 0 = no block; a bool mask is one block. Extracted from the frame if left out.
     preset : Parameters or str, optional
-        Parameters of the filter, or the name of a preset (`ilf.PRESETS`). The default preset, "best", if left out.
+        Parameters of the filter, or the name of a preset (`ilf.PRESETS`); "best" if left out.
     own : mapping of int to Parameters or str, optional
-        Block label -> parameters of its own.
+        Block label -> own parameters.
     extraction : BlockParameters, optional
-        What blocks are extracted with, or were, unless that is the defaults: the filter sees the same edges.
+        Parameters of the blocks' extraction, now or earlier; the defaults if left out. The filter uses the same edges.
     dense : bool
-        Whether the depth that is still missing after the blocks is guessed, as by `ilf.fill_rest`.
+        Whether depth that is still missing after the blocks is extrapolated, as by `ilf.fill_rest`.
     drawn : array_like of bool, shape (H, W), optional
-        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. Of a
-        block's result, only those of its own pixels decide. The pass band has no use for them, since it sees nothing
-        beyond a block.
+        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. A block's
+        result depends only on its own pixels of these. The pass band ignores them, since it sees nothing beyond a
+        block.
     guide : array_like or Guide, optional
-        Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a network
-        that looks at colour, or another sensor. The frame's own, if it has one, if left out. NaN, infinite and zero
-        mean that nothing is said there. The edge-aware filter follows it as far as the known depth bears it out; the
-        pass band has no use for it.
+        Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a monocular
+        depth network or another sensor. The frame's own, if any, if left out. NaN, infinite and zero values are
+        ignored. The edge-aware filter follows it as far as the known depth supports it; the pass band ignores it.
     on_progress : callable, optional
         Called with every `Progress`; raise `ilf.Cancelled` in it to stop.
     threads : int, optional
-        Blocks that run at the same time; as many as there are cores if left out. The result is the same.
+        Number of blocks that run at the same time; the number of cores if left out. It does not affect the result.
     **changes
-        Any of the `Parameters` by name and, where blocks are extracted, any of the `BlockParameters` that has no
-        namesake there.
+        Any of the `Parameters`, by name, and, if blocks are extracted, any of the `BlockParameters` with another name.
 
     Returns
     -------
@@ -316,8 +314,8 @@ def complete(
     InputError
         If label map or drawn borders do not fit the frame.
     ParameterError
-        For an unknown preset or parameter, a value out of range, a parameter that has no effect beside the others, or
-        what are no parameters.
+        For an unknown preset or parameter, a value out of range, a parameter without effect in combination with the
+        others, or an object that is not parameters.
 
     Examples
     --------
@@ -339,10 +337,10 @@ def complete(
 
 
 def fill_rest(completion: CompletedRun) -> CompletedRun:
-    """Guess the depth that is still missing: between blocks, in their margin, and in blocks too poor in data.
+    """Extrapolate the depth that is still missing: between blocks, in the margin, and in blocks with too little data.
 
-    The frame as it is completed so far is taken for one block whose surfaces end at edges. Nothing vouches for the
-    result: it is for programs that cannot do with gaps. `ilf.complete` with `dense=True` gives the same.
+    The completed frame is treated as one block whose surfaces end at edges. The result is unsupported by measurements:
+    it is for programs that need dense depth. `ilf.complete` with `dense=True` gives the same.
 
     Parameters
     ----------
@@ -351,8 +349,8 @@ def fill_rest(completion: CompletedRun) -> CompletedRun:
     Returns
     -------
     CompletedRun
-        Without missing pixels, but for those outside the depth camera's view unless the run's parameters ask for them;
-        `guessed` says which ones this step has filled. What was there before is as it was.
+        Without missing pixels, except those outside the depth camera's view unless the run's parameters include them;
+        `guessed` is the mask of pixels filled by this step. All other depth is unchanged.
 
     Examples
     --------
@@ -372,25 +370,25 @@ def fill_rest(completion: CompletedRun) -> CompletedRun:
             return CompletedRun.of(end.value, replace(completion.run, dense=True))
 
 
-# How runs are made of frames, whichever: parameters, and the blocks that are given or extracted.
+# Run configurations, independent of a frame: parameters, and given or extracted blocks.
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that makes a `Run` of a frame.
+    """The configuration that turns a frame into a `Run`.
 
     Parameters
     ----------
     parameters : Parameters or str
-        Or the name of a preset; the preset "best" if left out.
+        Parameters or the name of a preset; "best" if left out.
     extraction : BlockParameters
         The defaults if left out.
     dense : bool
-        Whether the depth that is still missing after the blocks is guessed.
+        Whether depth that is still missing after the blocks is extrapolated.
     blocks : str, optional
-        Path of blocks that are taken as they are (`ilf.io.read_blocks`); they are extracted if left out.
+        Path of existing blocks (`ilf.io.read_blocks`); they are extracted if left out.
     fill_gaps : bool
-        Whether blocks are extracted where none is given.
+        Whether blocks are extracted where the file has none.
     drawn : str, optional
         Path of the mask of pixels whose border was drawn by hand.
     """
@@ -406,12 +404,12 @@ class Recipe:
         object.__setattr__(self, "parameters", as_parameters(self.parameters))
 
     def run_of(self, frame: RGBDFrame) -> Run:
-        """The run of a frame. What only other extractions of it would need is not remembered.
+        """Make the run of a frame. Intermediate results of the extraction are not cached.
 
         Raises
         ------
         InputError
-            If a file that is named cannot be read or does not fit the frame, or there are no blocks.
+            If a given file cannot be read or does not fit the frame, or there are no blocks.
         """
         given = self._given(frame)
         drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
@@ -432,9 +430,9 @@ class Recipe:
             way_out = "Lower min_size or min_known_share of the extraction, or give blocks."
         else:
             run = Run(frame, given.labels, self.parameters, dense=self.dense, notes=given.notes, drawn=drawn)
-            way_out = f"{self.blocks} holds none: give a file with blocks, or have its gaps filled."
+            way_out = f"{self.blocks} contains none: give a file with blocks, or fill its gaps."
         if not run.blocks.any():
-            raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
+            raise InputError(f"There are no blocks to complete. {way_out}")
         return run
 
     def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:

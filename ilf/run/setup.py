@@ -1,4 +1,4 @@
-"""What a run is made of: plain data that is run, recorded, replayed and written."""
+"""The inputs of a run: plain data that is run, recorded, replayed and written."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..data.parameters import BlockParameters, Parameters, as_parameters, preset
 
 @dataclass(frozen=True, eq=False)
 class RunSetup:
-    """Frame, blocks and parameters, as `Run` describes them."""
+    """Frame, blocks and parameters of a run; see `Run`."""
 
     frame: RGBDFrame
     blocks: NDArray[np.int32]

@@ -1,4 +1,4 @@
-"""Writing a run: the chosen files of its results, its record and what opens them again; all of them or none."""
+"""Writing of a run: the selected result files, the record and meta.json; all of them or none."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_stopped
 from .._runtime.files import file_sha256, read_json, write_bytes
+from .._runtime.formatting import counted
 from .._runtime.staging import move_in, staging
 from ..completion.confidence.expected_error import expected_error, unvouched
 from ..completion.confidence.features import usual_notes
@@ -59,14 +60,14 @@ CURVE_COLUMNS = (
     "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
     "cell_px", "round", "error_m",
 )  # fmt: skip
-"""r_y, r_x and weighted are of the filter "ideal", cell_px and round of "edge-aware"; the other's cells are empty."""
+"""r_y, r_x and weighted belong to the filter "ideal", cell_px and round to "edge-aware"; empty for the other filter."""
 
 
 def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
     """Write the record of every iteration, block after block, atomically.
 
-    Floats keep every digit, and seconds are left out: the same run gives the same file. The cell of an error that there
-    are no pixels for is empty.
+    Floats are written with all digits, and seconds are left out: the same run gives the same file. An error without any
+    pixels is an empty cell.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[It
 
 
 def _cells(record: IterationRecord) -> dict[str, object]:
-    """Column -> what stands in it."""
+    """Column -> its value."""
     cells: dict[str, object] = {
         "i": record.i,
         "stage": record.stage,
@@ -105,18 +106,18 @@ def _digits(value: float) -> str:
     return repr(float(value))
 
 
-# Point cloud and mesh of a run's result, with what is known of every point.
+# Point cloud and mesh of a run's result, with values per point.
 
 
 def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
-    """Raise InputError if a cloud or a mesh is asked for of a frame without intrinsics, or in the world without a
-    pose."""
+    """Raise InputError for a cloud or a mesh of a frame without intrinsics, or in world axes without a pose."""
     if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
-        raise InputError("Where the camera was is not known of this frame: choose other axes than those of the world.")
+        raise InputError("The pose of this frame's camera is not known: select axes other than world.")
     if frame.intrinsics is None and (options.cloud or options.mesh):
         raise InputError(
             f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
-            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave it out."
+            "Give them as a preset (such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave out the "
+            f"{'cloud' if options.cloud else 'mesh'}."
         )
 
 
@@ -128,15 +129,15 @@ def write_space(
     error: NDArray[np.float32] | None,
     doubtful: NDArray[np.bool_] | None,
 ) -> list[str]:
-    """Write the cloud and the mesh that are chosen; returns notes.
+    """Write the selected cloud and mesh; returns notes.
 
     Parameters
     ----------
     folder : Path
     run, completion, options
-        As `write` takes them; the frame's camera is known.
+        As for `write`; the frame's camera is known.
     error, doubtful : ndarray, optional
-        Expected error [m] and what nothing vouches for, both (H, W), if they are to be told of every point.
+        Expected error [m] and mask of unsupported depth, both (H, W), if they are written for every point.
     """
     camera, depth, rgb = run.frame.intrinsics, completion.depth, run.frame.rgb
     if camera is None or not (options.cloud or options.mesh):
@@ -144,9 +145,9 @@ def write_space(
     notes = []
     only = ~flying_points(depth, camera) if options.drop_flying else None
     if only is not None and (count := np.count_nonzero(~only)):
-        notes.append(f"Left out of cloud and mesh: {count} points in mid-air. The depth files have them.")
+        notes.append(f"Left out of cloud and mesh: {counted(count, 'flying point')}. The depth files contain them.")
     if options.normals and options.cloud in {"xyz", "xyzrgb"}:
-        notes.append(f"{CLOUD_FILES[options.cloud]} has no place for normals: choose PLY or PCD.")
+        notes.append(f"{CLOUD_FILES[options.cloud]} cannot store normals: select PLY or PCD.")
     known: dict[str, Any] = {
         "only": only,
         "normals": surface_normals(depth, camera) if options.normals else None,
@@ -160,7 +161,7 @@ def write_space(
             cloud = in_world(cloud, pose)
         path = folder / CLOUD_FILES[options.cloud]
         write_cloud(path, cloud, axes=axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
-        del cloud  # a mesh is as large
+        del cloud  # the mesh is as large
         check_stopped()
     if options.mesh is not None:
         mesh = surface_mesh(depth, rgb, camera, **known)
@@ -174,7 +175,7 @@ def write_space(
 def _scalars(
     run: RunSetup, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
-    """What is known of every pixel beside where it is."""
+    """Scalar values of every pixel for the cloud and the mesh."""
     scalars: dict[str, NDArray[Any]] = {}
     if error is not None:
         scalars["expected_error"] = error
@@ -186,21 +187,21 @@ def _scalars(
 
 
 _PREFERRED = ("npy", "tiff", "png")
-"""Depth formats in which the folder is opened again as a frame, the one that loses least first."""
+"""Depth formats in which the folder is opened again as a frame, the most accurate first."""
 
 
 @dataclass(frozen=True)
 class Written:
-    """What has been written.
+    """The result of writing a run.
 
     Attributes
     ----------
     files : tuple of Path
         In the order of `filenames`.
     notes : tuple of str
-        What was lost on the way into the files, and how to keep it.
+        Notes on information that the files do not preserve, and how to keep it.
     remarks : tuple of str
-        What the files say of the result: nothing to be mended.
+        Remarks on the result that need no action.
     """
 
     files: tuple[Path, ...]
@@ -209,7 +210,7 @@ class Written:
 
 
 def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
-    """Names of the files that `write` writes into its folder; the run's record, which seals the set, is the last."""
+    """Names of the files that `write` writes; the run's record, which completes the set, is the last."""
     names = [name for name in options.filenames() if name != RECORD_FILE]
     if run.dense:
         names.append(GUESSED_FILE)
@@ -231,19 +232,19 @@ def write(
     *,
     overwrite: bool = True,
 ) -> Written:
-    """Write the chosen files into a folder: all of them, or none.
+    """Write the selected files into a folder: all of them, or none.
 
-    `run.json` comes last and holds the SHA-256 of the others: without it, or with other files, the set is not whole.
-    `meta.json` makes the folder a frame that can be opened again, with the completed depth; the colour of a frame of a
-    recording is written, too, for that.
+    `run.json` is written last and contains the SHA-256 of the others: without it, or with other files, the set is
+    incomplete. `meta.json` makes the folder a frame that can be opened again, with the completed depth; for a frame of
+    a recording, the colour is written as well.
 
     Parameters
     ----------
     folder : path-like
-        Made if it is not there. Other files in it are left alone.
+        Created if missing. Other files in it are not changed.
     run : RunSetup
     completion : Completion
-        Of that run.
+        Result of the run.
     options : ExportOptions, optional
         The defaults if left out.
     overwrite : bool
@@ -256,9 +257,9 @@ def write(
     Raises
     ------
     InputError
-        If a cloud or a mesh is asked for and the frame has no intrinsics. Nothing is written then.
+        If a cloud or a mesh is selected and the frame has no intrinsics. Nothing is written then.
     ExportError
-        If a file would replace one of the frame's own, or cannot be written. The folder is as it was then.
+        If a file would replace one of the frame's own, or cannot be written. The folder is unchanged then.
 
     Examples
     --------
@@ -276,7 +277,7 @@ def write(
     with staging(target) as staged:
         notes, remarks = _write_results(staged, run, completion, chosen)
         if COLOUR_FILE in names:
-            # the encoder takes colours with blue first
+            # the encoder expects BGR
             write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
@@ -299,19 +300,19 @@ def check_write(
     overwrite: bool = True,
     given: Sequence[str | os.PathLike[str]] = (),
 ) -> None:
-    """Find out before a long run what would keep its results from being written.
+    """Check before a long run whether its results can be written.
 
     Parameters
     ----------
     folder, run, options, overwrite
-        As `write` takes them.
+        As for `write`.
     given : sequence of path-like
-        Files and folders beside the frame's own that the run is made from, which must not be overwritten either.
+        Other input files and folders of the run, which must not be overwritten either.
 
     Raises
     ------
     InputError, ExportError
-        As `write` does.
+        As for `write`.
     """
     target, frame = Path(folder), run.frame
     check_space(frame, options)
@@ -324,17 +325,17 @@ def check_write(
         raise ExportError(f"{meta} describes a frame, not an export, and would be overwritten. Choose another folder.")
     for path in paths:
         if os.path.isdir(path):
-            raise ExportError(f"{path} is a folder, and a file of that name is to be written. Choose another folder.")
+            raise ExportError(f"{path} is a folder, but a file of that name must be written. Choose another folder.")
         if os.path.exists(path) and not overwrite:
-            raise ExportError(f"{path} is there already. Choose another folder, or allow to overwrite it.")
+            raise ExportError(f"{path} already exists. Choose another folder, or allow overwriting.")
 
 
 def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[str | os.PathLike[str]] = ()) -> None:
-    """Raise ExportError if one of the paths is a file that the frame was read from, or may have been, or is given."""
+    """Raise ExportError if a path is a file that the frame was read from, or may have been, or is one of `given`."""
     others = [Path(path) for path in given if os.path.exists(path)]
     others += [inside for path in others if path.is_dir() for inside in path.iterdir()]
     for path in _already_there(paths, others):
-        raise ExportError(f"{path} was given to this run and would be overwritten. Choose another folder.")
+        raise ExportError(f"{path} is an input of this run and would be overwritten. Choose another folder.")
     if frame.inputs is None:
         return
     files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
@@ -346,7 +347,7 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[
 
 
 def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
-    """Those of the paths that are one of the sources, by whatever name."""
+    """The paths that are the same file as one of the sources."""
     there = [source for source in sources if os.path.exists(source)]
     return [path for path in paths if os.path.exists(path) and any(path.samefile(source) for source in there)]
 
@@ -354,13 +355,13 @@ def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]
 def _write_results(
     folder: Path, run: RunSetup, completion: Completion, options: ExportOptions
 ) -> tuple[list[str], list[str]]:
-    """Write the results, without what describes them; returns notes and remarks."""
+    """Write the results, without meta.json and record; returns notes and remarks."""
     notes: list[str] = []
     remarks: list[str] = []
     if run.dense:
         write_mask(folder / GUESSED_FILE, completion.guessed)
         if count := np.count_nonzero(completion.guessed):
-            remarks.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
+            remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {GUESSED_FILE}.")
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
     if run.frame.guide is not None:
@@ -383,7 +384,7 @@ def _write_results(
         if options.depth_formats:
             write_mask(folder / UNVOUCHED_FILE, doubtful)
             if count := np.count_nonzero(doubtful & ~completion.guessed):
-                remarks.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
+                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {UNVOUCHED_FILE}.")
     if options.labels:
         write_labels(folder / LABELS_FILE, run.blocks)
     if options.curves:
@@ -393,13 +394,13 @@ def _write_results(
 
 
 def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
-    """File name -> what the run was made with beside files and blocks, and what the depth camera could not see."""
+    """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view."""
     masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 
 def _sealed(path: Path) -> str:
-    """SHA-256 of a file that has been written."""
+    """SHA-256 of a written file."""
     check_stopped()
     return file_sha256(path)
 
@@ -414,7 +415,7 @@ def _is_ours(meta: Path) -> bool:
 
 
 def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> bytes:
-    """What opens the folder as a frame: the completed depth, and where the colour is."""
+    """Content of meta.json, which makes the folder a frame: the completed depth, and the path of the colour."""
     depth_format = next(known for known in _PREFERRED if known in options.depth_formats)
     camera = frame.intrinsics
     meta = {

@@ -1,1 +1,1 @@
-"""EBS: where surfaces may end, the operation blocks between, their editing and their propagation."""
+"""EBS: edges, operation blocks, their editing and their propagation."""

@@ -25,31 +25,31 @@ from .edges.relief import Relief
 from .flooding import flood
 from .merging import Fitness, RegionGraph, keep_existing, numbered
 
-# What the extraction takes from a frame's edges: their strength, binarised edges, and what guides the contraction.
+# Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.
 
 _CANNY_RAISE, _JUMP_HEIGHT, _CREASE_HEIGHT = 0.3, 1.5, 0.9
-"""What Canny's lines add to the network's strength as the guide of the contraction, and how high jumps and the
-sharpest creases stand in it."""
+"""In the guide of the contraction: the weight of Canny's lines added to the network's strength, and the heights of
+jumps and of the sharpest creases."""
 
 _MIDDLING_BEND = 1.5
-"""Bend at which a crease stands half as high as the sharpest."""
+"""Bend at which a crease has half the height of the sharpest one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Boundaries:
-    """Where blocks may end.
+    """Possible boundaries of blocks.
 
     Attributes
     ----------
     strength : ndarray of float32, shape (H, W)
-        Edge strength in [0, 1]; depth jumps, those in long lines, stand at 1. Where creases are edges and the detector
-        tells of them, the larger of both.
+        Edge strength in [0, 1]; depth jumps in long lines are at 1. If creases count as edges and the detector finds
+        them, the larger of edge and crease.
     edges : ndarray of bool, shape (H, W)
         The same, binarised.
     guide : ndarray of float32, shape (H, W)
-        Along its crests, boundaries are drawn.
+        Landscape of the contraction: boundaries follow its crests.
     relief : Relief or None
-        What the known depth says, where it counts.
+        Jumps and bends of the known depth; None if depth is not used.
     """
 
     strength: NDArray[np.float32]
@@ -61,16 +61,16 @@ class Boundaries:
 def find_boundaries(
     found: FrameEdges, lines: NDArray[np.bool_], relief: Relief, parameters: BlockParameters
 ) -> Boundaries:
-    """The boundaries that a frame's edges suggest.
+    """Find possible boundaries from a frame's edges.
 
     Parameters
     ----------
     found : FrameEdges
     lines : ndarray of bool, shape (H, W)
-        Canny's.
+        Canny's lines.
     relief : Relief
     parameters : BlockParameters
-        With which `find_edges`, `lines_of` and `relief_of` have found these.
+        The same as for `find_edges`, `lines_of` and `relief_of`.
     """
     strength, edges, guide = found.detected, lines, found.detected
     if parameters.use_depth and parameters.use_creases and found.crease is not None:
@@ -97,13 +97,13 @@ def find_boundaries(
 # From edges to watertight boundaries: dilation, and contraction with the edges as the guide (section 2).
 
 _NECKS = (32, 16, 8, 4, 2)
-"""Dilations [px] beyond the first at which regions are looked for, too: what only a neck connects comes apart."""
+"""Additional dilations [px] at which regions are searched, to separate regions that only a neck connects."""
 
 _SNAP = 5
-"""How far [px] a boundary may be off a jump of the depth to be moved to it."""
+"""Maximum distance [px] of a boundary from a depth jump to which it is moved."""
 
 _SPECK = 4
-"""Pixels that a region has at least, before it grows."""
+"""Minimum number of pixels of a region before it grows."""
 
 
 def dilate(edges: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
@@ -119,10 +119,10 @@ def dilate(edges: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
 
 
 def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """4-connected regions that dilated edges leave: of the widest dilation, and of narrower ones what those missed.
+    """4-connected regions between dilated edges: those of the widest dilation, and additional ones of narrower ones.
 
     The edges of a surface are rarely closed all around; a gap is a neck between two regions, which closes at some
-    dilation. What looks parted only because of that is one again after the regions have been merged.
+    dilation. Regions that are separated only because of that are merged again later.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     radius : float
         The narrowest dilation [px].
     inside : ndarray of bool, shape (H, W)
-        Where regions may be.
+        Pixels in which regions may lie.
 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Regions 1, 2, ...; 0 on the dilated edges and outside. All of the inside where edges leave nothing.
+        Regions 1, 2, ...; 0 on the dilated edges and outside. If the edges cover everything, the regions of `inside`.
     """
     distance = np.where(inside, distance_to(edges), -1)
     regions = np.zeros(edges.shape, np.int32)
@@ -144,7 +144,7 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
         parts = _parts(distance > radius + further)
         largest = _take_in(parts.ravel(), regions.ravel(), largest)
     if not regions.any():
-        # edges everywhere tell nothing apart
+        # edges everywhere separate nothing
         regions = _parts(inside)
     return regions
 
@@ -166,9 +166,9 @@ def _take_in_one_by_one(parts: NDArray[np.int32], regions: NDArray[np.int32], la
 
 @compiled(_take_in_one_by_one)
 def _take_in(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
-    """Make regions of the parts in which there is none, in place; the largest number of a region before and after.
+    """Add the parts without any region as new regions, in place; takes and returns the largest region number.
 
-    Part 0 is none, nor is a speck.
+    Part 0 and parts of fewer than `_SPECK` pixels are ignored.
     """
     new = np.bincount(parts) >= _SPECK
     new[0] = False
@@ -179,7 +179,7 @@ def _take_in(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int)
 
 
 def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Distance to the nearest edge [px], float32 (H, W); beyond all bounds where there is none."""
+    """Distance to the nearest edge [px], float32 (H, W); infinite if there is none."""
     if not edges.any():
         return np.full(edges.shape, np.inf, np.float32)
     return np.asarray(cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
@@ -192,9 +192,9 @@ def _parts(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
 def contract(
     regions: NDArray[np.int32], strength: NDArray[np.float32], inside: NDArray[np.bool_] | None = None
 ) -> NDArray[np.int32]:
-    """Let the regions grow into the dilated boundary until they meet where the edges are strongest.
+    """Grow the regions into the dilated boundary until they meet where the edges are strongest.
 
-    A watershed from the regions over the edge strength: every pixel ends in one region, so the result is
+    This is a watershed from the regions over the edge strength: every pixel ends in one region, so the result is
     watertight by construction.
 
     Parameters
@@ -202,9 +202,9 @@ def contract(
     regions : ndarray of int32, shape (H, W)
         Regions > 0 to grow, 0 elsewhere.
     strength : ndarray of float32, shape (H, W)
-        Edge strength; edges that shall guide the contraction are at the top.
+        Edge strength; the edges that guide the contraction have the highest values.
     inside : ndarray of bool, shape (H, W), optional
-        Where regions may grow; everywhere if left out.
+        Pixels into which regions may grow; everywhere if left out.
 
     Returns
     -------
@@ -213,7 +213,7 @@ def contract(
     """
     if not regions.any():
         return regions.copy()
-    # what lies deep inside a region has no say in it, and would only wait in the queue
+    # pixels deep inside a region do not matter, and would only fill the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
     shore = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     grown = flood(strength, np.where(shore, regions, 0), shore if inside is None else shore & inside)
@@ -221,17 +221,17 @@ def contract(
 
 
 def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]:
-    """Boundaries that run a few pixels beside a jump of the depth, moved to it.
+    """Move boundaries that run a few pixels beside a depth jump to it.
 
-    Edges of colour lie a little off those of depth. Around jumps inside a region, the regions let go of a narrow band
-    and grow into it again, from all sides and not across a jump.
+    Edges of colour lie slightly off those of depth. Around jumps inside a region, a narrow band of the regions is
+    cleared, and the regions grow into it again from all sides, but not across a jump.
 
     Parameters
     ----------
     regions : ndarray of int32, shape (H, W)
         Regions > 0, 0 for none.
     jumps : pair of ndarray of bool
-        Neighbours between which depth jumps.
+        Neighbours with a depth jump between them.
 
     Returns
     -------
@@ -243,7 +243,7 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     if not inner.any():
         return regions
     band = distance_to(inner) <= _SNAP
-    # a rim of no region, so that every pixel has four neighbours
+    # a rim without region, so that every pixel has four neighbours
     old = np.pad(regions, 1)
     grown = np.where(np.pad(band, 1), 0, old).ravel()
     free = np.pad(~jumps[0], ((1, 1), (1, 2))).ravel(), np.pad(~jumps[1], ((1, 2), (1, 1))).ravel()
@@ -262,33 +262,33 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
 
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Pixels whose right or lower neighbour has another label: the picture of a label map's boundaries."""
+    """Pixels whose right or lower neighbour has another label, as a picture of a label map's boundaries."""
     return mark(apart(labels))
 
 
-# The extraction: all stages, each remembered with the frame.
+# The extraction: all stages, each cached with the frame.
 
 _USUAL_LIMIT = 0.2
-"""Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
+"""Maximum cost of a border for merging regions at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
 
 
 _OF_MERGING = {
     name: getattr(BlockParameters(), name) for name in ("granularity", "min_size", "min_known_share", "existence_rate")
 }
-"""Parameters that have a say only after the contraction, as the defaults have them."""
+"""Default values of the parameters that matter only after the contraction."""
 
 
 class FoundBlocks(NamedTuple):
-    """What an extraction is made for.
+    """The result of an extraction: its blocks.
 
     Attributes
     ----------
     blocks : ndarray of int32, shape (H, W)
-        The label map: operation blocks 1, 2, ... from the largest down, 0 = none. Read-only: it is remembered.
+        The label map: operation blocks 1, 2, ... in order of decreasing size, 0 = none. Read-only, since it is cached.
     network : str or None
-        SHA-256 of the edge network whose edges were really used; None where Canny's were.
+        SHA-256 of the edge network that was actually used; None if Canny's edges were.
     notes : tuple of str
-        What the user should know of how it came about: none if all went as asked for.
+        Notes for the user, such as a substituted edge detector; empty if all was as requested.
     """
 
     blocks: NDArray[np.int32]
@@ -298,24 +298,24 @@ class FoundBlocks(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Extraction:
-    """The pictures of all stages, each of shape (H, W).
+    """The results of all stages, each of shape (H, W).
 
     Attributes
     ----------
     strength : ndarray of float32
-        Edge strength in [0, 1]; depth jumps stand at 1.
+        Edge strength in [0, 1]; depth jumps are at 1.
     edges : ndarray of bool
         The same, binarised.
     dilated : ndarray of bool
         The binarised edges, dilated.
     contracted : ndarray of int32
-        Regions that touch each other after the contraction: more and smaller ones than blocks.
+        Regions after the contraction, without gaps between them: more and smaller ones than blocks.
     blocks : ndarray of int32
-        The label map: operation blocks 1, 2, ... from the largest down, 0 = none.
+        The label map: operation blocks 1, 2, ... in order of decreasing size, 0 = none.
     network : str or None
-        SHA-256 of the edge network whose edges were really used; None where Canny's were.
+        SHA-256 of the edge network that was actually used; None if Canny's edges were.
     notes : tuple of str
-        What the user should know of how it came about: none if all went as asked for.
+        Notes for the user, such as a substituted edge detector; empty if all was as requested.
     """
 
     strength: NDArray[np.float32]
@@ -328,9 +328,9 @@ class Extraction:
 
 
 def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extraction:
-    """Extract boundaries and surfaces, and keep the picture of every stage.
+    """Extract boundaries and surfaces, and return the result of every stage.
 
-    The frame's edges, regions and blocks are remembered with it, so that other parameters cost only what follows them.
+    The frame's edges, regions and blocks are cached with it, so that changing a parameter repeats only later stages.
 
     Parameters
     ----------
@@ -352,15 +352,15 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
 
 
 def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> FoundBlocks:
-    """The same blocks without the pictures of the stages, which take time and memory."""
+    """The blocks alone, without the results of the stages, which take time and memory."""
     chosen = as_extraction(parameters)
     edges = find_edges(checked_frame(frame), chosen)
     return FoundBlocks(_blocks(frame, chosen), edges.network, edges.notes)
 
 
 def forget_stages(frame: RGBDFrame) -> None:
-    """Give up what is remembered for other extractions of a frame: regions and what they follow from, a third of all
-    that is known of it. Blocks and edges stay."""
+    """Clear the cached regions of a frame and the data that they depend on, a third of all that is cached for it.
+    Blocks and edges stay."""
     forget(frame, _regions)
     forget_evidence(frame)
 
@@ -402,7 +402,7 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
 
 
 def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, **changes: Value) -> NDArray[np.int32]:
-    """Operation blocks of a frame by EBS (section 2).
+    """Extract the operation blocks of a frame by EBS (section 2).
 
     Parameters
     ----------
@@ -415,22 +415,22 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Label map: blocks 1, 2, ... from the largest down, 0 = none. Neighbouring blocks touch, every block is one
-        4-connected region, and all but the margin is in a block, unless nothing is known at all or an existence rate
-        is asked for.
+        Label map: blocks 1, 2, ... in order of decreasing size, 0 = none. Neighbouring blocks touch, every block is one
+        4-connected region, and everything except the margin is in a block, unless there is no known depth at all or an
+        existence rate is set.
 
     Raises
     ------
     InputError
-        For anything but a frame.
+        If the input is not a frame.
     ParameterError
         For other parameters, such as those of the filter, or values out of range.
 
     Warns
     -----
     RuntimeWarning
-        If Canny's edges stand in for the network's, because it is missing or none. A bare label map cannot carry
-        notes, and other blocks than asked for must not pass in silence; the completion that `ilf.complete` gives can.
+        If Canny's edges replace those of the network, because it is missing or invalid. Unlike the result of
+        `ilf.complete`, a label map cannot contain notes.
 
     Examples
     --------
@@ -450,9 +450,9 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
 
 @once_per_image
 def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
-    """Widths [px] of a white border at top, bottom, left and right, as NYU's colour images have it.
+    """Widths [px] of a white border at top, bottom, left and right, as in NYU's colour images.
 
-    All 0 unless there is white on all four sides: a bright wall is not a border.
+    All are 0 unless there is white on all four sides: a bright wall is not a border.
     """
     white = np.minimum(np.minimum(rgb[..., 0], rgb[..., 1]), rgb[..., 2]) >= 240
     limit = min(white.shape) // 8
@@ -461,7 +461,7 @@ def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
 
 
 def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
-    """How many lines from the first on are white nearly all over; 0 if that is more than a border would be."""
+    """Number of lines from the first on that are almost entirely white; 0 if there are too many for a border."""
     shares = white[: limit + 1].mean(axis=1)
     darker = np.flatnonzero(shares < 0.9)
     return int(darker[0]) if darker.size else 0

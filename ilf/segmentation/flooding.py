@@ -1,4 +1,4 @@
-"""Growing regions over a landscape until they meet: a watershed that can be stopped in the middle."""
+"""Watershed that can be cancelled while it runs."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from .._runtime.cancellation import check_stopped
 from .._runtime.compiling import compiled, is_compiled
 
 _AT_ONCE = 100_000
-"""So many pixels are flooded between two questions whether the work goes on: some 30 ms."""
+"""Number of pixels that are flooded between two checks for cancellation: about 30 ms."""
 
 Keys = NDArray[np.int64]
 Pixels = NDArray[np.int32]
 
 
 def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Let regions grow over their 4-connected neighbours as water rises, until they meet.
+    """Grow regions over their 4-connected neighbours in order of height, until they meet.
 
-    The watershed of scikit-image: by kernels that give the same, pixel by pixel, and can be stopped; where they are not
-    compiled by scikit-image itself, which cannot.
+    Same result as the watershed of scikit-image, pixel by pixel, but by compiled kernels that can be cancelled; if they
+    are not compiled, scikit-image is used, which cannot be cancelled.
 
     Parameters
     ----------
     heights : ndarray of float32, shape (H, W)
-        Finite.
+        Finite values.
     markers : ndarray of int32, shape (H, W)
-        Regions > 0 to grow, 0 elsewhere. What is outside the mask does not count.
+        Regions > 0 to grow, 0 elsewhere. Markers outside the mask are ignored.
     mask : ndarray of bool, shape (H, W)
-        Where they may grow.
+        Pixels into which they may grow.
 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Regions; 0 outside the mask, and where none can get.
+        Regions; 0 outside the mask, and in pixels that no region can reach.
     """
     if is_compiled():
         return flooded(heights, markers, mask)
@@ -42,11 +42,11 @@ def flood(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArra
 
 
 def flooded(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """The same, always by the kernels.
+    """`flood` by the kernels, whether or not they are compiled.
 
-    Pixels that water has reached wait in a binary heap. The lowest comes first, where none is lower than the water that
-    has reached it; of equals the one that was reached first; of equals that were marked, which all wait from the
-    start, the one that the heap has on top.
+    Pixels that have been reached are queued in a binary heap. The lowest comes first, where the height of a pixel is at
+    least the level at which it was reached; among equals the one reached first; among equal markers, which are queued
+    from the start, the one on top of the heap.
     """
     # a rim that is never reached, so that every pixel has four neighbours
     regions = np.pad(np.where(mask, markers, 0).astype(np.int32, copy=False), 1)
@@ -63,14 +63,14 @@ def flooded(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDAr
 
 
 def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Integers in the order of the heights, and equal where these are; the lower 32 bits are 0."""
-    bits = (heights.astype(np.float32) + np.float32(0)).view(np.int32)  # there is no -0 afterwards
+    """Integers in the order of the heights, equal for equal heights; the lower 32 bits are 0."""
+    bits = (heights.astype(np.float32) + np.float32(0)).view(np.int32)  # adding 0 turns -0 into 0
     return np.where(bits < 0, bits ^ np.int32(0x7FFFFFFF), bits).astype(np.int64) << 32
 
 
 @compiled()
 def begin(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> int:
-    """Put marked pixels into an empty heap; how many wait there then."""
+    """Put marked pixels into an empty heap; returns the number of queued pixels."""
     for waiting in range(marked.size):
         put(heap, waiting, levels[marked[waiting]], marked[waiting])
     return int(marked.size)
@@ -78,7 +78,7 @@ def begin(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> 
 
 @compiled()
 def put(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
-    """Put a pixel into a heap in which so many wait."""
+    """Put a pixel into a heap with `waiting` queued pixels."""
     keys, pixels = heap
     place = waiting
     while place > 0:
@@ -92,7 +92,7 @@ def put(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
 
 @compiled()
 def take_first(heap: tuple[Keys, Pixels], waiting: int) -> None:
-    """Take the first pixel out of a heap in which so many wait: the last one takes its place, and sinks from there."""
+    """Remove the first pixel from a heap with `waiting` queued pixels: the last one replaces it and is sifted down."""
     keys, pixels = heap
     last = waiting - 1
     key, pixel = keys[last], pixels[last]
@@ -118,23 +118,23 @@ def spread(
     dry: NDArray[np.bool_],
     regions: NDArray[np.int32],
 ) -> tuple[int, int]:
-    """Let so many of the waiting pixels take in their neighbours, or all that there are.
+    """Grow the regions from the next `steps` queued pixels, or from all if there are fewer.
 
     Parameters
     ----------
     heap : tuple of ndarray
-        Keys, a pixel's level plus when it was reached, and pixels, with room for all.
+        Keys (a pixel's level plus the order in which it was reached) and pixels, with room for all.
     waiting, reached : int
-        How many wait in it, and how many have been reached so far.
+        Number of queued pixels, and of pixels reached so far.
     steps : int
     width : int
-        Of the picture, with its rim.
+        Width of the image with its rim.
     levels : ndarray of int64
-        Of each pixel, in multiples of 2^32; raised to that of the water, in place.
+        Level of each pixel in multiples of 2^32; raised to the level at which it is reached, in place.
     dry : ndarray of bool
-        Where no water has been, in place.
+        Pixels that have not been reached, updated in place.
     regions : ndarray of int32
-        In place.
+        Updated in place.
 
     Returns
     -------

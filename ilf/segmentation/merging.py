@@ -1,4 +1,4 @@
-"""Neighbouring regions become one where nothing parts them: no jump, no crease, no strong edge (section 2)."""
+"""Merging neighbouring regions without a jump, crease or strong edge between them (section 2)."""
 
 from __future__ import annotations
 
@@ -18,43 +18,44 @@ from ..data.pixel_grids import both, sides
 from .edges.relief import Relief
 
 _JUMPS_ALLOWED = 2
-"""Pairs of neighbours with a jump between them that do not yet keep two regions apart."""
+"""Maximum number of jumps (pairs of neighbours) along a border for which two regions may still merge."""
 
 _APART = 9.0
-"""Cost of a border with jumps, above that of all borders without."""
+"""Cost of a border with jumps, above that of all borders without jumps."""
 
 _EDGE_ON_SURFACE = 0.1
-"""What an edge of colour counts where the depth on both sides is seen to go on."""
+"""Weight of a colour edge where the depth is continuous across it."""
 
 _BEND_COST, _LEVEL, _SHARPEST = 0.2, 0.5, 3.0
-"""Cost of a bend, and the bends up to which there is none and beyond which there is no more."""
+"""Cost of a bend, the bend up to which it is 0, and the bend at which it is clipped."""
 
 _EDGE_ON_PLANE = 0.2
-"""What an edge of colour counts where depth is missing at the border, but one plane holds both regions."""
+"""Weight of a colour edge where depth is missing at the border, but both regions lie on one plane."""
 
 _SEEN_SHARE = 0.5
-"""Share of a border from which its own depth says whether the surface goes on, rather than the regions' planes."""
+"""Minimum known fraction of a border for which its own depth decides whether the surface is continuous; below it, the
+planes of the regions decide."""
 
 _PLANE_STEP, _PLANE_PIXELS = 2, 50
-"""Every so many pixels, along rows and columns, the depth is looked at for planes; how many of them a region needs."""
+"""Sampling step [px] of the depth for fitting planes, and the minimum number of samples of a region."""
 
 _PLANE_SHARE, _PLANE_PER_METRE = 0.01, 0.003
-"""Largest deviation from a plane (root mean square), as a share of the depth: the larger of a constant and one that
-grows with depth."""
+"""Maximum RMS deviation from a plane as a fraction of depth: the larger of a constant and a term that grows with
+depth."""
 
 
 @dataclass(frozen=True)
 class Fitness:
-    """What a region needs to be a block of its own.
+    """Requirements for a region to be a block.
 
     Attributes
     ----------
     pixels : float
-        Least number of pixels.
+        Minimum number of pixels.
     known_share : float
-        Least share of pixels with depth, 0-1.
+        Minimum fraction of pixels with depth, 0-1.
     known_pixels : int
-        Least number of them, unless the share is 0.
+        Minimum number of pixels with depth, unless the fraction is 0.
     """
 
     pixels: float
@@ -63,7 +64,7 @@ class Fitness:
 
 
 class RegionGraph:
-    """Regions, their borders, and what there is to know about both. Uniting two keeps it all up to date.
+    """Graph of regions and their borders, with the properties of both; merging two regions updates it.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ class RegionGraph:
         Edge strength in [0, 1].
     frame : RGBDFrame
     relief : Relief or None
-        What the depth says; without it, edges decide alone.
+        Jumps and bends of the known depth; without it, only edges count.
     """
 
     def __init__(
@@ -90,9 +91,9 @@ class RegionGraph:
             self._borders[one][other] = self._borders[other][one] = border
 
     def merge_below(self, limit: float) -> None:
-        """Unite neighbours, the least parted first, as long as a border costs less than `limit`.
+        """Merge neighbours in order of border cost, as long as a border costs less than `limit`.
 
-        A border counts with its cost when it came about, or what it has risen to since.
+        The cost of a border is that at its creation, or its present one if that is higher.
         """
         heap: list[tuple[float, int, int, int, NDArray[np.float64]]] = []
         serial = itertools.count()
@@ -110,7 +111,7 @@ class RegionGraph:
             cost, _, one, other, border = heapq.heappop(heap)
             if self._borders[one].get(other) is not border:
                 continue
-            if self._cost(one, other) > cost:  # what a region has taken in since may lie on another plane
+            if self._cost(one, other) > cost:  # a region merged since may lie on another plane
                 push(one, other)
                 continue
             kept, moved = self._unite(one, other)
@@ -118,9 +119,9 @@ class RegionGraph:
                 push(kept, neighbour)
 
     def take_in_unfit(self, fitness: Fitness) -> None:
-        """Unite every region that cannot be a block, the smallest first, with the neighbour it is least parted from.
+        """Merge every region that cannot be a block, the smallest first, into the neighbour with the cheapest border.
 
-        One that has no neighbours left is a block nevertheless, unless nothing of it is known.
+        A region without neighbours is a block nevertheless, unless it has no known depth.
         """
 
         def unfit(region: int) -> bool:
@@ -143,7 +144,7 @@ class RegionGraph:
                 self._parent[region] = 0
 
     def labels(self) -> NDArray[np.int32]:
-        """Label map int32 (H, W): what has become of the regions, numbered from the largest down."""
+        """Label map of the merged regions, int32 (H, W), numbered in order of decreasing size."""
         root = self._parent
         while not np.array_equal(root, root[root]):
             root = root[root]
@@ -163,7 +164,7 @@ class RegionGraph:
         return (1 - seen) * edge + seen * on_surface
 
     def _unite(self, one: int, other: int) -> tuple[int, list[int]]:
-        """Make two regions one; which of their numbers it keeps, and the neighbours to which its border has changed."""
+        """Merge two regions; returns the number that is kept, and the neighbours to which its border has changed."""
         kept, gone = (one, other) if len(self._borders[one]) >= len(self._borders[other]) else (other, one)
         self._parent[gone] = kept
         self.pixels[kept] += self.pixels[gone]
@@ -181,7 +182,7 @@ class RegionGraph:
 
 
 def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
-    """A label map with its blocks numbered 1, 2, ... from the largest down; 0 stays."""
+    """A label map with its blocks numbered 1, 2, ... in order of decreasing size; 0 stays."""
     sizes = np.bincount(labels.ravel())
     there = 1 + np.flatnonzero(sizes[1:])
     numbers = np.zeros(sizes.size, np.int32)
@@ -192,8 +193,8 @@ def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
 def _borders(
     regions: NDArray[np.int32], strength: NDArray[np.float32], relief: Relief | None
 ) -> Iterator[tuple[int, int, NDArray[np.float64]]]:
-    """Neighbouring regions and their border: its length, and the sums along it of the edge strength, of the jumps, of
-    the pixels that are judged, and of the bend of those."""
+    """Neighbouring regions and their border: its length, and the sums along it of the edge strength, the jumps, the
+    pixels with a valid bend, and their bend."""
     count = int(regions.max()) + 1
     keys, columns = [], []
     for side, ((one, other), (edge, beyond)) in enumerate(zip(sides(regions), sides(strength), strict=True)):
@@ -215,9 +216,9 @@ def _borders(
 
 
 class _Planes:
-    """The plane of every region's known depth, by moments that add up when regions do.
+    """Planes fitted to the known depth of every region, by moments that are added when regions merge.
 
-    Inverse depth is linear in the image coordinates on a plane, whatever the camera.
+    On a plane, inverse depth is linear in the image coordinates for every camera.
     """
 
     def __init__(self, regions: NDArray[np.int32], frame: RGBDFrame, count: int) -> None:
@@ -234,23 +235,23 @@ class _Planes:
                 self._moments[:, one, other] = self._moments[:, other, one] = product
 
     def unite(self, kept: int, gone: int) -> None:
-        """Let one region take in another."""
+        """Merge one region into another."""
         self._moments[kept] += self._moments[gone]
 
     def shared(self, one: int, other: int) -> bool:
-        """Whether one plane holds the known depth of both."""
+        """Whether the known depth of both lies on one plane."""
         if min(self._moments[one, 0, 0], self._moments[other, 0, 0]) < _PLANE_PIXELS:
             return False
         moments = self._moments[one] + self._moments[other]
         pixels, sums = moments[0, 0], moments[3, :3]
-        # a trace of ridge: all known pixels may lie on one line
+        # slight regularisation: all known pixels may lie on one line
         plane = np.linalg.solve(moments[:3, :3] + 1e-9 * pixels * np.eye(3), sums)
         deviation = math.sqrt(max(moments[3, 3] - plane @ sums, 0.0) / pixels)
         depth = pixels / moments[3, 0]
         return deviation * depth <= max(_PLANE_SHARE, _PLANE_PER_METRE * depth)
 
 
-# The paper's existence rate: what is left of blocks of which too little is known (section 2).
+# The paper's existence rate: splitting and removing blocks with too little known depth (section 2).
 
 _HALVINGS = 2
 
@@ -258,7 +259,7 @@ _HALVINGS = 2
 def keep_existing(
     labels: NDArray[np.int32], known: NDArray[np.bool_], rate: float, smallest: float
 ) -> NDArray[np.int32]:
-    """Halve blocks of which too small a share is known, up to twice, and keep the parts that reach the rate.
+    """Halve blocks with too small a known fraction, up to twice, and keep the parts that reach the rate.
 
     Parameters
     ----------
@@ -266,15 +267,15 @@ def keep_existing(
     known : ndarray of bool, shape (H, W)
         Pixels with depth.
     rate : float
-        Least share of a block's pixels that have depth, 0-1.
+        Minimum fraction of a block's pixels with depth, 0-1.
     smallest : float
-        Least number of pixels of a part.
+        Minimum number of pixels of a part.
 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Blocks that reach the rate keep their label; the parts of others, each one 4-connected region, have new ones
-        above the largest. Pixels of parts that do not reach it belong to no block.
+        Blocks that reach the rate keep their label; the parts of others, each one 4-connected region, get new labels
+        above the largest. Pixels of parts below the rate belong to no block.
     """
     kept = labels.copy()
     following = int(labels.max()) + 1
@@ -298,7 +299,7 @@ def keep_existing(
 def _good_parts(
     pixels: NDArray[np.intp], has_depth: NDArray[np.bool_], rate: float, halvings: int
 ) -> list[NDArray[np.intp]]:
-    """Those parts of a block, as rows of (row, column), that reach the rate."""
+    """The parts of a block that reach the rate, as rows of (row, column)."""
     if has_depth.mean() >= rate:
         return [pixels]
     if halvings == 0 or len(pixels) < 2:

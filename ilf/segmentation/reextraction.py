@@ -1,4 +1,4 @@
-"""Which blocks stay when blocks are extracted again, and how the new ones flow around them. Labels in, labels out."""
+"""Extracting blocks again: which blocks are kept, and how new blocks fill the rest. Functions of label maps."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Labels = NDArray[np.int32]
 
 
 def made_by_hand(present: Labels, extracted: Labels | None) -> frozenset[int]:
-    """Blocks that have pixels which the last extraction did not give them, or that pixels were erased from.
+    """Blocks with pixels that the last extraction did not give them, or from which pixels were erased.
 
-    A block that has only lost pixels to others is none: what was made by hand are the others.
+    A block that has only lost pixels to other blocks does not count: the others are made by hand.
 
     Parameters
     ----------
     present : ndarray of int32, shape (H, W)
         The label map, 0 = no block.
     extracted : ndarray of int32, shape (H, W), or None
-        The label map of that extraction; None if there was none, so that all blocks are made by hand.
+        The label map of that extraction; None if there was none, so all blocks are made by hand.
     """
     if extracted is None:
         return _labels_in(present)
@@ -39,7 +39,7 @@ def _labels_in(labels: Labels) -> frozenset[int]:
 
 
 def keep_under(present: Labels, kept: Collection[int], labels: Labels) -> Labels:
-    """Another label map under the blocks that stay, whose numbers it leaves to them."""
+    """Another label map with the kept blocks on top; its own blocks get other numbers than those."""
     if not kept:
         return labels
     numbers = np.array([0, *itertools.islice(_free_numbers(kept), int(labels.max()))], np.int32)
@@ -47,25 +47,25 @@ def keep_under(present: Labels, kept: Collection[int], labels: Labels) -> Labels
 
 
 def flow_around(present: Labels, kept: Collection[int], fresh: Labels, smallest: float) -> Labels:
-    """The blocks of an extraction around those that stay.
+    """The blocks of an extraction around the kept blocks.
 
     Parameters
     ----------
     present : ndarray of int32, shape (H, W)
-        The label map as it is, 0 = no block.
+        The current label map, 0 = no block.
     kept : collection of int
-        Blocks of it that stay, pixel for pixel; none of their numbers goes to another block.
+        Its blocks that do not change in any pixel; no other block gets their numbers.
     fresh : ndarray of int32, shape (H, W)
-        What the extraction gave.
+        Label map of the extraction.
     smallest : float
-        Pixels below which a part that kept blocks cut off is no block: it goes to the new block with which it has
-        the longest border, and if there is none it is left without a block.
+        Minimum number of pixels of a part that kept blocks cut off. A smaller one is merged into the new block with
+        the longest border to it; if there is none, it belongs to no block.
 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Every new block is one 4-connected region; they are numbered from the largest down. `fresh` itself where
-        nothing stays.
+        Every new block is one 4-connected region; they are numbered in order of decreasing size. `fresh` itself if
+        nothing is kept.
     """
     if not kept:
         return fresh
@@ -92,7 +92,7 @@ def _free_numbers(taken: Collection[int]) -> itertools.filterfalse[int]:
 
 
 def _borders(parts: NDArray[np.integer], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of parts that touch, (n, 2), the lower number first, and how many pairs of pixels they touch in, (n,)."""
+    """Pairs of adjacent parts, (n, 2), the lower number first, and their border lengths in pixel pairs, (n,)."""
     found = []
     for one, other in ((parts[:, 1:], parts[:, :-1]), (parts[1:], parts[:-1])):
         across = (one != other) & (one > 0) & (other > 0)
@@ -103,7 +103,7 @@ def _borders(parts: NDArray[np.integer], count: int) -> tuple[NDArray[np.int64],
 
 
 def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.intp]:
-    """Part -> the part that it becomes one with: itself, a neighbour if it is a sliver, 0 if it finds none."""
+    """Part -> the part that it is merged into: itself, a neighbour if it is a sliver, 0 if there is none."""
     neighbours: dict[int, dict[int, int]] = {int(sliver): {} for sliver in np.flatnonzero(slivers)}
     for (one, other), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
         for part, neighbour in ((one, other), (other, one)):
@@ -111,7 +111,7 @@ def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray
                 neighbours[part][neighbour] = length
     groups = np.arange(slivers.size)
     while True:
-        # slivers behind slivers come in at a later round
+        # slivers that touch only slivers are merged in a later round
         homes = {sliver: _longest(around, neighbours, groups) for sliver, around in neighbours.items()}
         found = {sliver: home for sliver, home in homes.items() if home}
         if not found:
@@ -123,7 +123,7 @@ def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray
 
 
 def _longest(around: dict[int, int], homeless: Collection[int], groups: NDArray[np.intp]) -> int:
-    """The group that most of a border is with; 0 if all of it is with parts that have none yet."""
+    """The group with the longest share of a border; 0 if all its neighbours are parts without a group."""
     lengths: Counter[int] = Counter()
     for part, length in around.items():
         if part not in homeless:
@@ -131,23 +131,22 @@ def _longest(around: dict[int, int], homeless: Collection[int], groups: NDArray[
     return max(lengths, key=lengths.__getitem__, default=0)
 
 
-# Blocks that do not cover the frame, as other programs leave them, and what the extraction finds between them.
+# Filling the gaps of label maps that do not cover the frame, such as those of other programs.
 
 
 def gaps_filled(
     labels: NDArray[np.int32], extracted: NDArray[np.int32], parameters: BlockParameters
 ) -> NDArray[np.int32]:
-    """A label map with the blocks of an extraction where it has none.
+    """A label map whose gaps are filled with the blocks of an extraction.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
-        0 = no block; its blocks stay as they are, with their numbers.
+        0 = no block; its blocks and their numbers do not change.
     extracted : ndarray of int32, shape (H, W)
         Blocks of an extraction.
     parameters : BlockParameters
-        What the extraction was made with: slivers that are smaller than it lets blocks be go to a neighbouring new
-        block.
+        Parameters of the extraction: slivers below its minimum block size are merged into a neighbouring new block.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Where frames come from: folders, data sets, recordings and cameras, behind one interface."""
+"""Sources of frames (folders, data sets, recordings, cameras) behind one interface."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file
+from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..errors import FormatError, InputError
 from ..io.companions import read_confidence
@@ -26,13 +27,13 @@ _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.tr
 _COLOURS = "lowres_wide", "vga_wide", "wide"
 _NAME = re.compile(r"(?:\w{1,40}_)?(\d{1,10}\.\d{1,9})")
 _NEAR_POSE = 0.002
-"""How far apart in time [s] a frame and its pose may be: names of files are rounded to milliseconds."""
+"""Maximum time difference [s] of a frame and its pose: file names are rounded to milliseconds."""
 
 _Timed = list[tuple[float, str]]
 
 
 class ARKitScenes(Recording):
-    """A sequence of ARKitScenes. Keys are the names of its depth images without ending; confidence goes from 0 to 2."""
+    """A sequence of ARKitScenes. Keys are the names of its depth images without extension; confidence is 0 to 2."""
 
     kind = "a sequence of ARKitScenes"
 
@@ -42,8 +43,8 @@ class ARKitScenes(Recording):
         colours, depths = _timed(path / self._colour_folder, ".png"), _timed(path / _DEPTH, ".png")
         if not colours or not depths:
             raise InputError(
-                f"{path}: {self._colour_folder} has {len(colours)} and {_DEPTH} {len(depths)} images that are named by "
-                "their times. Unpack both."
+                f"{path}: {self._colour_folder} contains {len(colours)} and {_DEPTH} {len(depths)} images with times "
+                "as names. Unpack both."
             )
         self._colours, self._times = colours, {Path(name).stem: time for time, name in depths}
         self._depths = depths
@@ -58,11 +59,12 @@ class ARKitScenes(Recording):
         pairs = associated(self._colours, self._depths, max_gap)
         if not pairs:
             raise InputError(
-                f"{self.path}: no colour lies within {max_gap:g} s of a depth image. Are they of one sequence?"
+                f"{self.path}: no colour image lies within {max_gap:g} s of a depth image. Check that both are of one "
+                "sequence."
             )
         keys = tuple(Path(depth).stem for _, depth in pairs)
         lonely = len(self._depths) - len(pairs)
-        notes = (f"{lonely} depth images left out: no colour lies {max_gap:g} s near.",) if lonely else ()
+        notes = (f"{counted(lonely, 'depth image')} left out: no colour within {max_gap:g} s.",) if lonely else ()
         return RecordingIndex(keys, tuple(self._times[key] for key in keys), notes)
 
     def frame(self, key: str) -> RecordedFrame:
@@ -96,7 +98,7 @@ class ARKitScenes(Recording):
             return scaled_cameras(Camera(CameraIntrinsics(fx, fy, cx, cy), size), depth_size)
         except (ValueError, InputError) as error:
             raise FormatError(
-                f"{path} must hold width height fx fy cx cy of the colour images ({error!s:.200})."
+                f"{path} must contain width height fx fy cx cy of the colour images ({error!s:.200})."
             ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
@@ -112,8 +114,8 @@ class ARKitScenes(Recording):
         return checked_pose(np.linalg.inv(to_camera).astype(np.float64))
 
     def _trajectory(self) -> NDArray[np.float64]:
-        """Lines of time, rotation as an axis times an angle, and shift, from the world to the camera; none if there is
-        no such file."""
+        """Rows of time, rotation (axis times angle) and translation, world to camera; empty if there is no such
+        file."""
         if self._poses is None:
             path = self.path / _TRAJECTORY
             if not path.is_file():
@@ -123,10 +125,10 @@ class ARKitScenes(Recording):
                 rows = [line.split() for line in read_file(path).data.tobytes().splitlines() if line.strip()]
                 found = np.array(rows, float)
                 if found.shape[1:] != (7,) or not np.isfinite(found).all():
-                    raise ValueError("they are others")
+                    raise ValueError("found other content")
             except ValueError as error:
                 raise FormatError(
-                    f"{path} must have lines of seven numbers ({error!s:.80}). Download it again."
+                    f"{path} must contain seven numbers per line ({error!s:.80}). Download it again."
                 ) from error
             self._poses = found
         return self._poses
@@ -138,7 +140,7 @@ class ARKitScenes(Recording):
 
 
 def _timed(folder: Path, suffix: str) -> _Timed:
-    """Times [s] and names of the files in a folder that are named by time, in their order; none without the folder."""
+    """Times [s] and names of a folder's files that have times as names, sorted; empty if there is no such folder."""
     try:
         names = os.listdir(folder)
     except OSError:

@@ -23,15 +23,15 @@ from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Stampe
 from .registration import Camera
 from .times import MOST_APART_S
 
-# The calibration of an Azure Kinect: one for its sensors, from which those of its modes follow.
+# The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
 
 _DEPTH_CAMERA, _COLOUR_CAMERA = "CALIBRATION_CameraLocationD0", "CALIBRATION_CameraLocationPV0"
 _PARAMETERS = 14
 
 
 class _Mode(NamedTuple):
-    """How a mode's image lies in the picture of the whole sensor: that picture's size, and what is cut off at its left
-    and top."""
+    """Crop of a mode's image from the full sensor image: size of the sensor image, pixels cropped at its left and top,
+    size of the mode's image."""
 
     whole: tuple[int, int]
     cut: tuple[int, int]
@@ -60,19 +60,19 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
     Parameters
     ----------
     content : bytes
-        Of calibration.json.
+        Content of calibration.json.
     depth_mode, colour_mode : str
-        As the recording's tracks name them: "NFOV_UNBINNED", "MJPG_720P".
+        As stored in the recording's tracks, such as "NFOV_UNBINNED" and "MJPG_720P".
 
     Raises
     ------
     FormatError
-        If the calibration is damaged, or there is no such mode.
+        If the calibration is damaged, or a mode is unknown.
     """
     resolution = colour_mode.rpartition("_")[2]
     for what, mode, known in (("depth", depth_mode, _DEPTH_MODES), ("colour", resolution, _COLOUR_MODES)):
         if mode not in known:
-            raise FormatError(f"the {what} mode {mode!r:.40} is not known; {', '.join(known)} are.")
+            raise FormatError(f"the {what} mode {mode!r:.40} is unknown; known are {', '.join(known)}.")
     try:
         data = json.loads(content.rstrip(b"\0"))
         listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
@@ -89,20 +89,20 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
 
 
 def _camera(section: Section, mode: _Mode) -> Camera:
-    """The camera of a mode: the numbers of the file are shares of the whole sensor's width and height."""
+    """The camera of a mode. The file's numbers are fractions of the full sensor's width and height."""
     values = section.section("Intrinsics").items("ModelParameters", float)
     if len(values) != _PARAMETERS:
-        raise FormatError(f"a camera has {len(values)} parameters in place of {_PARAMETERS}.")
+        raise FormatError(f"a camera has {len(values)} parameters instead of {_PARAMETERS}.")
     cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, centre_x, centre_y, p2, p1 = values
     if centre_x or centre_y:
-        raise FormatError("a camera's distortion has a centre of its own, which is not supported.")
+        raise FormatError("a camera has a separate distortion centre, which is not supported.")
     (width, height), (left, top) = mode.whole, mode.cut
     intrinsics = CameraIntrinsics(fx * width, fy * height, cx * width - left - 0.5, cy * height - top - 0.5)
     return Camera(intrinsics, mode.size, (k1, k2, p1, p2, k3, k4, k5, k6))
 
 
 def _motion(section: Section) -> NDArray[Any]:
-    """What takes points [m] to a camera."""
+    """The transform of points [m] to a camera, (4, 4)."""
     place, matrix = section.section("Rt"), np.eye(4)
     matrix[:3, :3] = np.reshape(place.items("Rotation", float), (3, 3))
     matrix[:3, 3] = place.items("Translation", float)
@@ -115,8 +115,8 @@ _PER_SECOND = 1_000_000
 
 
 class AzureKinect(Recording):
-    """A recording of k4arecorder, or of what writes the same: a frame is a colour image with the depth image that is
-    nearest in time. A key is the device's time of the colour."""
+    """A recording of k4arecorder or a compatible program. A frame is a colour image with the depth image nearest in
+    time; its key is the device time of the colour image."""
 
     kind = "a recording of an Azure Kinect"
     suffixes = (".mkv",)
@@ -157,16 +157,16 @@ class AzureKinect(Recording):
         return self._decoded(self._packet(self._colour, self._stamps(key)[0]))
 
     def _values(self, packet: Any) -> NDArray[np.uint16]:
-        """The values of a packet of depth or infrared."""
+        """Values of a depth or infrared packet."""
         width, height = packet.stream.codec_context.width, packet.stream.codec_context.height
         data = bytes(packet)
         if len(data) != 2 * width * height:
-            raise FormatError(f"{self.path}: an image has {len(data)} bytes in place of {2 * width * height}.")
+            raise FormatError(f"{self.path}: an image has {len(data)} bytes instead of {2 * width * height}.")
         return np.frombuffer(data, ">u2").reshape(height, width).astype(np.uint16)
 
     def _lit(self, stamp: int) -> NDArray[np.bool_] | None:
-        """Where the depth camera's own light falls, a hexagon or a circle, beyond which it cannot measure: the infrared
-        image is black there. None where there is no such image."""
+        """Pixels that the depth camera's light source illuminates, a hexagon or a circle. It cannot measure others, and
+        the infrared image is black there. None without an infrared image."""
         packet = None if self._infrared is None else self._find(self._infrared, stamp)
         if packet is None:
             return None
@@ -180,7 +180,7 @@ class AzureKinect(Recording):
     def cameras(self, key: str) -> Cameras:
         attached = [one for one in self._container.streams.attachments if _CALIBRATION in one.metadata]
         if not attached:
-            raise FormatError(f"{self.path}: the calibration that such a recording has is not in it. Record it again.")
+            raise FormatError(f"{self.path}: the recording contains no calibration. Record it again.")
         depth_mode, colour_mode = (
             track.metadata.get(name, "")
             for track, name in ((self._depth, "K4A_DEPTH_MODE"), (self._colour, "K4A_COLOR_MODE"))
@@ -195,13 +195,13 @@ class AzureKinect(Recording):
         if found is None:
             what = "colour" if tag == _COLOUR_TRACK else "depth"
             raise FormatError(
-                f"{self.path} has no {what} track of an Azure Kinect or Femto camera; other videos are not read."
+                f"{self.path} has no {what} track of an Azure Kinect or Femto camera; other videos are not supported."
             )
         check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
         return found
 
     def _track(self, tag: str) -> Any:
-        """The track with a tag, of images of a kind that is known; None if there is none."""
+        """The track with a tag and a known image format; None if there is none."""
         videos = (stream for stream in self._container.streams.video if stream.codec_context is not None)
         return next((stream for stream in videos if tag in stream.metadata), None)
 
@@ -220,19 +220,19 @@ class AzureKinect(Recording):
         return stamps
 
     def _packet(self, track: Any, stamp: int) -> Any:
-        """The packet of a track with a stamp, which is known to be there."""
+        """The packet of a track with a stamp that the index contains."""
         found = self._find(track, stamp)
         if found is None:
-            raise FormatError(f"{self.path}: an image that was there when it was listed is gone. It is damaged.")
+            raise FormatError(f"{self.path}: an image of the index is missing. The recording is damaged.")
         return found
 
     def _find(self, track: Any, stamp: int) -> Any:
-        """The same, or None if there is none."""
+        """The packet of a track with a stamp; None if there is none."""
         packets = takewhile(lambda packet: _stamp(packet) <= stamp, self._from(stamp, track))
         return next((packet for packet in packets if _stamp(packet) == stamp), None)
 
     def _from(self, stamp: int | None, *tracks: Any) -> Iterator[Any]:
-        """Packets of tracks that are not empty, from a stamp on or a little before, or from the start."""
+        """Packets that are not empty, from at or slightly before a stamp, or from the start."""
         with self._reading():
             self._container.seek(0 if stamp is None else stamp, backward=True)
             for packet in self._container.demux(*tracks):
@@ -240,25 +240,25 @@ class AzureKinect(Recording):
                     yield packet
 
     def _decoded(self, packet: Any) -> NDArray[np.uint8]:
-        """Colour of a packet, red first."""
+        """Colour image of a packet, RGB."""
         if self._colour.codec_context.name == "mjpeg":
             return read_colour(FileContent(self.path, np.frombuffer(bytes(packet), np.uint8)))
         with self._reading():
             images = packet.decode()
             if images:
                 return np.ascontiguousarray(images[0].to_ndarray(format="rgb24"))
-        raise FormatError(f"{self.path}: a colour image cannot be decoded. It is damaged.")
+        raise FormatError(f"{self.path}: a colour image cannot be decoded. The recording is damaged.")
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Whatever the library stumbles over becomes one FormatError."""
+        """Convert errors of the library to InputError or FormatError."""
         try:
             yield
         except PermissionError as error:
             raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
         except (self._av.FFmpegError, ValueError, OverflowError) as error:
             raise FormatError(
-                f"{self.path}: this recording is truncated, damaged or of a rare kind ({error!s:.120})."
+                f"{self.path}: this recording is truncated, damaged or not supported ({error!s:.120})."
             ) from error
 
 

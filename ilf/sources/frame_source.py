@@ -1,4 +1,4 @@
-"""Where a frame is and how it is read."""
+"""Location of a frame and the options for reading it."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrameSource:
-    """What to open: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
+    """Location of a frame: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
 
-    `depth_units`, `encoding`, `invalid` and `intrinsics` are what `ilf.load_frame` takes. `truth` is the file with
-    the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
-    is the file with the guide, None for that of the folder if it has one. `frame` is the key of a frame of a recording,
-    which `rgb` then is, without `depth`. `confidence` is the file with the confidence map, None for that of the folder
-    if it has one, and depth below `min_confidence` counts as missing.
+    `depth_units`, `encoding`, `invalid` and `intrinsics` are as in `ilf.load_frame`. `truth` is the ground truth file
+    (None: that of the folder, if any), and `truth_units` are its file units per metre. `guide` is the guide file (None:
+    that of the folder, if any). `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth`
+    is None. `confidence` is the confidence map (None: that of the folder, if any); depth below `min_confidence` counts
+    as missing.
     """
 
     rgb: str
@@ -48,7 +48,7 @@ class FrameSource:
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
-        """What a frame with these inputs is opened from again, but for its guide and what of it is distrusted."""
+        """The source of a frame with these inputs, without its guide and its invalid mask."""
         truth = inputs.truth
         return cls(
             inputs.rgb.path,
@@ -64,28 +64,28 @@ class FrameSource:
 
     @property
     def key(self) -> str:
-        """Tells frames apart: the path of what holds the depth, with the frame's key in a recording."""
+        """Unique key: the path of the file or folder with the depth, followed by the frame's key in a recording."""
         path = os.path.abspath(self.depth or self.rgb)
         return path if self.frame is None else f"{path}#{self.frame}"
 
     @property
     def name(self) -> str:
-        """What to call the frame as long as it has not been read."""
+        """Name of the frame before it has been read."""
         path = Path(self.rgb).absolute()
         if self.frame is not None:
             return name_of_recorded(path, self.frame)
         return path.name if self.depth is None else name_by(path)
 
     def absolute(self) -> FrameSource:
-        """The same with absolute paths; itself if it has them."""
+        """A copy with absolute paths; itself if all paths are absolute."""
         paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide", "confidence")}
         if all(path is None or os.path.isabs(path) for path in paths.values()):
             return self
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
 
     def load(self, warn: bool = False) -> RGBDFrame:
-        """Read the frame; raises what `ilf.load_frame` does. What is doubtful is in its `notes`, and told by
-        `DepthWarning` only if asked for."""
+        """Read the frame; raises what `ilf.load_frame` does. Plausibility warnings are in its `notes`; they are issued
+        as `DepthWarning` only with `warn`."""
         from .frames import load_frame
 
         return load_frame(
@@ -105,13 +105,13 @@ class FrameSource:
         )
 
     def load_pair(self, warn: bool = False) -> RawPair:
-        """Colour and depth as their two cameras have seen them, before any registration; of registered images both
-        cameras are one. What is doubtful is told as by `load`.
+        """Read colour and depth as captured by their two cameras, before registration; for registered images both
+        cameras are the same. Plausibility warnings are as in `load`.
 
         Raises
         ------
         InputError
-            If a camera is not known, or as `ilf.load_frame` does.
+            If a camera is not known, and as `ilf.load_frame`.
         """
         from .registration import Camera, RawPair
 
@@ -122,12 +122,12 @@ class FrameSource:
             return recorded.pair()
         frame = self.load(warn)
         if frame.intrinsics is None:
-            raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to have the pair as it is.")
+            raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to read the raw pair.")
         camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
         return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
 
     def read_depth(self) -> DepthReading:
-        """Its depth alone, and what speaks against the way that it is read; of whatever scale."""
+        """Read the depth alone, with its plausibility warnings; its scale is not checked."""
         from .frames import read_frame_depth
 
         if self.frame is not None:
@@ -135,7 +135,7 @@ class FrameSource:
         return read_frame_depth(self.rgb, self.depth, self._encoding(), self.invalid)
 
     def recorded(self) -> ReadFrame:
-        """A frame of a recording as it is stored, and its depth in metres; raises what `ilf.load_frame` does."""
+        """Read a frame of a recording as stored, and its depth in metres; raises what `ilf.load_frame` does."""
         from .recorded import read_recorded
 
         return read_recorded(self.rgb, self.frame or "", self._encoding(), self.invalid)
@@ -146,7 +146,8 @@ class FrameSource:
         return one_encoding(self.encoding, self.depth_units)
 
     def files(self) -> FrameFiles:
-        """Its files, with what is stated of them here or beside them; raises what `frame_folder` does."""
+        """The frame's files with the options given here or in a meta.json beside them; raises what `frame_folder`
+        does."""
         from ..io.cameras import intrinsics_from
         from .frames import files_of
 
@@ -163,7 +164,7 @@ class FrameSource:
         )
 
     def beside(self) -> str:
-        """What is taken from a meta.json that lies beside the two files, as a sentence; "" for nothing."""
+        """A sentence that lists what is read from a meta.json beside the two files; "" for nothing."""
         from .frames import META_NAME, frame_beside
 
         files = frame_beside(self.rgb, self.depth) if self.depth is not None else None
@@ -175,7 +176,7 @@ class FrameSource:
         taken += ["depth encoding"] * (says_nothing and files.encoding is not None)
         taken += ["invalid value"] * (self.invalid is None and files.invalid is not None)
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
-        taken += ["truth"] * (self.truth is None and files.truth is not None)
+        taken += ["ground truth"] * (self.truth is None and files.truth is not None)
         taken += ["guide"] * (self.guide is None and files.guide is not None)
-        taken += ["least confidence"] * (self.min_confidence is None and files.min_confidence is not None)
-        return f"As {META_NAME} beside the files says: {', '.join(taken)}."
+        taken += ["min. confidence"] * (self.min_confidence is None and files.min_confidence is not None)
+        return f"Read from {META_NAME} beside the files: {', '.join(taken)}."

@@ -1,4 +1,4 @@
-"""Colour + depth files, or a folder that holds both, -> RGBDFrame."""
+"""Reading and writing RGB-D frames: colour and depth files, or a folder with both."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ DEPTH_FILE_SUFFIXES = (*USUAL_DEPTH_SUFFIXES, ".npz", ".exr", ".pfm", COLMAP_SUF
 
 @dataclass(frozen=True)
 class FrameFiles:
-    """The files of a frame, and what is known about them before they are read.
+    """The files of a frame, and what meta.json states about them.
 
     Attributes
     ----------
@@ -57,27 +57,27 @@ class FrameFiles:
     depth_units : float or None
         File units per metre, if stated.
     encoding : str, float or None
-        The depth encoding, if stated in place of them.
+        The depth encoding, if stated instead of the units.
     invalid : float or None
-        The depth file's value that stands for missing, if stated.
+        The depth file's value for missing depth, if stated.
     intrinsics : CameraIntrinsics or None
     size : (int, int) or None
-        Width and height that both images should have, if stated.
+        Width and height of both images, if stated.
     name : str
     truth : Path or None
-        Of true depth, if there is any.
+        Ground truth, if there is any.
     truth_units : float or None
         Its file units per metre, if stated.
     guide : Path or None
-        Of a guide, if there is any.
+        Guide, if there is any.
     confidence : Path or None
-        Of a confidence map, if there is any.
+        Confidence map, if there is any.
     min_confidence : float or None
         The confidence below which depth counts as missing, if stated.
     pose : tuple of tuple of float, or None
-        Where the camera was, as rows of a matrix, if stated.
+        The camera's pose as rows of a matrix, if stated.
     outside_view : Path or None
-        Of the mask of what the depth camera could not see, if stated.
+        Mask of what the depth camera could not see, if stated.
     """
 
     rgb: Path
@@ -98,12 +98,12 @@ class FrameFiles:
 
     @property
     def camera_pose(self) -> NDArray[np.float64] | None:
-        """Where the camera was, (4, 4): as stated, or else as files beside the depth tell; None if it is not known."""
+        """The camera's pose, (4, 4): as stated, or else from files beside the depth; None if not known."""
         return camera_pose(self.depth) if self.pose is None else np.array(self.pose)
 
     @property
     def stated_encoding(self) -> EncodingSpec | None:
-        """How the depth file is to be read, by whatever key that is said."""
+        """The depth encoding from `encoding` or `depth_units`; None if neither is stated."""
         return one_encoding(self.encoding, self.depth_units)
 
 
@@ -125,7 +125,7 @@ def load_frame(
     beside: bool = True,
     warn: bool = True,
 ) -> RGBDFrame:
-    """Read an RGB-D frame: of registered images, or of a recording, whose depth is registered where it is not.
+    """Read an RGB-D frame from registered images or from a recording. Unregistered depth of a recording is registered.
 
     Parameters
     ----------
@@ -135,55 +135,55 @@ def load_frame(
     depth : path-like, optional
         Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
     depth_units : float, optional
-        File units per metre: the encoding of most files, as a number.
+        File units per metre: the encoding of most files.
     encoding : str or float, optional
-        How the values of the depth file become metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
-        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It goes in place of `depth_units`. Without
-        both, what meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000
-        units per metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
+        Conversion of the depth file's values to metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
+        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It replaces `depth_units`. Without both, the
+        value in meta.json is used, also for two files that lie beside it (see `frame_beside`); without that, 1000 units
+        per metre for integers and 1 for floats. An explicit encoding skips the plausibility check.
     invalid : float, optional
-        The file's value that stands for missing, beside zero, negative and not finite ones; 0 says that there is none.
-        None takes what meta.json says.
+        The file's value for missing depth, besides zero, negative and not finite ones; 0 means that there is none. None
+        uses the value in meta.json.
     intrinsics : optional
-        Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
+        Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
     name : str, optional
-        What to call the frame; None takes it from meta.json or the file names.
+        Name of the frame; None takes it from meta.json or the file names.
     truth : path-like, optional
-        True depth, in a file like that of the depth, to judge results by. None takes that of the folder, if it has any.
+        Ground truth for evaluating results, in a file like the depth file. None uses that of the folder, if any.
     truth_units : float, optional
-        Its file units per metre. None takes what meta.json says; otherwise those of the depth file if both hold
-        integers, 1 if it holds floats.
+        Its file units per metre. None uses the value in meta.json; otherwise those of the depth file if both contain
+        integers, 1 if it contains floats.
     guide : path-like, optional
-        What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
+        Depth from another origin, see `ilf.io.load_guide`. None uses that of the folder, if any.
     confidence : path-like, optional
-        How sure the sensor was of its depth, see `ilf.io.read_confidence`. None takes that of the folder, if it has
-        any.
+        The sensor's confidence of its depth, see `ilf.io.read_confidence`. None uses that of the folder, if any.
     min_confidence : float, optional
-        Depth of a lower confidence counts as missing: it is the frame's distrusted depth. None takes what meta.json
-        says; without that, all depth counts. Where there is no confidence map it changes nothing, which is a note.
+        Depth of a lower confidence counts as missing: it goes into the frame's invalid mask. None uses the value in
+        meta.json; without that, all depth counts. Without a confidence map it has no effect, which a note reports.
     frame : str, optional
         The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
-        Whether a meta.json that lies beside two files counts.
+        Whether a meta.json beside two files is used.
     warn : bool
-        Whether what is doubtful, or was left out, is told by `DepthWarning`, too, and not only in the frame's `notes`.
+        Whether plausibility warnings and notes on what was left out are also issued as `DepthWarning`, not only stored
+        in the frame's `notes`.
 
     Returns
     -------
     RGBDFrame
-        Its `inputs` hold the absolute paths of the files and the SHA-256 of the bytes that were read, the depth units
-        and the intrinsics; its `sources` are what it takes to read the same frame again.
+        Its `inputs` contain the absolute paths of the files, the SHA-256 of the bytes that were read, the depth units
+        and the intrinsics; its `sources` contain what is needed to read the same frame again.
 
     Raises
     ------
     InputError
-        If a file is missing, the sizes differ, no depth is known or none that is sure enough, the depth scale is
-        absurd, or that of the truth does not fit it.
+        If a file is missing, the sizes differ, no depth is known or none has enough confidence, the depth scale is
+        absurd, or the scale of the ground truth does not fit it.
     FormatError
-        If a file is damaged or holds something other than its role asks for.
+        If a file is damaged or has the wrong kind of content.
     ParameterError
-        If depth or truth units are not a positive number, there is no such encoding, there are both units and an
-        encoding, there are units of a truth that there is not, or the least confidence is no number.
+        If depth or ground truth units are not a positive number, there is no such encoding, both units and an encoding
+        are given, ground truth units are given without ground truth, or the minimum confidence is not a number.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def load_frame(
     known_confidence: Path | NDArray[Any] | None
     if frame is not None:
         if depth is not None:
-            raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
+            raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
         recorded = read_recorded(rgb, frame, given, invalid)
         camera = intrinsics_from(intrinsics, recorded.shape)
         loaded, told = recorded.frame(camera, name), recorded.reading.warnings
@@ -222,7 +222,7 @@ def load_frame(
     chosen = known_truth if truth is None else truth
     if chosen is None:
         if truth_units is not None:
-            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+            raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
         return loaded
     stated = known_units if truth is None else None
     return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
@@ -235,7 +235,7 @@ def _from_files(
     intrinsics: IntrinsicsSpec | None,
     name: str | None,
 ) -> tuple[RGBDFrame, tuple[str, ...]]:
-    """A frame without truth and guide, and what a program should hear of how it was read."""
+    """A frame without ground truth and guide, and the warnings about reading it."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour, colour_doubt = read_doubted_colour(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
@@ -243,13 +243,13 @@ def _from_files(
     values = read.values
     if colour.shape[:2] != values.shape:
         raise InputError(
-            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
+            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)} pixels. Both must have the same "
             "pixels: register and resize one to the other first."
         )
     if files.size not in {None, (values.shape[1], values.shape[0])}:
         raise FormatError(
-            f"{files.rgb.with_name(META_NAME)} says {files.size} pixels, but the images are {_size(values)}. "
-            "Correct its size, or load the two files by themselves."
+            f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(values)} pixels. "
+            "Correct its size, or load the two files separately."
         )
     camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
     try:
@@ -279,7 +279,7 @@ def _from_files(
 def _sure_enough(
     frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, least: float | None
 ) -> RGBDFrame:
-    """A frame without depth that is less sure than the least confidence, by a map or a file that holds one."""
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file."""
     low, told = None, UNUSED
     if confidence is None:
         told = "" if least is None else NO_MAP
@@ -290,7 +290,7 @@ def _sure_enough(
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
-    """The depth of a frame alone, read as `load_frame` reads it; raises what it does but for the depth's scale."""
+    """Read the depth of a frame alone, as `load_frame` does; raises the same errors except for the depth scale."""
     files = files_of(rgb, depth, beside=True)
     return _read_depth(files, read_file(files.depth), given, invalid)
 
@@ -302,41 +302,40 @@ def _read_depth(
 
 
 def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
-    """The files that two paths or a folder name, and what is stated beside them."""
+    """The files given by two paths or a folder, and what meta.json states about them."""
     if depth is not None:
         return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
     if is_recording(rgb):
-        raise InputError(f"{rgb} is a recording: name one of its frames by its key (--frame; `ilf info` lists them).")
+        raise InputError(f"{rgb} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
     if os.path.isdir(rgb):
         return frame_folder(rgb)
     if not os.path.exists(rgb):
         raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
     raise InputError(
-        f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
-        f"that has {META_NAME} in it."
+        f"{rgb}: a frame needs a depth image besides its colour image. Give both files, or one folder with {META_NAME}."
     )
 
 
 def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
-    """What a frame folder's meta.json says, without reading the images.
+    """Read the meta.json of a frame folder, without the images.
 
     Parameters
     ----------
     folder : path-like
-        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, or in its place
-        `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value that stands for missing), `K` [fx,
-        fy, cx, cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt`
-        (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
-        that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
-        left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
-        (below which depth counts as missing), `pose` (where the camera was, see `RGBDFrame`), `outside_view` (where the
-        mask is of what the depth camera could not see), and `run` (the record without which the folder is a
-        half-written one).
+        Contains meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m` or
+        `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value for missing depth), `K` [fx, fy,
+        cx, cy], `rgb` and `depth` (paths of the images; default: `rgb.*` and `depth.*` in the folder), `gt` (path of
+        the ground truth; default: `gt.*` in the folder; or a description of it, by which `gt.*` is ignored if it was
+        filled in or the description is empty), `gt_units_per_m`, `guide` (path of a guide; default: `guide.*` in the
+        folder), `confidence` (path of a confidence map; default: `confidence.*` in the folder), `min_confidence` (below
+        which depth counts as missing), `pose` (the camera's pose, see `RGBDFrame`), `outside_view` (path of the mask of
+        what the depth camera could not see), and `run` (path of the run record; without that file the folder is an
+        incomplete export).
 
     Raises
     ------
     InputError
-        If meta.json or one of the images is not there.
+        If meta.json or one of the images is missing.
     FormatError
         If meta.json is not JSON or has values of the wrong kind.
     """
@@ -344,8 +343,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     meta_path = root / META_NAME
     if not os.path.isfile(meta_path):
         raise InputError(
-            f"{root} has no {META_NAME}. Give the colour and the depth file by themselves, or a frame of the folder by "
-            "its key (--frame) if it holds several."
+            f"{root} has no {META_NAME}. Give the colour and the depth file separately, or the key of one of its "
+            "frames (--frame) if it contains several."
         )
     meta = read_json(meta_path)
     if not isinstance(meta, dict):
@@ -370,7 +369,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         raise FormatError(f"{meta_path}: {error}") from error
     if named["run"] and not os.path.isfile(root / named["run"]):
         raise InputError(
-            f"{root} holds an export that was interrupted: its {named['run']} is missing, so its files may not belong "
+            f"{root} contains an interrupted export: its {named['run']} is missing, so its files may not belong "
             "together. Export again."
         )
     rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
@@ -392,20 +391,20 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
 
 
 def _truth_in(root: Path, worth: str | None) -> Path | None:
-    """The file of a frame folder's truth: what meta.json names or calls a truth, or `gt.*`; None if there is none."""
+    """The ground truth file of a frame folder: as listed in meta.json, or `gt.*`; None if there is none."""
     if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
         return _named_image(root, worth)
     return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_truth(worth) else None
 
 
 def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
-    """What the meta.json in the folder of two files says of them: units, intrinsics and name, as for the folder.
+    """Read the meta.json in the folder of two files: units, intrinsics and name, as for the folder.
 
     Returns
     -------
     FrameFiles or None
-        None if there is none, if it cannot be read, or if it speaks of other files: whoever names two files can have
-        them without it. Its `size` is not held against them.
+        None if there is none, if it cannot be read, or if it lists other files: two files can be read without it. Its
+        `size` is not checked.
     """
     colour_path, depth_path = Path(rgb).absolute(), Path(depth).absolute()
     try:
@@ -430,13 +429,13 @@ def _two_files(rgb: Path, depth: Path) -> FrameFiles:
 
 
 def _named_image(root: Path, named: str | None) -> Path | None:
-    """An image that meta.json names: there, or by that name in the folder; None if it names none."""
+    """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed."""
     if not named:
         return None
     for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
         if os.path.isfile(path):
             return path
-    raise InputError(f"{root / META_NAME} names {named}, which is not there. Put it beside {META_NAME}, or correct it.")
+    raise InputError(f"{root / META_NAME} lists {named}, which is missing. Put it beside {META_NAME}, or correct it.")
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:
@@ -444,7 +443,7 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Pa
         return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
-    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it holds {others}.{hint}")
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
@@ -471,29 +470,29 @@ def _size(array: Any) -> str:
     return f"{array.shape[1]} x {array.shape[0]}"
 
 
-# RGBDFrame -> a frame folder that `ilf.load_frame` reads.
+# Writing an RGBDFrame to a frame folder that `ilf.load_frame` reads.
 
 _COLOUR, _DEPTH = "rgb.png", "depth.tiff"
 
 
 def new_frame_files(folder: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """The files that `write_frame` writes: colour, depth and meta.json; raises ExportError if one is there already."""
+    """The files that `write_frame` writes: colour, depth and meta.json; raises ExportError if one exists."""
     paths = tuple(Path(folder) / name for name in (_COLOUR, _DEPTH, META_NAME))
     for path in paths:
         if path.exists():
-            raise ExportError(f"{path} is there already. Choose another folder.")
+            raise ExportError(f"{path} already exists. Choose another folder.")
     return paths
 
 
 def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path, ...]:
-    """Write a frame into a folder of its own: rgb.png, depth.tiff (float32 [m], NaN = missing) and meta.json.
+    """Write a frame to a separate folder: rgb.png, depth.tiff (float32 [m], NaN = missing) and meta.json.
 
     Parameters
     ----------
     folder : path-like
-        Made if missing; it must not hold a frame yet.
+        Created if missing; it must not contain a frame.
     frame : RGBDFrame
-        Its measured depth is written, distrusted depth included.
+        Its measured depth is written, including invalid depth.
 
     Returns
     -------
@@ -503,7 +502,7 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
     Raises
     ------
     ExportError
-        If there is a frame in the folder already, or a file cannot be written.
+        If the folder already contains a frame, or a file cannot be written.
     """
     root, camera = Path(folder), frame.intrinsics
     meta = {
@@ -516,7 +515,7 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
     try:
         root.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{root} cannot be made ({cause(error)}). Choose another folder.") from error
+        raise ExportError(f"{root} cannot be created ({cause(error)}). Choose another folder.") from error
     write_bytes(paths[0], encode_image(".png", frame.rgb[..., ::-1]))
     write_depth(paths[1], frame.measured)
     write_bytes(paths[2], f"{json.dumps(meta, indent=2)}\n".encode())

@@ -1,4 +1,4 @@
-"""Which frames a folder or a recording holds, by names and indices: no image is decoded."""
+"""Listing the frames of a folder or a recording by file names and indices; no image is decoded."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from .pairing import Pairs, natural, paired, paired_by_time, time_of, told_apart
 from .recording import Topics
 from .times import ASSOCIATION_FILES, MOST_APART_S, UNITS, associated, read_associations, read_time_list
 
-# Data sets whose layout says how their frames are read: BOP, SUN RGB-D, 7-Scenes.
+# Data sets whose layout determines how their frames are read: BOP, SUN RGB-D, 7-Scenes.
 
 SEVEN_SCENES_NOTE = (
-    "These look like frames of 7-Scenes: 65535 is read as missing, and depth is not registered to colour, so that "
-    "edges of both may lie some pixels apart."
+    "These look like frames of 7-Scenes: 65535 is read as missing, and depth is not registered to colour, so their "
+    "edges may lie some pixels apart."
 )
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
@@ -38,7 +38,7 @@ _BOP_COLOUR_FOLDERS = "rgb", "gray"
 
 
 def stated(how: FrameSource, source: FrameSource) -> FrameSource:
-    """A source with what the user has said of all frames in the place of what the data set says."""
+    """A source in which the user's options for all frames replace those of the data set."""
     says_nothing = how.depth_units is None and how.encoding is None
     return replace(
         source,
@@ -56,7 +56,7 @@ def is_bop(files: Collection[str]) -> bool:
 
 
 def bop_frames(root: str | Path) -> list[FrameSource]:
-    """The frames of a BOP scene that have colour and depth, by number; each has intrinsics and a scale of its own."""
+    """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
     cameras = read_cameras(Path(root) / CAMERA_FILE)
     colours = {
         int(path.stem): path
@@ -74,27 +74,27 @@ def bop_frames(root: str | Path) -> list[FrameSource]:
 
 
 def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
-    """Whether a folder that holds these is a frame of SUN RGB-D."""
+    """Whether a folder with these files and folders is a frame of SUN RGB-D."""
     return _SUN_CAMERA_FILE in files and set(_SUN_FOLDERS) <= set(folders)
 
 
 def sun_frame(root: str | Path) -> FrameSource:
-    """The frame of a folder of SUN RGB-D; InputError if it has not one colour and one depth file."""
+    """The frame of a SUN RGB-D folder; raises InputError unless it has exactly one colour and one depth file."""
     colours, depths = (
         _files(Path(root) / folder, suffixes)
         for folder, suffixes in zip(_SUN_FOLDERS, (COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES), strict=True)
     )
     if len(colours) != 1 or len(depths) != 1:
         raise InputError(
-            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files in "
-            "place of one each."
+            f"{root} looks like a frame of SUN RGB-D, but has {len(colours)} colour and {len(depths)} depth files "
+            "instead of one each."
         )
     path = Path(root) / _SUN_CAMERA_FILE
     try:
         numbers = np.array(read_file(path).data.tobytes().split(), float)
         camera = camera_from_numbers(numbers, "")
     except (ValueError, InputError) as error:
-        raise FormatError(f"{path} must hold the nine numbers of a camera matrix ({error!s:.200}).") from error
+        raise FormatError(f"{path} must contain the nine numbers of a camera matrix ({error!s:.200}).") from error
     return FrameSource(str(colours[0]), str(depths[0]), None, camera, encoding="sun")
 
 
@@ -104,7 +104,7 @@ def is_seven_scenes(files: Collection[str]) -> bool:
 
 
 def of_seven_scenes(source: FrameSource) -> FrameSource:
-    """The same files, read as 7-Scenes has them."""
+    """The same files with the options for 7-Scenes."""
     return replace(source, depth_units=1000.0, invalid=65535.0, intrinsics=_SEVEN_SCENES_CAMERA)
 
 
@@ -117,7 +117,7 @@ def camera_by_name(root: Path) -> CameraIntrinsics | None:
 
 
 def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    """Files with one of these endings, by name; none if there is no such folder."""
+    """Files with one of these extensions, by name; none if there is no such folder."""
     try:
         with os.scandir(folder) as entries:
             names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
@@ -130,10 +130,10 @@ _COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
 _DEPTH_FOLDERS = ("depth", "depths")
 
 WHAT_A_FOLDER_HOLDS = (
-    f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
-    "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
-    "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
-    "list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
+    f"A folder of frames contains one of these: a folder for each frame, with {META_NAME} and its images, or with "
+    "rgb.png and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
+    "numbers; colour and depth files side by side, such as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, "
+    "which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
 )
 
 
@@ -144,14 +144,14 @@ class Listing:
     Attributes
     ----------
     sources : tuple of FrameSource
-        Absolute paths; in the natural order of their names, or of time where that is known.
+        With absolute paths; in natural order of their names, or in order of time where that is known.
     notes : tuple of str
-        What the user should know, a sentence each.
+        Notes for the user, a sentence each.
     times : tuple of float
-        Of the frames' colour [s]; empty where they are not known.
+        Times of the frames' colour [s]; empty if not known.
     is_registered : bool
-        Whether colour and depth show the same pixels. Those of files, where they do not, are read as they are, with the
-        intrinsics of depth; those of recordings are registered.
+        Whether colour and depth have the same pixels. Where they do not, files are read as they are, with the
+        intrinsics of depth; recordings are registered.
     """
 
     sources: tuple[FrameSource, ...]
@@ -171,35 +171,37 @@ def list_frames(
     max_gap: float = MOST_APART_S,
     topics: Topics | None = None,
 ) -> Listing:
-    """Find the frames of a folder or a recording.
+    """List the frames of a folder or a recording.
 
-    It may hold a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or by time
-    where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000 units per
-    metre unless others are given. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read as these have them. A
-    frame folder gives just itself. Recordings (see `ilf.open_source`) have frames inside, which are not decoded.
+    A folder may contain a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or
+    by time where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000
+    units per metre by default. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read with the options of these
+    data sets. A frame folder is listed as a single frame. Recordings (see `ilf.open_source`) contain their frames,
+    which are not decoded.
 
     Parameters
     ----------
     folder : path-like
     depth_units, encoding, invalid : optional
-        How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
+        How the depth of all frames is read, as for `ilf.load_frame`. None uses the options of each frame.
     intrinsics : optional
-        Of all frames; anything that `ilf.io.intrinsics_from` takes.
+        Intrinsics of all frames; anything that `ilf.io.intrinsics_from` accepts.
     min_confidence : float, optional
         As for `ilf.load_frame`.
     max_gap : float
-        How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
+        Maximum time difference [s] of colour and depth of one frame, where they are matched by time.
     topics : tuple of str, optional
-        Those of colour and depth, in a recording of ROS that has several cameras. None takes those that suit best.
+        Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones.
 
     Raises
     ------
     InputError
-        If there is no such folder, it cannot be read, it holds no frames, or its depth would be misread.
+        If there is no such folder, it cannot be read, it contains no frames, or its depth would be misread.
     FormatError
-        If it has lists by time or calibrations that are damaged.
+        If its lists by time or its calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, `max_gap` is no length of time, or there are `topics` of what has none.
+        If both units and an encoding are given, `max_gap` is not a duration, or `topics` are given for a source without
+        topics.
 
     Examples
     --------
@@ -210,7 +212,7 @@ def list_frames(
     root = Path(folder).absolute()
     one_encoding(encoding, depth_units)
     if not max_gap >= 0:
-        raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
+        raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
     how = FrameSource(
         *("", None, depth_units, intrinsics),
         encoding=encoding,
@@ -220,7 +222,7 @@ def list_frames(
     if is_recording(root):
         return _recorded(root, how, max_gap, topics)
     if topics is not None:
-        raise ParameterError(f"{root} is no recording of ROS: it has no topics to choose from.")
+        raise ParameterError(f"{root} is not a ROS recording: it has no topics. Leave the topics out.")
     content = _content(root)
     if META_NAME in content.files:
         return Listing((replace(how, rgb=str(root)),))
@@ -243,10 +245,10 @@ def list_frames(
         found = [source for frame in folders for source in frame]
         if empty := sum(not frame for frame in folders):
             notes.append(
-                f"{counted(empty, 'folder')} left out, with no colour and depth file that belong together, or several."
+                f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
     if not found:
-        raise InputError(f"{root} holds no frames. {WHAT_A_FOLDER_HOLDS}")
+        raise InputError(f"{root} contains no frames. {WHAT_A_FOLDER_HOLDS}")
     times = tuple(time for source in found if (time := time_of(source.rgb)) is not None)
     times = times if len(times) == len(found) else ()
     return Listing(tuple(found), tuple(notes), times, SEVEN_SCENES_NOTE not in notes)
@@ -258,11 +260,11 @@ class _Content:
     folders: tuple[str, ...]
 
     def file(self, names: Iterable[str]) -> str | None:
-        """The first of these files that is there."""
+        """The first of these files that exists."""
         return next((name for name in names if name in self.files), None)
 
     def folder(self, names: Iterable[str]) -> str | None:
-        """The first of these folders that is there, in whatever case."""
+        """The first of these folders that exists, ignoring case."""
         there = {name.lower(): name for name in self.folders}
         return next((there[name] for name in names if name in there), None)
 
@@ -274,8 +276,8 @@ def _content(folder: str | Path) -> _Content:
             shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
         raise InputError(
-            f"{folder} is a file, and no recording by its name ({', '.join(recording_suffixes())}). Name the folder "
-            "that holds the frames."
+            f"{folder} is a file, but not a recording ({', '.join(recording_suffixes())}). Give the folder that "
+            "contains the frames."
         ) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
@@ -292,7 +294,7 @@ def _content(folder: str | Path) -> _Content:
 def _is_folder(entry: os.DirEntry[str]) -> bool:
     try:
         return entry.is_dir()
-    except OSError:  # a link that leads nowhere is no reason to list none of the others
+    except OSError:  # a broken link must not prevent listing the others
         return False
 
 
@@ -300,7 +302,7 @@ def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | Non
     """The frames of a recording."""
     with opened(path) as recording:
         if topics is not None and not recording.has_topics:
-            raise ParameterError(f"{path} is {recording.kind}: it has no topics to choose from.")
+            raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
         index = recording.index(max_gap, topics)
         registered = recording.cameras(index.keys[0]).is_registered
     sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
@@ -311,7 +313,7 @@ def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:
     """The frames of scenes of BOP."""
     found = [stated(how, source) for scene in scenes for source in bop_frames(scene)]
     if not found:
-        raise InputError(f"{root}: no scene of BOP in it has both colour and depth of an image.")
+        raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
     return Listing(tuple(found))
 
 
@@ -323,10 +325,11 @@ def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) ->
         pairs = associated(colours, depths, max_gap)
         if not pairs:
             raise FormatError(
-                f"{root}: no file of rgb.txt lies within {max_gap:g} s of one of depth.txt. Are they of one recording?"
+                f"{root}: no file in rgb.txt lies within {max_gap:g} s of one in depth.txt. Check that both are of one "
+                "recording."
             )
         lonely = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
-        notes += _told_lonely(lonely, f" {max_gap:g} s near")
+        notes += _told_lonely(lonely, f"within {max_gap:g} s")
         times = {name: time for time, name in colours}
         rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
     else:
@@ -339,25 +342,25 @@ def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) ->
 
 
 def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:
-    """Pairs of paths in two folders or in one, and what there is to say of them."""
+    """Pairs of paths in two folders or in one, and notes."""
     rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
-    near = " that name"
+    near = "of that name"
     if rgb is not None and depth is not None:
         at = os.path.join(root, rgb), os.path.join(root, depth)
         colours, depths = (_content(folder).files for folder in at)
         pairs = paired(colours, depths)
         if not pairs.pairs:
-            pairs, near = paired_by_time(colours, depths, max_gap), f" {max_gap:g} s near"
+            pairs, near = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
     else:
         at = str(root), str(root)
-        pairs = paired(*told_apart(content.files))._replace(lonely_colours=0)  # they may be anything
+        pairs = paired(*told_apart(content.files))._replace(lonely_colours=0)  # they may be other images
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
     return (paths, _told_lonely(pairs, near)) if paths else ([], [])
 
 
 def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
-    """The frame of a folder: itself if it has a meta.json, one of SUN RGB-D, or the one pair in it; nothing if there is
-    none, or more."""
+    """The frame of a folder: the folder itself if it has a meta.json, a frame of SUN RGB-D, or its only pair; empty if
+    there is no pair, or more than one."""
     if os.path.isfile(os.path.join(folder, META_NAME)):
         return [replace(how, rgb=folder)]
     try:
@@ -375,7 +378,7 @@ def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
 def _told_lonely(pairs: Pairs, near: str) -> list[str]:
     counts = (("colour", "depth", pairs.lonely_colours), ("depth", "colour", pairs.lonely_depths))
     return [
-        f"{count} {what} file{'s' * (count != 1)} left out: there is no {other} file of{near}."
+        f"{counted(count, f'{what} file')} left out: there is no {other} file {near}."
         for what, other, count in counts
         if count
     ]

@@ -1,15 +1,15 @@
-"""What to call a frame, by the names of its files."""
+"""Names of frames from the names of their files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 _PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
-"""File names that say nothing about the frame."""
+"""File names that do not identify the frame."""
 
 
 def name_by(rgb: Path) -> str:
-    """The name of a frame whose colour file has this absolute path: the file's, or its folder's where that says more.
+    """The name of a frame by the absolute path of its colour file: the file's, or the folder's if that is generic.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""NYU Depth V2's labelled file (nyu_depth_v2_labeled.mat): frames by their numbers from 1."""
+"""NYU Depth V2: the labelled file (nyu_depth_v2_labeled.mat) and the raw folders."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import existing_file, read_file
+from .._runtime.formatting import counted
 from .._runtime.sandbox import in_child
 from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
 from ..data.frame import RGBDFrame
@@ -25,8 +26,8 @@ from .times import MOST_APART_S, associated
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
-# MATLAB stores columns first, so HDF5 shows every array with its axes the other way round: images (N, 3, W, H),
-# depths and rawDepths (N, W, H).
+# MATLAB stores arrays in column-major order, so their axes are reversed in HDF5: images (N, 3, W, H), depths and
+# rawDepths (N, W, H).
 
 MAT_SUFFIX = ".mat"
 SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
@@ -39,7 +40,7 @@ _IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
 
 
 class NyuLabelled:
-    """The file, opened: frames are read one at a time. A context manager.
+    """The labelled file, open; frames are read one at a time. A context manager.
 
     Parameters
     ----------
@@ -50,13 +51,13 @@ class NyuLabelled:
     InputError
         If there is no such file, or the package that reads it is missing.
     FormatError
-        If it is no MATLAB v7.3 file, or lacks images, depths or rawDepths in the form that they should have.
+        If it is not a MATLAB v7.3 file, or lacks images, depths or rawDepths of the right form.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path).absolute()
         if not os.path.isfile(self.path) or self.path.stat().st_size == 0:
-            existing_file(self.path)  # says what is wrong with it
+            existing_file(self.path)  # raises the precise error
         self._file = open_hdf5(self.path, str(self.path), "experiments", "Reading NYU Depth V2's labelled file")
         try:
             self._data = self._checked()
@@ -65,14 +66,14 @@ class NyuLabelled:
             raise
 
     def _checked(self) -> dict[str, Any]:
-        """Images, depths and rawDepths, in the form that they should have."""
+        """Images, depths and rawDepths, checked for type and shape."""
         found = {}
         for name, dimensions, kind in ((_IMAGES, 4, "u"), (_FILLED, 3, "f"), (_RAW, 3, "f")):
             found[name] = dataset(self._file, name, kind, dimensions, str(self.path))
             if found[name] is None:
                 raise FormatError(
-                    f"{self.path} has no {name} as NYU Depth V2's labelled file stores them. Is this "
-                    "nyu_depth_v2_labeled.mat?"
+                    f"{self.path} has no {name} in the form of NYU Depth V2's labelled file. Check that this is "
+                    "nyu_depth_v2_labeled.mat."
                 )
         shapes = {name: data.shape for name, data in found.items()}
         count, channels, *size = shapes[_IMAGES]
@@ -102,11 +103,11 @@ class NyuLabelled:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._file.close()
 
     def frame(self, index: int) -> RGBDFrame:
-        """Colour and raw depth of a frame, by its index from 0. 0 m is missing.
+        """Read colour and raw depth of a frame, by its index from 0. 0 m is missing.
 
         Raises
         ------
@@ -123,14 +124,13 @@ class NyuLabelled:
         return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
 
     def measured(self, index: int) -> NDArray[np.float32]:
-        """Depth of a frame as it was measured and registered to colour [m], shape (H, W), 0 = missing."""
+        """Measured depth of a frame, registered to colour [m], shape (H, W), 0 = missing."""
         return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
 
     def filled(self, index: int) -> NDArray[np.float32]:
-        """Depth of a frame with its holes in-painted by the toolbox [m], shape (H, W), NaN = unknown.
+        """Depth of a frame with holes inpainted by the toolbox [m], shape (H, W), NaN = unknown.
 
-        Where the sensor measured it is what was measured; in the holes it is the toolbox's colourisation, no
-        measurement.
+        Outside the holes it is the measured depth; in the holes it is the result of the toolbox's colourisation.
         """
         depth = self._read(_FILLED, index).T.astype(np.float32)
         depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
@@ -143,35 +143,35 @@ class NyuLabelled:
 
 
 def frame_name(index: int) -> str:
-    """What a frame is called: its number from 1, as MATLAB and the split count."""
+    """Name of a frame: its number from 1, as in MATLAB and the split."""
     return f"nyu_{index + 1:04d}"
 
 
 def read_split(path: str | os.PathLike[str]) -> list[int]:
-    """Indices from 0 of the frames that a split names.
+    """Indices from 0 of the frames that a split lists.
 
     Parameters
     ----------
     path : path-like
-        splits.mat of the toolbox, whose test frames are taken; or a text file with one number from 1 per line.
+        splits.mat of the toolbox, of which the test frames are used; or a text file with one number from 1 per line.
 
     Raises
     ------
     InputError
         If there is no such file.
     FormatError
-        If it holds no list of whole numbers from 1.
+        If it contains no list of whole numbers from 1.
     """
     found = existing_file(path)
     is_matlab = found.suffix.lower() == MAT_SUFFIX
     numbers = in_child(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
     if not numbers or min(numbers) < 1 or max(numbers) > _MOST_FRAMES:
-        raise FormatError(f"{found} names no frames. A split lists whole numbers from 1.")
+        raise FormatError(f"{found} lists no frames. A split lists whole numbers from 1.")
     return [number - 1 for number in dict.fromkeys(numbers)]
 
 
 def _matlab_split(path: Path) -> list[int]:
-    """The numbers in a MATLAB v5 file, whose reader damaged files can crash."""
+    """The numbers in a MATLAB v5 file; damaged files can crash its reader."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
@@ -185,7 +185,7 @@ def _matlab_split(path: Path) -> list[int]:
     numbers = np.asarray(content.get(TEST_FRAMES, []))
     whole = numbers.dtype.kind in "iuf" and bool((np.isfinite(numbers) & (numbers == np.floor(numbers))).all())
     if not whole or numbers.size > _MOST_FRAMES:
-        raise FormatError(f"{path}: {TEST_FRAMES} must hold whole numbers.")
+        raise FormatError(f"{path}: {TEST_FRAMES} must contain whole numbers.")
     return [int(number) for number in numbers.ravel()]
 
 
@@ -193,11 +193,12 @@ def _listed(path: Path) -> list[int]:
     try:
         return [int(word) for word in path.read_text(encoding="utf-8").split()]
     except ValueError as error:
-        raise FormatError(f"{path} must hold one whole number per line: the numbers of the frames, from 1.") from error
+        raise FormatError(f"{path} must contain one whole number per line: frame numbers from 1.") from error
 
 
 class NyuLabelledFrames(Recording):
-    """The file as a recording. Its frames have no truth: what fills the holes of `depths` was not measured."""
+    """The labelled file as a recording. Its frames have no ground truth: depth in the holes of `depths` is not
+    measured."""
 
     kind = "NYU Depth V2's labelled file"
     suffixes = (MAT_SUFFIX,)
@@ -230,14 +231,14 @@ class NyuLabelledFrames(Recording):
         return int(key) - 1
 
 
-# Raw folders of NYU Depth V2: colour and depth of a Kinect v1, in files that are named after their times.
+# Raw folders of NYU Depth V2: colour and depth of a Kinect v1, in files with times in their names.
 
 _NAME = re.compile(r"(?P<what>[rd])-(?P<time>\d+\.\d+)-\d+\.(?:ppm|pgm)")
 _ENDING = {"r": ".ppm", "d": ".pgm"}
 _GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
-"""Largest gaps in time [s] by which a frame is looked for. What is paired by a smaller one is so by a larger, too."""
+"""Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
-# camera_params.m of the data set's toolbox; its shift is taken away from its turned points
+# camera_params.m of the data set's toolbox; its translation is subtracted from the rotated points
 _CAMERA = "nyu-kinect-v1"
 _COLOUR = Camera(
     INTRINSICS[_CAMERA], IMAGE_SIZES[_CAMERA], (0.20796615, -0.58613825, 0.00072231363, 0.0010479628, 0.49856987)
@@ -258,15 +259,15 @@ _SHIFT = np.array([2.5031875059141302e-02, -2.9342312935846411e-04, 6.6238747008
 
 
 def nyu_cameras() -> Cameras:
-    """The cameras that the data set was recorded with, as its toolbox has them."""
+    """The cameras of the data set, from its toolbox."""
     motion = np.eye(4)
     motion[:3, :3], motion[:3, 3] = _TURN.T, -_SHIFT
     return Cameras(_COLOUR, _DEPTH, motion, is_registered=False)
 
 
 class NyuRawFolder(Recording):
-    """Files r-TIME-NUMBER.ppm and d-TIME-NUMBER.pgm, disparity with swapped bytes. A key is the name of the colour file
-    without its ending."""
+    """A folder of files r-TIME-NUMBER.ppm and d-TIME-NUMBER.pgm (disparity with swapped bytes). A key is the name of
+    the colour file without extension."""
 
     kind = "a raw folder of NYU Depth"
 
@@ -295,11 +296,11 @@ class NyuRawFolder(Recording):
         pairs = self._paired(max_gap)
         if not pairs:
             raise InputError(
-                f"{self.path}: none of {len(self._colours)} colour files (r-TIME-NUMBER.ppm) lies within {max_gap:g} s "
-                "of a depth file. Allow a larger gap (--max-gap)."
+                f"{self.path}: none of {counted(len(self._colours), 'colour file')} (r-TIME-NUMBER.ppm) lies within "
+                f"{max_gap:g} s of a depth file. Allow a larger gap (--max-gap)."
             )
         notes = [
-            f"{lonely} {what} file{'s' * (lonely != 1)} left out: there is no {other} file {max_gap:g} s near."
+            f"{counted(lonely, f'{what} file')} left out: there is no {other} file within {max_gap:g} s."
             for what, other, files in (("colour", "depth", self._colours), ("depth", "colour", self._depths))
             if (lonely := len(files) - len(pairs))
         ]
@@ -319,7 +320,7 @@ class NyuRawFolder(Recording):
         return nyu_cameras()
 
     def _paired(self, max_gap: float) -> dict[str, tuple[str, str]]:
-        """Key -> files of colour and depth."""
+        """Key -> colour and depth file."""
         if max_gap not in self._pairs:
             pairs = associated(self._colours, self._depths, max_gap)
             self._pairs[max_gap] = {Path(colour).stem: (colour, depth) for colour, depth in pairs}

@@ -1,4 +1,4 @@
-"""Which kind of recording lies at a path, and keeping those open that are read from."""
+"""Finding the kind of recording at a path, and a cache of open recordings."""
 
 from __future__ import annotations
 
@@ -40,26 +40,26 @@ _open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
 
 
 def kind_of(path: Path) -> type[Recording] | None:
-    """The kind of recording that lies at a path, by names alone; None if there is none."""
+    """The kind of recording at a path, by file names alone; None if there is none."""
     try:
         return next((kind for kind in KINDS if kind.fits(path)), None)
-    except (OSError, ValueError):  # nothing of that name can be there
+    except (OSError, ValueError):  # no file can have that name
         return None
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether a recording lies at a path, by names alone."""
+    """Whether there is a recording at a path, by file names alone."""
     return kind_of(Path(path)) is not None
 
 
 def recording_suffixes() -> tuple[str, ...]:
-    """Endings of the files that are recordings."""
+    """Extensions of recordings."""
     return tuple(suffix for kind in KINDS for suffix in kind.suffixes)
 
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
-    """A recording to read from, for one thread at a time; it stays open for the next time.
+    """Open a recording for reading, one thread at a time; it stays open for later calls.
 
     Raises
     ------
@@ -73,8 +73,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     if kind is None:
         is_there = os.path.lexists(found)
         raise InputError(
-            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
-            "Scanner, ARKitScenes, NYU's raw frames or raw pairs with a calibration.json."
+            f"{found} is not a recording: recordings end in {', '.join(recording_suffixes())}, or are folders of "
+            "ROS 2, Stray Scanner, ARKitScenes, NYU's raw frames or raw pairs with a calibration.json."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )
@@ -90,7 +90,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
 
 
 def close_all() -> None:
-    """Let go of all recordings, so that their files can be moved or deleted."""
+    """Close all recordings, so that their files can be moved or deleted."""
     with _access:
         while _open:
             _open.popitem()[1].close()

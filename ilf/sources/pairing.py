@@ -1,4 +1,4 @@
-"""Which colour file belongs to which depth file, by their names alone."""
+"""Matching colour files with depth files by their names alone."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
 _NUMBER = re.compile(r"\d+")
 
 Tell = Callable[[str], str | None]
-"""What tells a name from others; None for names that it says nothing of."""
+"""A function from a name to its matching key; None for names without one."""
 
 
 class Pairs(NamedTuple):
-    """Names of colour files with those of their depth files, in natural order, and how many files have no partner."""
+    """Names of matching colour and depth files, in natural order, and the numbers of files without a match."""
 
     pairs: list[tuple[str, str]]
     lonely_colours: int
@@ -27,7 +27,7 @@ class Pairs(NamedTuple):
 
 
 def natural(name: str) -> str:
-    """Sorts names as people count.
+    """Sort key for natural order.
 
     Examples
     --------
@@ -38,10 +38,10 @@ def natural(name: str) -> str:
 
 
 def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Colour and depth files among the names of one folder.
+    """Separate the names of one folder into colour and depth files.
 
-    Depth files have the word depth in their name, or begin with d-; those of colour have rgb, color, colour or image,
-    begin with r-, or have neither.
+    Depth files have the word depth in their name, or begin with d-; colour files have rgb, color, colour or image,
+    begin with r-, or have none of these.
     """
     colours, depths = [], []
     for name in names:
@@ -55,19 +55,19 @@ def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
 
 
 def depth_files(names: Iterable[str]) -> list[str]:
-    """Names of files that may hold depth; those of rarer kinds only where there are none of the usual ones, beside
-    which they are likely to hold something else."""
+    """Names of possible depth files; those of rare formats only if there are none of the usual ones, as they are
+    otherwise likely to contain something else."""
     known = [name for name in names if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
     return [name for name in known if _parts(name)[1] in USUAL_DEPTH_SUFFIXES] or known
 
 
 def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
-    """Match names of colour files with those of depth files.
+    """Match names of colour files with names of depth files.
 
-    Two belong together if their names are the same but for the words that tell colour from depth, and for zeros before
-    numbers if that gives more pairs. If no two are, it is the last number in their names that counts, where it is that
-    of one file alone, and if most of the fewer files find a partner by it: a few may do so by chance. Files of other
-    kinds are left out.
+    Two names match if they are equal except for the words that mark colour and depth, and for leading zeros of numbers
+    if that gives more pairs. If none match, the last number in the names is compared, where it is unique; these matches
+    count only if they include more than half of the files of the smaller set, since a few may occur by chance. Files of
+    other formats are left out.
     """
     colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
     depth_names = depth_files(depths)
@@ -80,14 +80,14 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
 
 
 def _matched(colours: Iterable[str], depths: Iterable[str], tell: Tell) -> list[tuple[str, str]]:
-    """Pairs of names of which the same is told, in natural order."""
+    """Pairs of names with the same key, in natural order."""
     by_colour, by_depth = _single(colours, tell), _single(depths, tell)
     shared = by_colour.keys() & by_depth.keys()
     return sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
 
 
 def _single(names: Iterable[str], tell: Tell) -> dict[str, str]:
-    """Names by what tells them apart, without those that share it with others."""
+    """Key -> name, without keys that several names share."""
     found: dict[str, list[str]] = {}
     for name in names:
         key = tell(name)
@@ -97,7 +97,7 @@ def _single(names: Iterable[str], tell: Tell) -> dict[str, str]:
 
 
 def _rest(name: str) -> str | None:
-    """A name without its ending and the words that say what it holds."""
+    """A name without its extension and the words that mark colour and depth."""
     stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
     return "-".join(re.findall(r"[^\W_]+", stem))
 
@@ -123,8 +123,8 @@ _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 
 
 def time_of(name: str) -> float | None:
-    """The time [s] that a file's name is: seconds with a fraction, or milli-, micro- or nanoseconds since 1970; None if
-    it is none.
+    """The time [s] in a file name: seconds with a fraction, or milli-, micro- or nanoseconds since 1970; None if the
+    name is not a time.
 
     Examples
     --------
@@ -138,14 +138,14 @@ def time_of(name: str) -> float | None:
 
 
 def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float) -> Pairs:
-    """Names of colour files with those of the depth files that are nearest in time, each once; no pairs if names are no
+    """Match names of colour files with the depth files nearest in time, each used once; no pairs if the names are not
     times.
 
     Parameters
     ----------
     colours, depths : iterable of str
     max_gap : float
-        Pairs lie at most this many seconds apart.
+        Maximum time difference of a pair [s].
     """
     images = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)]
     timed = [

@@ -1,4 +1,4 @@
-"""Where the camera was, as far as files beside the frames tell."""
+"""Camera poses from files beside the frames."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .times import MOST_APART_S
 Matrix = NDArray[np.float64]
 
 OF_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Turns points of a camera with y down and z forward to those of the same with y up and z back, and back."""
+"""Transform of points between camera axes y down, z forward and y up, z backward; its own inverse."""
 
 _TRAJECTORY = "groundtruth.txt"
 _FOLDERS = "pose", "poses"
@@ -25,9 +25,9 @@ _DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
 
 
 def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
-    """What takes points [m] of the camera before to the camera after, (4, 4); None where it is not known.
+    """The transform of points [m] from the camera before to the camera after, (4, 4); None if not known.
 
-    Both frames must have poses, or come from files beside which their poses are told, see `camera_pose`.
+    Both frames must have poses, or come from files with poses beside them, see `camera_pose`.
     """
     start, end = (_pose_of(frame) for frame in (before, after))
     return None if start is None or end is None else np.linalg.inv(end) @ start
@@ -40,19 +40,19 @@ def _pose_of(frame: RGBDFrame) -> Matrix | None:
 
 
 def camera_pose(depth: str | Path) -> Matrix | None:
-    """Where the camera of a frame was: takes its points [m] to those of the world.
+    """The camera pose of a frame: the transform of its points [m] to the world.
 
     Parameters
     ----------
     depth : path
-        The frame's depth file. Its pose is looked for as TUM's benchmark has it (`groundtruth.txt` in the folder above,
-        by the time in the file's name), as 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and as ScanNet
+        The frame's depth file. Its pose is searched in the layouts of the TUM benchmark (`groundtruth.txt` in the
+        parent folder, by the time in the file's name), 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and ScanNet
         (`pose/NAME.txt` beside its folder).
 
     Returns
     -------
     ndarray of float64, shape (4, 4), or None
-        x to the right, y down, z forward. None where there is no such file, or it does not tell.
+        x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
     """
     path = Path(depth)
     name = _DEPTH_WORD.sub("", path.stem)
@@ -71,12 +71,12 @@ def camera_pose(depth: str | Path) -> Matrix | None:
 
 @lru_cache(maxsize=2)
 def _trajectory(path: Path, changed: int) -> Matrix:
-    """The numbers of a file as it was changed last: it has a line for each frame that is read."""
+    """The numbers of a trajectory file, cached by its modification time: it has a line for each frame."""
     return _numbers(path)
 
 
 def _numbers(path: Path) -> Matrix:
-    """The numbers of a text file, a row per line; none if it has anything else."""
+    """The numbers of a text file, a row per line; empty if it contains anything else."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
         rows = np.array([line.split() for line in lines if line.strip() and not line.startswith("#")], float)
@@ -86,7 +86,7 @@ def _numbers(path: Path) -> Matrix:
 
 
 def _at_time(rows: Matrix, time: str) -> Matrix | None:
-    """The pose of a trajectory, lines of time, tx ty tz, qx qy qz qw, that is nearest in time."""
+    """The pose nearest in time, from a trajectory with rows of time, tx ty tz, qx qy qz qw."""
     try:
         wanted = float(time)
     except ValueError:
@@ -99,8 +99,7 @@ def _at_time(rows: Matrix, time: str) -> Matrix | None:
 
 
 def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
-    """The pose of a camera that is turned by a quaternion x, y, z, w and stands at a position [m]; None if that is
-    none."""
+    """The camera pose from a quaternion x, y, z, w and a position [m]; None if they are not a valid pose."""
     length = math.hypot(*np.asarray(quaternion, np.float64))
     if not 0 < length < math.inf:
         return None
@@ -116,7 +115,7 @@ def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
 
 
 def checked_pose(pose: Matrix) -> Matrix | None:
-    """A pose if it is one; where tracking was lost, files have other numbers."""
+    """The pose if it is valid, else None; where tracking was lost, files contain other numbers."""
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         return None
     turn = pose[:3, :3]

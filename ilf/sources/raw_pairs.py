@@ -1,4 +1,4 @@
-"""Folders of raw pairs: colour and depth as two cameras have seen them, and a calibration.json that names both."""
+"""Folders of raw pairs: colour and depth of two cameras, and a calibration.json."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
+from .._runtime.formatting import counted
 from .._runtime.schema import Section
 from ..data.camera import camera_of, checked_motion
 from ..errors import FormatError, InputError, ParameterError
@@ -25,18 +26,18 @@ _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
 _COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".exr", ".pfm")
 _LARGEST = 2**20
-"""Bytes that a calibration may have."""
+"""Maximum size of a calibration file [bytes]."""
 _ONLY = "1"
-"""Key of the pair in a folder that has just one."""
+"""Key of the pair in a folder with only one."""
 
 
 class RawPairs(Recording):
-    """A folder of raw pairs: either the two files `colour.*` and `depth.*`, whose key is 1, or files in two folders of
-    these names, whose keys are the names, without ending, that both have.
+    """A folder of raw pairs: either the two files `colour.*` and `depth.*`, with the key 1, or two folders of these
+    names, whose common file names without extension are the keys.
 
-    calibration.json holds `colour` and `depth`, each with `size` [width, height], `K` [fx, fy, cx, cy] and, if there is
-    any, `distortion` in OpenCV's order; `depth_to_colour`, the rows of the matrix (4, 4) that takes points [m] of the
-    depth camera to the colour camera; and, as a meta.json does, `depth_units_per_m` or `depth_encoding`, and
+    calibration.json contains `colour` and `depth`, each with `size` [width, height], `K` [fx, fy, cx, cy] and, if there
+    is any, `distortion` in OpenCV's order; `depth_to_colour`, the rows of the matrix (4, 4) that transforms points [m]
+    of the depth camera to the colour camera; and, as in meta.json, `depth_units_per_m` or `depth_encoding`, and
     `depth_invalid`.
     """
 
@@ -48,7 +49,7 @@ class RawPairs(Recording):
         data = read_json(self._calibration)
         try:
             if not isinstance(data, dict):
-                raise InputError("it must hold a JSON object with colour, depth and depth_to_colour.")
+                raise InputError("it must contain a JSON object with colour, depth and depth_to_colour.")
             stated = Section("calibration", data)
             colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
             motion = checked_motion(stated.get(_MOTION, list), repr(_MOTION))
@@ -79,7 +80,7 @@ class RawPairs(Recording):
             return False
         try:
             return file.stat().st_size <= _LARGEST and f'"{_MOTION}"'.encode() in file.read_bytes()
-        except OSError:  # opening it tells why
+        except OSError:  # opening it raises the precise error
             return True
 
     @classmethod
@@ -87,8 +88,8 @@ class RawPairs(Recording):
         return *super().state(path), *super().state(path / _CALIBRATION)
 
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
-        notes = (f"{self._lonely} images of colour or depth have no partner of their name.",) if self._lonely else ()
-        return RecordingIndex(tuple(self._files), notes=notes)
+        note = f"{counted(self._lonely, 'image')} left out: no matching image of the same name."
+        return RecordingIndex(tuple(self._files), notes=(note,) if self._lonely else ())
 
     def frame(self, key: str) -> RecordedFrame:
         colour, depth = map(read_file, self._pair(key))
@@ -96,7 +97,7 @@ class RawPairs(Recording):
             read_colour(colour),
             read_depth_values(depth),
             colour.sha256,
-            sha256_of(depth.data.tobytes(), self._calibration.data.tobytes()),  # what depth comes to goes by both
+            sha256_of(depth.data.tobytes(), self._calibration.data.tobytes()),  # the registered depth depends on both
             self._encoding,
             self._invalid,
         )
@@ -120,7 +121,7 @@ def _camera(stated: Section) -> Camera:
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:
-    """Images by their keys: those of the first folder that is there, or the file that is called so."""
+    """Images by key: those of the first folder that exists, or else the file of that name."""
     folder = next((root / name for name in names if (root / name).is_dir()), None)
     with os.scandir(folder or root) as entries:
         files = [Path(entry.path) for entry in entries if entry.is_file()]

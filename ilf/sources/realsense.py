@@ -1,4 +1,4 @@
-"""A RealSense camera that is connected: one frame of it."""
+"""Capturing a frame with a connected RealSense camera."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _OTHER_LENSES = ("kannala_brandt4", "ftheta")
 
 
 def take_frame(settle: int = SETTLING) -> RGBDFrame:
-    """Take a frame with the RealSense camera that is connected.
+    """Capture a frame with the connected RealSense camera.
 
     Parameters
     ----------
     settle : int
-        How many frames to let pass before, until exposure and white balance have settled.
+        Number of frames to skip first, until exposure and white balance have settled.
 
     Returns
     -------
@@ -35,12 +35,12 @@ def take_frame(settle: int = SETTLING) -> RGBDFrame:
     Raises
     ------
     InputError
-        If the package is not installed (extra `realsense`), there is no camera, it gives no frames, or what it sees
-        makes no frame.
+        If the package is not installed (extra `realsense`), there is no camera, it delivers no frames, or its images do
+        not make a valid frame.
     """
     library = load_realsense()
     if not len(library.context().query_devices()):
-        raise InputError("No RealSense camera is connected. Connect one, by USB 3.")
+        raise InputError("No RealSense camera is connected. Connect one via USB 3.")
     pipeline, wish = library.pipeline(), library.config()
     wish.enable_stream(library.stream.depth, library.format.z16)
     wish.enable_stream(library.stream.color, library.format.rgb8)
@@ -48,43 +48,43 @@ def take_frame(settle: int = SETTLING) -> RGBDFrame:
         pipeline.start(wish)
     except RuntimeError as error:
         raise InputError(
-            f"The RealSense camera gives no colour and depth ({error}). Connect it by USB 3, and close other programs "
-            "that use it."
+            f"The RealSense camera delivers no colour and depth ({error}). Connect it via USB 3, and close other "
+            "programs that use it."
         ) from error
     try:
         for _ in range(settle):
             pipeline.wait_for_frames(_PATIENCE_MS)
         return register(pair_of(pipeline.wait_for_frames(_PATIENCE_MS)))
     except RuntimeError as error:
-        raise InputError(f"The RealSense camera has sent no frame ({error}). Connect it anew, by USB 3.") from error
+        raise InputError(f"The RealSense camera sent no frame ({error}). Reconnect it via USB 3.") from error
     finally:
         pipeline.stop()
 
 
 def load_realsense() -> Any:
-    """The pyrealsense2 module; raises InputError, which names the extra, if it is not installed or cannot be loaded."""
+    """Load pyrealsense2; raises InputError with the extra to install if it is missing or cannot be loaded."""
     load_libusb()
     return optional("pyrealsense2", "realsense", "A RealSense camera")
 
 
 def pair_of(frames: Any, name: str = "realsense") -> RawPair:
-    """Colour and depth of a composite frame of pyrealsense2, as the two cameras have seen them.
+    """The raw pair of a composite frame of pyrealsense2.
 
     Parameters
     ----------
     frames : pyrealsense2.composite_frame
         With depth (Z16) and colour (RGB8).
     name : str
-        What to call the frame.
+        Name of the frame.
 
     Raises
     ------
     InputError
-        If one of them is not there, or its lens is none of those that are supported.
+        If colour or depth is missing, or its lens model is not supported.
     """
     depth, colour = frames.get_depth_frame(), frames.get_color_frame()
     if not depth or not colour:
-        raise InputError(f"The camera has given no {'colour' if depth else 'depth'} with its frame. Try again.")
+        raise InputError(f"The camera delivered a frame without {'colour' if depth else 'depth'}. Try again.")
     values = np.asanyarray(depth.get_data()).astype(np.float32)
     motion = depth.profile.get_extrinsics_to(colour.profile)
     depth_to_colour = np.eye(4)

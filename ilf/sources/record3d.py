@@ -24,32 +24,32 @@ from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics
 from .registration import Camera
 from .times import MOST_APART_S
 
-# Data packed by LZFSE, Apple's compression: unpacked if it is as long as it should be.
+# Data compressed by LZFSE (Apple): unpacked only if its size is as expected.
 
 _END, _PLAIN, _PACKED, _LZVN = b"bvx$", b"bvx-", b"bvx2", b"bvxn"
 _FEWEST_IN_BLOCK = 10_000
-"""Bytes that an encoder puts into a block, but for the last of them."""
+"""Minimum number of bytes in a block of an encoder, except for the last one."""
 
 
 def unpacked(data: bytes, size: int, file: str) -> bytes:
-    """Data packed by LZFSE.
+    """Decompress data packed by LZFSE.
 
-    The decoder asks for whatever memory the data take, so what their blocks announce is added up first.
+    The decoder allocates as much memory as the data require, so the sizes announced by the blocks are summed first.
 
     Parameters
     ----------
     data : bytes
     size : int
-        How many bytes it must give.
+        Expected number of bytes.
     file : str
-        Where it is from, for messages.
+        Name of the file, for messages.
 
     Raises
     ------
     InputError
-        If the package that unpacks it is not installed.
+        If the package for LZFSE is not installed.
     FormatError
-        If it is damaged or gives another number of bytes.
+        If the data are damaged or have another size.
     """
     lzfse = optional("lzfse", "sequences", "Reading depth of Record3D")
     try:
@@ -59,12 +59,12 @@ def unpacked(data: bytes, size: int, file: str) -> bytes:
     except (lzfse.error, ValueError, struct.error, MemoryError) as error:
         raise FormatError(f"{file} cannot be unpacked ({error!s:.80}): it is truncated or damaged.") from error
     if len(found) != size:
-        raise FormatError(f"{file} gives {len(found)} bytes in place of {size}: it is truncated or damaged.")
+        raise FormatError(f"{file} has {len(found)} bytes instead of {size}: it is truncated or damaged.")
     return found
 
 
 def _announced(data: bytes, most: int) -> int:
-    """Bytes that the blocks say they hold."""
+    """Total number of bytes that the blocks announce."""
     at, total, blocks = 0, 0, 0
     while (kind := data[at : at + 4]) != _END:
         (raw,) = struct.unpack_from("<I", data, at + 4)
@@ -72,25 +72,25 @@ def _announced(data: bytes, most: int) -> int:
             length = 8 + raw
         elif kind == _LZVN:
             length = 12 + int(struct.unpack_from("<I", data, at + 8)[0])
-        elif kind == _PACKED:  # lengths of its header and of what that tells how to decode, 20 bits each
+        elif kind == _PACKED:  # lengths of its header and of its literal and match payloads, 20 bits each
             first, second, third = struct.unpack_from("<3Q", data, at + 8)
             length = (third & 0xFFFFFFFF) + (first >> 20 & 0xFFFFF) + (second >> 40 & 0xFFFFF)
         else:
-            raise ValueError("a block is of no kind that there is")
+            raise ValueError("a block is of an unknown kind")
         at, total, blocks = at + length, total + raw, blocks + 1
         if total > most or blocks > most // _FEWEST_IN_BLOCK + 2:
-            raise ValueError("it holds more than it should")
+            raise ValueError("it contains more than it should")
     return total
 
 
 _METADATA = "metadata"
 _DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
 _MOST_BYTES = 2**28
-"""Of a member of the zip, unpacked."""
+"""Maximum size of an unpacked member of the zip."""
 
 
 class Record3D(Recording):
-    """A recording of Record3D. Keys are the numbers of its frames; confidence goes from 0 to 2."""
+    """A recording of Record3D. Keys are the numbers of its frames; confidence is 0 to 2."""
 
     kind = "a recording of Record3D"
     suffixes = (".r3d",)
@@ -101,14 +101,14 @@ class Record3D(Recording):
             self._zip = zipfile.ZipFile(path)
         except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
             raise FormatError(
-                f"{path} is no whole recording of Record3D ({cause(error):.80}). Export it again."
+                f"{path} is not a complete recording of Record3D ({cause(error):.80}). Export it again."
             ) from error
         try:
             self._names = frozenset(self._zip.namelist())
             numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
             self._keys = tuple(str(number) for number in numbers if f"rgbd/{number}.jpg" in self._names)
             if not self._keys:
-                raise FormatError(f"{path} has no frames: there is no rgbd/0.jpg with rgbd/0.depth in it.")
+                raise FormatError(f"{path} has no frames: it contains no rgbd/0.jpg with rgbd/0.depth.")
             self._metadata = self._read_metadata()
             self._depth_size = self._size("dw", "dh")
         except BaseException:
@@ -151,7 +151,7 @@ class Record3D(Recording):
                 Camera(fitted(stated, self._size("w", "h"), (size[1], size[0])), size), self._depth_size
             )
         except InputError as error:
-            raise FormatError(f"{self.path}: the camera of frame {key} cannot be ({error})") from error
+            raise FormatError(f"{self.path}: the camera of frame {key} is invalid ({error})") from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         numbers = self._of_frame("poses", key)
@@ -162,8 +162,8 @@ class Record3D(Recording):
         return None if found is None else found @ OF_OPENGL
 
     def _intrinsics(self, key: str) -> CameraIntrinsics:
-        """Of the size that the metadata tell: those of the frame, or else of the recording, whose matrix is stored by
-        columns."""
+        """Intrinsics for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
+        stored by columns."""
         numbers = self._of_frame("perFrameIntrinsicCoeffs", key)
         if numbers is None:
             matrix = self._metadata.get("K")
@@ -187,7 +187,7 @@ class Record3D(Recording):
         return self._member(f"rgbd/{key}.jpg")
 
     def _of_frame(self, name: str, key: str) -> Any:
-        """What a list of the metadata has for a frame; None if it has nothing."""
+        """The entry for a frame in a list of the metadata; None if there is none."""
         values, number = self._metadata.get(name), int(key)
         return values[number] if isinstance(values, list) and number < len(values) else None
 
@@ -200,7 +200,7 @@ class Record3D(Recording):
 
     def _read_metadata(self) -> dict[str, Any]:
         if _METADATA not in self._names:
-            raise FormatError(f"{self.path} has no {_METADATA}, as a recording of Record3D has. Export it again.")
+            raise FormatError(f"{self.path} has no {_METADATA} of Record3D. Export it again.")
         try:
             metadata = json.loads(self._member(_METADATA))
         except (ValueError, RecursionError) as error:
@@ -208,13 +208,13 @@ class Record3D(Recording):
                 f"{self._place(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
             ) from error
         if not isinstance(metadata, dict):
-            raise FormatError(f"{self._place(_METADATA)} must hold a JSON object. Export the recording again.")
+            raise FormatError(f"{self._place(_METADATA)} must contain a JSON object. Export the recording again.")
         return metadata
 
     def _member(self, name: str) -> bytes:
         entry = self._zip.getinfo(name)
         if entry.file_size > _MOST_BYTES:
-            raise FormatError(f"{self._place(name)} would take {entry.file_size / 2**20:.0f} MiB: that is no frame.")
+            raise FormatError(f"{self._place(name)} has {entry.file_size / 2**20:.0f} MiB: too large for a frame.")
         try:
             return self._zip.read(entry)
         except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""A frame of a recording -> RGBDFrame, or the raw pair where colour and depth do not show the same pixels."""
+"""Reading a frame of a recording as RGBDFrame, or as raw pair where colour and depth are not registered."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from .registration import Camera, RawPair, register
 
 @dataclass(frozen=True, eq=False)
 class ReadFrame:
-    """A frame that has been read from a recording: as it is stored, and its depth in metres.
+    """A frame read from a recording: as stored, and its depth in metres.
 
     Attributes
     ----------
     path : Path
-        Of the recording, absolute.
+        Absolute path of the recording.
     key : str
-        Of the frame.
+        Key of the frame.
     stored : RecordedFrame
     cameras : Cameras
     reading : DepthReading
     pose : ndarray or None
-        Where its camera was, as `RGBDFrame` has it.
+        Its camera pose, as in `RGBDFrame`.
     """
 
     path: Path
@@ -47,7 +47,7 @@ class ReadFrame:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Height and width of the frame that it becomes."""
+        """Height and width of the resulting RGBDFrame."""
         image = self.reading.metres if self.cameras.is_registered else self.stored.rgb
         return image.shape[0], image.shape[1]
 
@@ -57,13 +57,13 @@ class ReadFrame:
         Parameters
         ----------
         intrinsics : CameraIntrinsics, optional
-            Of what comes out; None takes what the recording says.
+            Intrinsics of the result; None uses those of the recording.
         name : str, optional
 
         Raises
         ------
         InputError
-            If depth cannot be registered, because not all is known that it takes, or cannot be metres.
+            If depth cannot be registered because calibration is missing, or its values cannot be metres.
         """
         try:
             frame = self._registered(name) if self.cameras.is_registered else register(self._pair(name))
@@ -76,12 +76,12 @@ class ReadFrame:
         return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose, doubts=doubts)
 
     def pair(self, name: str | None = None) -> RawPair:
-        """Colour and depth as the two cameras have seen them; those of a registered frame are one.
+        """Colour and depth as captured by the two cameras, which are the same for a registered frame.
 
         Raises
         ------
         InputError
-            If a camera is not known, or how they stand to each other, or an image is not of its camera's size.
+            If a camera or the transform between them is not known, or an image does not have its camera's size.
         """
         try:
             return self._pair(name)
@@ -105,12 +105,12 @@ class ReadFrame:
             known = {
                 "the calibration of the colour camera": colour,
                 "that of the depth camera": depth,
-                "how the two stand to each other": motion,
+                "the transform between the two": motion,
             }
             lacking = " and ".join(what for what, value in known.items() if value is None)
             raise InputError(
                 f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
-                "depth, or the cameras' calibration with it."
+                "depth, or also record the cameras' calibration."
             )
         rgb, metres = self.stored.rgb, self.reading.metres
         view = self.stored.depth_view
@@ -123,7 +123,7 @@ class ReadFrame:
         return *self.stored.notes, *self.reading.notes
 
     def _inputs(self) -> FrameInputs:
-        """Without intrinsics."""
+        """The frame's inputs without intrinsics."""
         encoding = self.reading.encoding
         rgb, depth = (
             InputFile(str(self.path), sha256) for sha256 in (self.stored.rgb_sha256, self.stored.depth_sha256)
@@ -141,13 +141,13 @@ def read_recorded(
     Parameters
     ----------
     path : path-like
-        Of the recording.
+        Path of the recording.
     key : str
-        Of the frame.
+        Key of the frame.
     given : str or float, optional
-        The depth encoding; None takes what the recording says.
+        The depth encoding; None uses that of the recording.
     invalid : float, optional
-        The value of its depth that stands for missing; None takes what the recording says.
+        The depth value for missing; None uses that of the recording.
 
     Raises
     ------
@@ -167,4 +167,4 @@ def read_recorded(
 def _distortion_note(camera: Camera | None) -> tuple[str, ...]:
     if camera is None or not any(camera.distortion):
         return ()
-    return ("The lens distortion of colour and depth is left as it is, which bends the point cloud at its borders.",)
+    return ("The lens distortion of colour and depth is not corrected, which bends the point cloud at its borders.",)

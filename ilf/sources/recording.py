@@ -1,4 +1,4 @@
-"""What a recording is: frames that lie inside a file or a folder and have to be taken out of it one by one."""
+"""The base class of recordings: files or folders from which frames are extracted one by one."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import counted
 from ..data.camera import fitted
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
@@ -20,21 +21,21 @@ from .registration import Camera
 from .times import MOST_APART_S, associated
 
 Topics = tuple[str, str]
-"""Names of the colour and of the depth images of one camera, in a recording that has several."""
+"""Names of the colour and the depth topic of one camera, in a recording with several."""
 
 
 @dataclass(frozen=True)
 class RecordingIndex:
-    """Which frames a recording has.
+    """The list of a recording's frames.
 
     Attributes
     ----------
     keys : tuple of str
-        One for each frame, in the order of time. A key alone is enough to find its frame again.
+        One for each frame, in the order of time. A key alone identifies its frame.
     times : tuple of float
-        Of the frames' colour [s]; empty where they are not known.
+        Times of the frames' colour [s]; empty if not known.
     notes : tuple of str
-        What the user should know, a sentence each.
+        Notes for the user, a sentence each.
     """
 
     keys: tuple[str, ...]
@@ -49,12 +50,12 @@ class Cameras:
     Attributes
     ----------
     colour, depth : Camera or None
-        None where it is not known. Of registered frames, `depth` is that of `colour`, in another size perhaps.
+        None if not known. For registered frames, `depth` is the same camera as `colour`, possibly at another size.
     depth_to_colour : ndarray of float64, shape (4, 4), or None
-        Takes points [m] of the depth camera to the colour camera; None where it is not known.
+        Transform of points [m] from the depth camera to the colour camera; None if not known.
     is_registered : bool
-        Whether colour and depth show the same pixels, or the same view in two sizes: colour is then brought to the
-        pixels of depth.
+        Whether colour and depth have the same pixels, or the same view at two sizes: colour is then resized to the
+        size of depth.
     """
 
     colour: Camera | None
@@ -64,47 +65,47 @@ class Cameras:
 
 
 def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
-    """Those of a frame whose depth shows the view of its colour, in another size (width, height).
+    """Cameras of a frame whose depth has the view of its colour at another size (width, height).
 
     Raises
     ------
     InputError
-        If the two sizes differ in their aspect.
+        If the aspect ratios of the two sizes differ.
     """
     depth = fitted(colour.intrinsics, colour.size, (size[1], size[0]))
     return Cameras(colour, Camera(depth, size, colour.distortion), np.eye(4), is_registered=True)
 
 
 def registered_cameras(camera: Camera | None) -> Cameras:
-    """Those of a frame whose depth shows the pixels of its colour."""
+    """Cameras of a frame whose depth has the pixels of its colour."""
     return Cameras(camera, camera, np.eye(4), is_registered=True)
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedFrame:
-    """A frame as the recording has it.
+    """A frame as stored in the recording.
 
     Attributes
     ----------
     rgb : ndarray of uint8, shape (h, w, 3)
-        Red first. Of a registered frame it has the size of depth, or another of the same aspect.
+        Colour, RGB. For a registered frame it has the size of depth, or another one of the same aspect ratio.
     depth : ndarray, shape (hd, wd)
-        Values as they are stored, whatever type and size they have.
+        Values as stored, of any type and size.
     rgb_sha256, depth_sha256 : str
-        Of the very bytes that hold colour and depth of this frame, see `sha256_of`: not of the whole recording, so that
-        one frame of a large one is read in no time.
+        Hashes of the bytes with colour and depth of this frame, see `sha256_of`, not of the whole recording: a single
+        frame of a large recording is read quickly.
     encoding : str, float or None
-        How values become metres, see `ilf.load_frame`; None if the recording does not say.
+        Conversion of values to metres, see `ilf.load_frame`; None if not in the recording.
     invalid : float or None
-        The value that stands for missing, beside those that always do.
+        The value for missing depth, besides those that always stand for it.
     time : float or None
-        Of its colour [s].
+        Time of its colour [s].
     notes : tuple of str
-        What the user should know, a sentence each.
+        Notes for the user, a sentence each.
     confidence : ndarray or None
-        How sure the sensor was of its depth, shape (hd, wd), of registered frames; the larger, the surer.
+        The sensor's confidence of its depth, shape (hd, wd), for registered frames; larger is more confident.
     depth_view : ndarray of bool or None
-        Pixels of depth, shape (hd, wd), in which the camera can measure at all; None if in all of them.
+        Depth pixels, shape (hd, wd), in which the camera can measure at all; None if in all of them.
     """
 
     rgb: NDArray[np.uint8]
@@ -120,99 +121,98 @@ class RecordedFrame:
 
 
 class Recording(ABC):
-    """A recording that is open. One thread at a time uses it: see `opened`.
+    """An open recording. Only one thread at a time uses it: see `opened`.
 
-    Whatever is wrong with the file is an InputError or a FormatError that names `path`, in all of its methods.
+    All methods report errors in the file as InputError or FormatError with `path` in the message.
 
     Parameters
     ----------
     path : Path
-        Absolute; a file or a folder.
+        Absolute path of a file or a folder.
     """
 
     kind: ClassVar[str]
-    """What such a recording is called in messages."""
+    """Name of this kind of recording in messages."""
     suffixes: ClassVar[tuple[str, ...]] = ()
-    """Endings of its files, in lower case."""
+    """Extensions of its files, in lower case."""
     has_topics: ClassVar[bool] = False
-    """Whether one of several cameras is chosen by its topics."""
+    """Whether one of several cameras is selected by its topics."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     @classmethod
     def fits(cls, path: Path) -> bool:
-        """Whether what lies at a path looks like such a recording, by names alone."""
+        """Whether a path looks like this kind of recording, by file names alone."""
         return path.suffix.lower() in cls.suffixes and os.path.isfile(path)
 
     @classmethod
     def state(cls, path: Path) -> tuple[int, ...]:
-        """What is another one once the recording has changed, so that it is opened anew."""
+        """Modification time and size: a recording is reopened when they change."""
         found = path.stat()
         return found.st_mtime_ns, found.st_size
 
     @abstractmethod
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
-        """Which frames there are. No image is decoded.
+        """List the frames. No image is decoded.
 
         Parameters
         ----------
         max_gap : float
-            How far apart in time [s] colour and depth of one frame may be; each is used once.
+            Maximum time difference [s] of colour and depth of one frame; each image is used once.
         topics : tuple of str, optional
-            Which of several cameras; None takes the one that suits best.
+            Topics of one of several cameras; None selects the most suitable one.
         """
 
     @abstractmethod
     def frame(self, key: str) -> RecordedFrame:
-        """A frame; raises InputError if there is none of that key."""
+        """Read a frame; raises InputError if there is none with that key."""
 
     @abstractmethod
     def cameras(self, key: str) -> Cameras:
         """The cameras of a frame, without decoding it."""
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        """Where the colour camera of a frame was, (4, 4), from its points [m] to the world's; None if it is not
-        known."""
+        """The pose of a frame's colour camera, (4, 4), from its points [m] to the world; None if not known."""
         return None
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        """The colour of a frame alone, uint8 (h, w, 3)."""
+        """Read the colour of a frame alone, uint8 (h, w, 3)."""
         return self.frame(key).rgb
 
     def close(self) -> None:  # noqa: B027 - not all keep files open
-        """Let go of its files."""
+        """Close its files."""
 
     def unknown(self, key: str) -> InputError:
-        """What to raise for a key that no frame has."""
+        """The error to raise for a key that no frame has."""
         keys = self.index().keys
         return InputError(f"{self.path} has no frame {key!r:.60}. It has {len(keys)}, from {keys[0]} to {keys[-1]}.")
 
 
 def sha256_of(*parts: bytes) -> str:
-    """SHA-256 of bytes that follow one another."""
+    """SHA-256 of concatenated bytes."""
     digest = hashlib.sha256()
     for part in parts:
         digest.update(part)
     return digest.hexdigest()
 
 
-# Images of two streams that belong together by their stamps.
+# Pairing the images of two streams by their time stamps.
 
 _GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
-"""Largest gaps in time [s] by which a frame is looked for. What is paired by a smaller one is so by a larger, too."""
+"""Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 
 class StampedPairs:
-    """Colour with the depth that is nearest in time, each used once. The key of a pair is the stamp of its colour in
-    seconds, with all of its digits.
+    """Pairs of colour and the depth nearest in time, each used once. The key of a pair is the time stamp of its colour
+    in seconds, with all of its digits.
 
     Parameters
     ----------
     colours, depths : iterable of int
-        Stamps.
+        Time stamps.
     per_second : int
-        How many of their units are a second: a power of ten.
+        Units of the time stamps per second: a power of ten.
 
     Examples
     --------
@@ -226,7 +226,7 @@ class StampedPairs:
         self._paired: dict[float, dict[str, tuple[int, int]]] = {}
 
     def paired(self, max_gap: float) -> dict[str, tuple[int, int]]:
-        """Key -> stamps of colour and depth that lie at most `max_gap` [s] apart, in the order of time."""
+        """Key -> time stamps of colour and depth that differ by at most `max_gap` [s], in the order of time."""
         known = self._paired.get(max_gap)
         if known is None:
             colours, depths = (
@@ -237,11 +237,11 @@ class StampedPairs:
         return known
 
     def find(self, key: str) -> tuple[int, int] | None:
-        """The stamps of colour and depth of a key, however far apart they are; None if there is none."""
+        """The time stamps of colour and depth for a key, with any gap of `_GAPS`; None if there are none."""
         return next((pairs[key] for gap in _GAPS if key in (pairs := self.paired(gap))), None)
 
     def index(self, max_gap: float, path: Path) -> RecordingIndex:
-        """The frames of the recording at `path`; raises InputError if there are none."""
+        """List the frames of the recording at `path`; raises InputError if there are none."""
         pairs = self.paired(max_gap)
         if not pairs:
             raise InputError(
@@ -250,7 +250,7 @@ class StampedPairs:
             )
         lonely = (("colour", len(self._colours) - len(pairs)), ("depth", len(self._depths) - len(pairs)))
         notes = tuple(
-            f"{count} {what} image{'s' * (count != 1)} left out: nothing to go with {max_gap:g} s near."
+            f"{counted(count, f'{what} image')} left out: no match within {max_gap:g} s."
             for what, count in lonely
             if count
         )

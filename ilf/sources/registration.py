@@ -1,4 +1,4 @@
-"""Registration: what each pixel of the colour camera has for depth."""
+"""Registration: depth for each pixel of the colour camera."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from ..data.camera import CameraIntrinsics, checked_motion
 from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, fixed
 from ..errors import InputError
 
-# A raw pair: colour and depth as two cameras have seen them, and how the two stand to each other.
+# A raw pair: colour and depth of two cameras, and the transform between them.
 
 _COEFFICIENTS = (0, 4, 5, 8)
-"""How many coefficients of distortion there may be, as OpenCV counts them."""
+"""Supported numbers of distortion coefficients, in OpenCV's order."""
 
 _LARGEST_COEFFICIENT = 1e6
 
 _FARTHEST_APART = 1000.0
-"""How far apart [m] two cameras may be that see the same."""
+"""Maximum distance [m] between the two cameras of a pair."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Camera:
     Raises
     ------
     InputError
-        If there are other numbers of coefficients, or numbers that make no camera.
+        If the number of coefficients is not supported, or the numbers are no valid camera.
 
     Examples
     --------
@@ -78,13 +78,13 @@ class Camera:
 
     @property
     def coefficients(self) -> NDArray[np.float64] | None:
-        """The distortion as OpenCV takes it; None if there is none."""
+        """The distortion in OpenCV's form; None if there is none."""
         return np.array(self.distortion) if any(self.distortion) else None
 
 
 @dataclass(frozen=True, eq=False)
 class RawPair:
-    """Colour and depth of one moment that do not show the same pixels: each is as its camera has seen it. Immutable.
+    """Colour and depth of one moment, not registered: each image as captured by its camera. Immutable.
 
     Parameters
     ----------
@@ -95,22 +95,22 @@ class RawPair:
         missing and becomes NaN.
     colour_camera, depth_camera : Camera
     depth_to_colour : array_like
-        Takes points [m] of the depth camera to the colour camera, shape (4, 4): a rotation and a shift.
+        Transform of points [m] from the depth camera to the colour camera, shape (4, 4): a rotation and a translation.
     name : str
-        What to call the frame.
+        Name of the frame.
     inputs : FrameInputs, optional
-        What it was read from; filled by the readers.
+        The files it was read from; set by the readers.
     notes : tuple of str
-        What the user should know of it, a sentence or two each.
+        Notes for the user, a sentence or two each.
     depth_view : array_like of bool, optional
-        Pixels of the depth image in which its camera can measure anything, shape (hd, wd), where that are not all: an
-        Azure Kinect lights a hexagon or a circle of its image, and beyond it its infrared image is black.
+        Pixels of the depth image in which its camera can measure, shape (hd, wd); None if in all of them. An Azure
+        Kinect illuminates a hexagon or a circle of its image; outside, its infrared image is black.
 
     Raises
     ------
     InputError
-        If an image or mask is not of its camera's size, or `depth_to_colour` does not move rigid things, or moves them
-        beyond all sense.
+        If an image or mask does not have its camera's size, or `depth_to_colour` is not a rigid transform, or its
+        translation is implausibly large.
 
     Examples
     --------
@@ -134,7 +134,7 @@ class RawPair:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         object.__setattr__(self, "depth", checked_depth(self.depth))
         object.__setattr__(
-            self, "depth_to_colour", checked_motion(self.depth_to_colour, "The way from the depth to the colour camera")
+            self, "depth_to_colour", checked_motion(self.depth_to_colour, "The depth-to-colour transform")
         )
         apart = math.hypot(*self.depth_to_colour[:3, 3])
         if apart > _FARTHEST_APART:
@@ -147,7 +147,7 @@ class RawPair:
         ):
             if image.shape[:2] != camera.shape:
                 raise InputError(
-                    f"{what} is {image.shape[1]} x {image.shape[0]}, but its camera's numbers are for "
+                    f"{what} is {image.shape[1]} x {image.shape[0]}, but its camera's intrinsics are for "
                     f"{camera.size[0]} x {camera.size[1]} pixels."
                 )
         if self.depth_view is not None:
@@ -155,25 +155,25 @@ class RawPair:
             object.__setattr__(self, "depth_view", view)
 
 
-# What lenses do to images, and images as a lens without distortion would give them.
+# Lens distortion and undistorted images.
 
 _WIDEST = 3.0
-"""Tangent of the angle to the axis up to which rays are followed: 71.6 degrees."""
+"""Tangent of the maximum angle of a ray to the axis: 71.6 degrees."""
 
 _RADIAL_STEPS = 3000
 
 _BORDER_STEPS = 400
-"""Points of each side of a colour image by which the undistorted image's size is found."""
+"""Points on each side of a colour image from which the extent of the undistorted image is found."""
 
 _CLOSE = 0.05
-"""How far a border point may come out from where it was [px] for a distortion to count as undone."""
+"""Maximum error [px] of a border point that is undistorted and distorted again, for a valid inverse."""
 
 
 @lru_cache(maxsize=8)
 def widest(distortion: tuple[float, ...]) -> float:
-    """Tangent of the largest angle to the axis up to which farther out in the scene is farther out in the image.
+    """Tangent of the largest angle to the axis up to which the distortion model is monotonic.
 
-    Beyond it the model of the lens folds back, and would show things that the camera never saw.
+    Beyond it the model folds back, and would show points that the camera did not see.
     """
     k1, k2, _, _, k3, k4, k5, k6 = (*distortion, *(0.0,) * (8 - len(distortion)))
     radius = np.linspace(0.0, _WIDEST, _RADIAL_STEPS)
@@ -187,19 +187,19 @@ def widest(distortion: tuple[float, ...]) -> float:
 
 @lru_cache(maxsize=8)
 def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float32], NDArray[np.float32]]:
-    """How an image of the same size without distortion is made, each of whose pixels has a source in the camera's.
+    """The remapping to an undistorted image of the same size, without empty pixels.
 
     Returns
     -------
     CameraIntrinsics
-        Of the new image: the largest rectangle without gaps that has the same ratio of focal lengths.
+        Intrinsics of the new image: the largest rectangle without gaps that has the same ratio of focal lengths.
     ndarray, ndarray of float32, shape (H, W)
-        Column and row [px] in the camera's image that each pixel comes from.
+        Source column and row [px] of each pixel in the camera's image.
 
     Raises
     ------
     InputError
-        If the distortion cannot be undone over the image.
+        If the distortion cannot be inverted over the image.
     """
     width, height = camera.size
     across, down = np.linspace(0, width - 1, _BORDER_STEPS), np.linspace(0, height - 1, _BORDER_STEPS)
@@ -221,12 +221,12 @@ def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float
 
 
 def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
-    """Colour without the lens's distortion, shape (H, W, 3), and its intrinsics.
+    """Undistorted colour, shape (H, W, 3), and its intrinsics.
 
     Raises
     ------
     InputError
-        If the distortion cannot be undone over the image.
+        If the distortion cannot be inverted over the image.
     """
     if camera.coefficients is None:
         return rgb, camera.intrinsics
@@ -235,7 +235,8 @@ def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[
 
 
 def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where rays of pixels cross the plane at depth 1, (N, 2); InputError where the lens's model does not tell."""
+    """Intersections of pixel rays with the plane at depth 1, (N, 2); raises InputError where the distortion model is
+    not invertible."""
     seen = np.stack([columns, rows], axis=1)[:, None]
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)
     rays = cv2.undistortPoints(seen, camera.matrix, camera.coefficients, None, None, None, criteria)
@@ -250,45 +251,45 @@ def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64
 def _cannot_be_undone(camera: Camera) -> InputError:
     numbers = ", ".join(f"{number:g}" for number in camera.distortion)
     return InputError(
-        f"The colour camera's distortion ({numbers}) cannot be undone over an image of {camera.size[0]} x "
+        f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.size[0]} x "
         f"{camera.size[1]}. Check that the coefficients are OpenCV's, k1 k2 p1 p2 k3 k4 k5 k6, and of this camera."
     )
 
 
 SAMPLES_PER_PIXEL = 1.5
-"""Samples of depth for each pixel of colour, along a row and along a column, at least: closed surfaces stay closed."""
+"""Minimum number of depth samples per colour pixel, along a row and along a column, to keep surfaces closed."""
 
 SAME_SURFACE = 0.02
-"""How much farther than the nearest sample that comes to a pixel another may be and count as of the same surface."""
+"""How much farther a sample may be than the nearest one of a pixel to count as the same surface, relative."""
 
 _MOST_SAMPLES = 16
-"""Of one depth pixel, along a row and along a column."""
+"""Maximum number of samples per depth pixel, along a row and along a column."""
 
 _AT_ONCE = 1 << 18
-"""Samples that are moved at a time, so that they stay in the processor's cache."""
+"""Samples that are transformed at a time, so that they stay in the processor's cache."""
 
 _LENS_STEPS, _LENS_REACH = 200, 4.0
-"""Rays along a row and along a column by which the extent of a depth camera's view is found, and how much farther out
-than without distortion they are looked for."""
+"""Rays along a row and along a column for finding the extent of a depth camera's view, and their maximum extent
+relative to the view without distortion."""
 
 _MOST_IN_ALL, _LONGEST = 1 << 26, (1 << 15) - 2
-"""Samples of a depth image, and pixels or samples along one side of an image, above which its camera's numbers are none
-of a camera's."""
+"""Maximum number of samples of a depth image, and of pixels or samples along one side of an image; above, the camera's
+intrinsics are invalid."""
 
 _OUTLIERS = 0.01
-"""Share of the known depth that is left out at both ends when it is asked what depths a frame has."""
+"""Fraction of the known depth that is ignored at both ends of a frame's depth range."""
 
 _VIEW_STEPS = 16
-"""Depths at which it is asked whether the depth camera sees what a colour pixel shows."""
+"""Number of depths at which the visibility of a colour pixel to the depth camera is tested."""
 
 
 def register(pair: RawPair) -> RGBDFrame:
-    """Bring a raw pair together in the colour camera's image, without the distortion of either lens.
+    """Register the depth of a raw pair to the colour camera, with both lenses undistorted.
 
     Each depth pixel is a small square of constant depth. It is split into 2 x 2 samples or more, `SAMPLES_PER_PIXEL` of
-    them for each pixel of colour, which are moved to the colour camera. Where several come to one of its pixels,
-    those of the nearest surface count, and of these the one that lies closest to the pixel's centre. Nothing is
-    interpolated, within surfaces or across their edges.
+    them for each pixel of colour, which are projected to the colour camera. Of several samples in a pixel, those of
+    the nearest surface count, and of these the one closest to the pixel's centre. Nothing is interpolated, neither
+    within surfaces nor across their edges.
 
     Parameters
     ----------
@@ -297,18 +298,18 @@ def register(pair: RawPair) -> RGBDFrame:
     Returns
     -------
     RGBDFrame
-        Of the size of the pair's colour. Colour is undistorted, and enlarged just so far that every pixel has a source;
+        It has the size of the pair's colour. Colour is undistorted and scaled up just enough that no pixel is empty;
         the intrinsics are those of the new image. Depth is along the colour camera's axis [m], NaN = missing.
-        `outside_view` has the missing pixels that show nothing which the depth camera could have measured: at none of
-        16 depths, evenly spaced in 1 / depth from the nearest to the farthest of the registered depth (but for 1 % at
-        both ends), does the point that the pixel's centre shows lie in the depth image, or its `depth_view`. What a
-        nearer surface hides from the depth camera lies inside its view, and so does what it could not measure.
+        `outside_view` contains the missing pixels that the depth camera could not see: at none of 16 depths, evenly
+        spaced in 1 / depth from the nearest to the farthest registered depth (without 1 % at both ends), does the point
+        at the pixel's centre lie in the depth image, or in its `depth_view`. Points that a nearer surface occludes from
+        the depth camera are inside its view, and so are points that it could not measure.
 
     Raises
     ------
     InputError
-        If no depth is known or none comes to lie in the colour image, if the distortion of colour cannot be undone, or
-        what `RGBDFrame` raises for.
+        If no depth is known or none falls into the colour image, if the distortion of colour cannot be inverted, and as
+        `RGBDFrame`.
 
     Examples
     --------
@@ -330,8 +331,8 @@ def register(pair: RawPair) -> RGBDFrame:
     known = moved[np.isfinite(moved)]
     if known.size == 0:
         raise InputError(
-            "No depth comes to lie in the colour image: the two cameras' numbers do not fit each other. "
-            "Check both intrinsics, and the way from the depth to the colour camera, which is in metres."
+            "No depth falls into the colour image: the calibrations of the two cameras do not match. "
+            "Check both intrinsics, and the depth-to-colour transform, which is in metres."
         )
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))
     depths = 1 / np.linspace(1 / nearest, 1 / farthest, _VIEW_STEPS)
@@ -340,16 +341,16 @@ def register(pair: RawPair) -> RGBDFrame:
 
 
 class _FineView:
-    """The depth camera's view without distortion, on a grid of samples.
+    """The undistorted view of the depth camera, on a grid of samples.
 
     Attributes
     ----------
     matrix : ndarray of float64, shape (3, 3)
         Camera matrix of the grid.
     columns, rows : ndarray of float32, shape (H, W)
-        Where in the depth image a sample has its depth from; its nearest pixel counts.
+        Position of each sample in the depth image; the nearest pixel is used.
     seen : ndarray of uint8, shape (H, W)
-        1 where that is in the depth image, else 0.
+        1 where that is inside the depth image, else 0.
     """
 
     def __init__(self, camera: Camera, samples: int) -> None:
@@ -378,19 +379,19 @@ def _fine_view(camera: Camera, samples: int) -> _FineView:
 def _check_size(what: str, size: tuple[int, int]) -> None:
     if max(size) > _LONGEST or size[0] * size[1] > _MOST_IN_ALL:
         raise InputError(
-            f"The {what} image would have {size[0]} x {size[1]} samples without its lens's distortion. Check the "
-            "intrinsics and the distortion of both cameras, which are in pixels."
+            f"The {what} image would have {size[0]} x {size[1]} samples after undistortion. Check the intrinsics (in "
+            "pixels) and the distortion of both cameras."
         )
 
 
 def _samples(depth: Camera, colour: Camera) -> int:
-    """Into how many samples a depth pixel is split, along a row and along a column."""
+    """Number of samples per depth pixel, along a row and along a column."""
     scale = max(colour.intrinsics.fx / depth.intrinsics.fx, colour.intrinsics.fy / depth.intrinsics.fy)
     return min(max(math.ceil(SAMPLES_PER_PIXEL * scale), 2), _MOST_SAMPLES)
 
 
 def _extent(camera: Camera) -> tuple[float, float, float, float]:
-    """The rectangle on the plane at depth 1 in which all lies that a camera sees: left, right, top, bottom."""
+    """The bounding rectangle of a camera's view on the plane at depth 1: left, right, top, bottom."""
     own, (width, height) = camera.intrinsics, camera.size
     sides = (-0.5 - own.cx) / own.fx, (width - 0.5 - own.cx) / own.fx
     ends = (-0.5 - own.cy) / own.fy, (height - 0.5 - own.cy) / own.fy
@@ -414,7 +415,7 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
 def _moved(
     depth: NDArray[np.float32], fine: _FineView, colour: Camera, motion: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """The depth [m] of the nearest surface that comes to each pixel of the colour camera, NaN where none does."""
+    """The depth [m] of the nearest surface in each pixel of the colour camera, NaN where there is none."""
     split = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
     samples = np.asarray(split, np.float32)
     turned = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(fine.matrix)).astype(np.float32)
@@ -448,8 +449,8 @@ def _hits(
     shift: NDArray[np.float32],
     size: tuple[int, int],
 ) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
-    """Of the samples in some rows that come to lie in the colour image: the pixel, the depth [m], and the square of the
-    distance to the pixel's centre [px]."""
+    """Pixel index, depth [m] and squared distance to the pixel's centre [px] of those samples of some rows that fall
+    into the colour image."""
     down = np.arange(first, first + len(samples), dtype=np.float32)[:, None]
     known = np.isfinite(samples)
     z = samples[known]
@@ -474,7 +475,8 @@ def _in_view(
     motion: NDArray[np.float64],
     depths: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Pixels of the colour camera that show the depth camera's view at one of these depths [m], which are its own."""
+    """Pixels of the colour camera that lie in the depth camera's view at one of these depths [m] along the colour
+    camera's axis."""
     seen = fine.seen
     if depth_view is not None:
         seen = cv2.remap(depth_view.astype(np.uint8), fine.columns, fine.rows, cv2.INTER_NEAREST)

@@ -47,16 +47,15 @@ from .ros_messages import (
 )
 from .times import MOST_APART_S
 
-# What recordings of the RealSense library say in words of their own: depth units, and where its cameras stand.
+# Topics specific to recordings of the RealSense library: depth units and extrinsics.
 #
-# Until 2.58 it wrote bags of ROS 1, whose images have no coordinate frame that says anything; since then .db3 of ROS
-# 2.
+# Until 2.58 it wrote bags of ROS 1, whose images have no meaningful coordinate frame; since then .db3 of ROS 2.
 
 _STREAM = re.compile(r"((?:/device_\d+)/sensor_\d+)/[^/]+_\d+(?=/image/data)")
 
 
 def stream_of(topic: str) -> str | None:
-    """The stream that a topic has images of; None if it is of another program.
+    """The stream of an image topic; None if it is from another program.
 
     Examples
     --------
@@ -68,27 +67,27 @@ def stream_of(topic: str) -> str | None:
 
 
 def unit_topics(topic: str) -> tuple[str, ...]:
-    """Topics that may have the depth units of a topic's images; none if it is of another program."""
+    """Topics that may contain the depth units of a topic's images; empty if it is from another program."""
     found = _STREAM.match(topic)
     names = ("Depth Units", "Depth_Units")
     return () if found is None else tuple(f"{found[1]}/option/{name}/value" for name in names)
 
 
 def units_of(option: Any) -> float:
-    """Units per metre, by the message of one of these topics; raises FormatError if it has no length in metres."""
+    """Units per metre, from a message of one of these topics; raises FormatError if it is not a length in metres."""
     try:
         metres = float(option.data)
     except (AttributeError, TypeError, ValueError):
         metres = math.nan
     if not (0 < metres < 1):
-        raise FormatError(f"its depth units are {option!s:.80}, which is no length.")
+        raise FormatError(f"its depth units are {option!s:.80}, which is not a length.")
     return float(f"{1 / metres:.6g}")  # the option is a float32
 
 
-# Which topics of a ROS recording are the colour and the depth of one camera.
+# Selecting the topics of a ROS recording with colour and depth of one camera.
 
 _ALIGNED = ("aligned_depth", "depth_registered", "depth_to_rgb", "depth_to_color", "depth2color")
-"""Parts of the names of topics whose depth shows the pixels of the colour."""
+"""Parts of the names of topics whose depth is registered to colour."""
 
 _TRANSPORTS = re.compile(r"/(compressed|compressedDepth)$")
 
@@ -101,13 +100,13 @@ class ImageTopic:
     ----------
     name : str
     is_depth, is_colour : bool
-        Neither is so of infrared.
+        Both are False for infrared.
     frame_id : str
         The coordinate frame of its camera.
     size : (int, int)
         Width and height of its first image.
     count : int
-        How many messages it has.
+        Number of messages.
     """
 
     name: str
@@ -119,12 +118,12 @@ class ImageTopic:
 
     @property
     def base(self) -> str:
-        """The same images, however they are sent."""
+        """The topic's name without its transport."""
         return _TRANSPORTS.sub("", self.name)
 
     @property
     def infos(self) -> tuple[str, ...]:
-        """Topics that may have the calibration of their camera."""
+        """Topics that may contain the calibration of the camera."""
         stream = stream_of(self.name)
         beside = f"{self.base.rsplit('/', 1)[0]}/camera_info"
         return (beside,) if stream is None else (beside, f"{stream}/info/camera_info")
@@ -132,20 +131,20 @@ class ImageTopic:
 
 @dataclass(frozen=True)
 class CameraTopics:
-    """Colour and depth of one camera, and whether both show the same pixels."""
+    """Colour and depth topic of one camera."""
 
     colour: ImageTopic
     depth: ImageTopic
 
     @property
     def is_registered(self) -> bool:
-        """Depth is in the coordinate frame of colour, or says so by its name, and has its size."""
+        """Whether depth has the coordinate frame of colour, or an aligned topic name, and has its size."""
         same_frame = bool(self.depth.frame_id) and self.depth.frame_id == self.colour.frame_id
         return self.depth.size == self.colour.size and (same_frame or _is_aligned(self.depth))
 
     @property
     def rank(self) -> tuple[object, ...]:
-        """The best camera has the least."""
+        """Sort key; the best camera has the smallest."""
         steps = zip(self.colour.name.split("/"), self.depth.name.split("/"), strict=False)
         together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
         sent = sum(topic.base != topic.name for topic in (self.colour, self.depth))
@@ -154,19 +153,19 @@ class CameraTopics:
 
     @property
     def names(self) -> Topics:
-        """Of colour and depth."""
+        """Topic names of colour and depth."""
         return self.colour.name, self.depth.name
 
 
 def chosen_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[CameraTopics, str]:
-    """The camera to read, and what there is to say of that; "" where there is no choice.
+    """Select the camera to read, with a note on the selection; "" if there is no choice.
 
-    Aligned depth goes first, then cameras whose topics lie together.
+    Aligned depth is preferred, then cameras whose topics have a long common path.
 
     Raises
     ------
     InputError
-        If there is none, or those that are wanted are not there; the message says what there is.
+        If there is none, or the wanted topics are missing; the message lists the available ones.
     """
     if wanted is not None:
         found = [next((topic for topic in topics if topic.name == name), None) for name in wanted]
@@ -177,7 +176,7 @@ def chosen_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
     colours = [topic for topic in topics if topic.is_colour] or [topic for topic in topics if not topic.is_depth]
     cameras = [CameraTopics(colour, depth) for colour in colours for depth in topics if depth.is_depth]
     if not cameras:
-        raise InputError(f"has no colour with depth. {_described(topics)}")
+        raise InputError(f"has no colour images with depth. {_described(topics)}")
     best = min(cameras, key=lambda camera: camera.rank)
     others = sorted({camera.depth.base for camera in cameras} - {best.depth.base})
     others += sorted({camera.colour.base for camera in cameras} - {best.colour.base})
@@ -195,19 +194,19 @@ def _is_aligned(depth: ImageTopic) -> bool:
 
 def _described(topics: Sequence[ImageTopic]) -> str:
     if not topics:
-        return "It has no images at all."
-    return f"Its images are {', '.join(topic.name for topic in topics)}."
+        return "It has no images."
+    return f"Its image topics are {', '.join(topic.name for topic in topics)}."
 
 
 _STORAGE = (".db3", ".mcap")
 _IMAGES = (IMAGE, COMPRESSED)
 _Stamped = dict[int, int]
-"""Stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
+"""Time stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
 
 class RosBag(Recording):
-    """A recording of ROS: a frame is a colour image with the depth image that is nearest by the stamps in their
-    headers. A key is the stamp of the colour, after the names of the topics where these have been given."""
+    """A recording of ROS. A frame is a colour image with the depth image nearest in time by their header stamps. A key
+    is the stamp of the colour, preceded by the names of the topics if these were given."""
 
     kind = "a ROS bag"
     suffixes = (".bag", *_STORAGE)
@@ -219,16 +218,16 @@ class RosBag(Recording):
         typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
         if path.is_dir() and not (path / METADATA).is_file():
             raise InputError(
-                f"{path} has no {METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
+                f"{path} has no {METADATA}: the recording was not closed properly. Run: ros2 bag reindex {path}"
             )
         with self._reading():
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-            # recordings of before ROS 2 Iron do not say what their messages are
+            # recordings from before ROS 2 Iron do not contain their message definitions
             self._reader = highlevel.AnyReader([path], default_typestore=known)
             with limited(path, self._reader):
                 self._reader.open()
         own = known.fielddefs
-        if not self._reader.is2:  # where some fields have capitals
+        if not self._reader.is2:  # some field names of ROS 1 have capitals
             own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
         try:
             kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
@@ -244,11 +243,11 @@ class RosBag(Recording):
         self._cameras: dict[Topics, Cameras] = {}
 
     def _check_connections(self) -> None:
-        """What a folder of ROS 2 says of its topics is what its metadata have, whatever that is."""
+        """Check the topics of a ROS 2 folder: rosbags reads them from its metadata unchecked."""
         for one in self._reader.connections:
             if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
                 raise FormatError(
-                    f"{self.path}: a topic {one.topic!s:.60} of {one.msgcount!s:.60} messages cannot be: its "
+                    f"{self.path}: a topic {one.topic!s:.60} with {one.msgcount!s:.60} messages is invalid: its "
                     f"{METADATA} is damaged. Run: ros2 bag reindex {self.path}"
                 )
 
@@ -275,7 +274,7 @@ class RosBag(Recording):
         camera, (colour_stamp, depth_stamp) = self._found(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
-        with self._reading():  # a message may be of another kind than its topic's
+        with self._reading():  # a message may be of another type than its topic's
             (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
         units = self._stated_units(camera.depth) or units
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
@@ -309,19 +308,20 @@ class RosBag(Recording):
         return found if found is not None else self._realsense_motion(camera)
 
     def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
-        """The same by the RealSense library's own topics, which take points of a group of streams to each of them."""
+        """The same from the RealSense library's own topics, which contain the transforms from a group of streams to
+        each of them."""
         streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
         for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
             group = name.removeprefix(f"{streams[0]}/tf/")
             if group == name:
                 continue
             depth, colour = (self._first(f"{stream}/tf/{group}", TRANSFORM) for stream in streams)
-            if depth is not None and colour is not None:  # a topic may be without a message
+            if depth is not None and colour is not None:  # a topic may have no message
                 return motion(colour) @ np.linalg.inv(motion(depth))
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
-        """Units per metre of depth where the recording says them."""
+        """Units per metre of depth, if the recording contains them."""
         option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
         try:
             return None if option is None else units_of(option)
@@ -343,18 +343,18 @@ class RosBag(Recording):
         return sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
 
     def _image_topic(self, name: str) -> ImageTopic | None:
-        """A topic by its first image; None if it has none that is known."""
+        """An image topic, described by its first image; None if it has none of a known type."""
         first = self._first(name, *_IMAGES)
         if first is None:
             return None
-        # the RealSense library gives all of its streams the same coordinate frame in bags of ROS 1
+        # in bags of ROS 1, the RealSense library gives all of its streams the same coordinate frame
         stream = None if self._reader.is2 else stream_of(name)
         frame_id = first.header.frame_id.strip("/") if stream is None else stream
         if hasattr(first, "format"):
             offset = 12 * ("compressedDepth" in first.format)
             try:
                 header = image_header(self.path, first.data[offset:].tobytes())
-            except FormatError:  # videos are sent so, too
+            except FormatError:  # videos have the same message type
                 return None
             size = header.width, header.height
         else:
@@ -370,7 +370,7 @@ class RosBag(Recording):
     # frames
 
     def _found(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
-        """The camera and the stamps [ns] of colour and depth of a frame."""
+        """The camera of a frame, and the time stamps [ns] of its colour and depth."""
         names, _, stamp = key.rpartition("/")
         colour, plus, depth = names.partition("+")
         camera, _ = self._camera((colour, depth) if plus else None)
@@ -387,7 +387,7 @@ class RosBag(Recording):
         return known
 
     def _stamped(self, topic: ImageTopic) -> _Stamped:
-        """The stamps of a topic's messages; those of images without a stamp are the times when they were recorded."""
+        """The time stamps of a topic's messages; for images without a stamp, the recording times."""
         known = self._stamps.get(topic.name)
         if known is None:
             known = self._stamps[topic.name] = {}
@@ -397,7 +397,7 @@ class RosBag(Recording):
         return known
 
     def _stamp(self, raw: bytes) -> int:
-        """The stamp [ns] in the header that a message begins with."""
+        """The time stamp [ns] in a message's header."""
         is_big = self._reader.is2 and not raw[1] & 1
         seconds, nanoseconds = struct.unpack_from(">II" if is_big else "<II", raw, 4)
         return int(seconds) * 10**9 + int(nanoseconds)
@@ -405,13 +405,13 @@ class RosBag(Recording):
     # messages
 
     def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
-        """A topic's message with a stamp, and the SHA-256 of its bytes."""
+        """A topic's message with a time stamp, and the SHA-256 of its bytes."""
         time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
         with self._reading():
             for connection, received, raw in self._reader.messages(connections, time, time + 1):
                 if stamp in {self._stamp(raw), received}:
                     return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
-        raise FormatError(f"{self.path}: an image of {topic.name} that its index lists is not there. It is damaged.")
+        raise FormatError(f"{self.path}: an image of {topic.name} in the index is missing. The recording is damaged.")
 
     def _first(self, name: str, *kinds: str) -> Any:
         """The first message of a topic; None if there is none."""
@@ -429,13 +429,13 @@ class RosBag(Recording):
                 yield self._reader.deserialize(raw, connection.msgtype)
 
     def _connections(self, name: str, *kinds: str) -> list[Any]:
-        """Those of a topic whose messages are of some kinds, or of any if none is given."""
+        """The connections of a topic with messages of some types; of any type if none is given."""
         named = (one for one in self._reader.connections if one.topic == name)
         return [one for one in named if not kinds or one.msgtype in kinds]
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Whatever the library stumbles over becomes one FormatError."""
+        """Convert errors of the library to InputError or FormatError."""
         try:
             yield
         except IlfError:
@@ -445,5 +445,5 @@ class RosBag(Recording):
         except Exception as error:
             hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
             raise FormatError(
-                f"{self.path}: this ROS bag is truncated, damaged or of a rare kind ({error!s:.120}).{hint}"
+                f"{self.path}: this ROS bag is truncated, damaged or not supported ({error!s:.120}).{hint}"
             ) from error

@@ -1,4 +1,4 @@
-"""Images of ROS messages -> pixels as they are stored."""
+"""Decoding ROS messages (images, camera calibrations, transforms), and limits for opening ROS recordings."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _LAYOUTS: dict[str, tuple[type[np.generic], int]] = {
     **dict.fromkeys(("16UC1", "mono16"), (np.uint16, 1)),
     "32FC1": (np.float32, 1),
 }
-"""Encoding -> type and number of its channels."""
+"""Encoding -> data type and number of channels."""
 
 _UNITS = {"16UC1": 1000.0, "mono16": 1000.0, "32FC1": 1.0}
-"""Encoding of depth -> units per metre, as ROS fixes them (REP 118)."""
+"""Encoding of depth -> units per metre, as defined by ROS (REP 118)."""
 
 _TO_RED_FIRST = {
     **dict.fromkeys(("bgr8", "8UC3", "bgr16"), cv2.COLOR_BGR2RGB),
@@ -46,7 +46,7 @@ _TO_RED_FIRST = {
     **dict.fromkeys(_GREY, cv2.COLOR_GRAY2RGB),
     **dict.fromkeys(("yuv422", "uyvy", "UYVY"), cv2.COLOR_YUV2RGB_UYVY),
     **dict.fromkeys(("yuv422_yuy2", "yuyv", "YUYV"), cv2.COLOR_YUV2RGB_YUY2),
-    # the decoder names the pattern by its second row
+    # OpenCV names the pattern by its second row
     "bayer_rggb8": cv2.COLOR_BayerBG2RGB,
     "bayer_bggr8": cv2.COLOR_BayerRG2RGB,
     "bayer_gbrg8": cv2.COLOR_BayerGR2RGB,
@@ -54,7 +54,7 @@ _TO_RED_FIRST = {
 }
 
 _DEPTH_HEADER = struct.Struct("<iff")
-"""Of compressedDepth: kind of compression, and what inverse depth was quantised with."""
+"""Header of compressedDepth: kind of compression, and the quantisation parameters of inverse depth."""
 
 
 def is_depth(message: Any, topic: str) -> bool:
@@ -65,20 +65,18 @@ def is_depth(message: Any, topic: str) -> bool:
 
 
 def is_colour(message: Any) -> bool:
-    """Whether an image message has colours, and is neither grey nor depth."""
+    """Whether an image message has colour, and is neither grey nor depth."""
     if hasattr(message, "format"):
         return "mono" not in message.format
     return message.encoding not in {*_UNITS, *_GREY}
 
 
 def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
-    """Colour of an image message, uint8 (h, w, 3), red first; raises FormatError."""
+    """Colour of an image message, uint8 (h, w, 3), RGB; raises FormatError."""
     if hasattr(message, "format"):
         return read_colour(FileContent(path, message.data))
     if message.encoding in _UNITS:
-        raise FormatError(
-            f"{path}: images in {message.encoding} are depth, and no colour. Name the topics the other way."
-        )
+        raise FormatError(f"{path}: images in {message.encoding} are depth, not colour. Swap the two topics.")
     image = _pixels(message, path)
     if image.dtype == np.uint16:
         image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
@@ -87,10 +85,10 @@ def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
 
 
 def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
-    """Depth of an image message, as it is stored, and its units per metre; raises FormatError."""
+    """Depth of an image message as stored, and its units per metre; raises FormatError."""
     if not hasattr(message, "format"):
         if message.encoding not in _UNITS:
-            raise FormatError(f"{path}: images in {message.encoding!r:.40} are no depth; {', '.join(_UNITS)} are.")
+            raise FormatError(f"{path}: images in {message.encoding!r:.40} are not depth; {', '.join(_UNITS)} are.")
         return _pixels(message, path), _UNITS[message.encoding]
     encoding, data = message.format.split(";")[0].strip(), message.data
     if encoding not in _UNITS:
@@ -98,7 +96,7 @@ def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
     if "compressedDepth" not in message.format:
         return _one_channel(read_image(FileContent(path, data)), path), _UNITS[encoding]
     if len(data) <= _DEPTH_HEADER.size:
-        raise FormatError(f"{path}: an image of compressed depth is cut off.")
+        raise FormatError(f"{path}: an image of compressed depth is truncated.")
     if "rvl" in message.format.lower():
         raise FormatError(f"{path}: depth compressed by RVL is not supported. Record it as png or as image_raw.")
     _, scale, shift = _DEPTH_HEADER.unpack_from(data)
@@ -124,7 +122,7 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
     if min(width, height) < 1 or step < row or len(message.data) < (height - 1) * step + row:
         raise FormatError(
             f"{path}: an image of {width} x {height} pixels in {message.encoding} has rows of {step} bytes and "
-            f"{len(message.data)} bytes in all, which do not fit. The recording is damaged."
+            f"{len(message.data)} bytes in all, which do not match. The recording is damaged."
         )
     data = np.zeros(height * step, np.uint8)
     data[: min(len(data), len(message.data))] = message.data[: len(data)]
@@ -135,7 +133,7 @@ def _pixels(message: Any, path: Path) -> NDArray[Any]:
 
 def _one_channel(image: NDArray[Any], path: Path) -> NDArray[Any]:
     if image.ndim != 2:
-        raise FormatError(f"{path}: an image of compressed depth has {image.shape[2]} channels in place of one.")
+        raise FormatError(f"{path}: an image of compressed depth has {image.shape[2]} channels instead of one.")
     return image
 
 
@@ -149,16 +147,16 @@ _OTHER_LENSES = ("equidistant", "fisheye", "kannala")
 
 
 def camera_of(info: Any, topic: str, size: tuple[int, int]) -> Camera | None:
-    """The camera of images of a topic, of `size` (width, height); None if its CameraInfo says nothing.
+    """The camera of a topic's images with `size` (width, height); None if its CameraInfo is empty.
 
     Rectified images (of a topic with "rect" in its name) have no distortion, and the projection's camera matrix.
 
     Raises
     ------
     FormatError
-        If it makes no camera, or its lens is none of those that are supported.
+        If the calibration is invalid, or the lens model is not supported.
     """
-    # ROS 1 has capitals where ROS 2 has small letters
+    # ROS 1 has capitals where ROS 2 has lower-case letters
     matrix, distortion, projection = (
         np.asarray(getattr(info, name, getattr(info, name.upper(), ())), float) for name in ("k", "d", "p")
     )
@@ -182,19 +180,17 @@ def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
     if any(lens in model.lower() for lens in _OTHER_LENSES):
         raise InputError(f"the lens model {model!r:.40} is not supported. Rectify the images first.")
     if values[_MOST_COEFFICIENTS:].any():
-        raise InputError(
-            f"it has {values.size} coefficients of distortion; at most {_MOST_COEFFICIENTS} are supported."
-        )
+        raise InputError(f"it has {values.size} distortion coefficients; at most {_MOST_COEFFICIENTS} are supported.")
     return tuple(values[:_MOST_COEFFICIENTS].tolist())
 
 
 def motion(transform: Any) -> NDArray[np.float64]:
-    """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is none."""
+    """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is invalid."""
     turn, shift = transform.rotation, transform.translation
     quaternion = np.array([turn.w, turn.x, turn.y, turn.z], float)
     length = np.linalg.norm(quaternion)
     if not np.isfinite(length) or length < 1e-6:
-        raise FormatError("a transform between the cameras has no rotation that makes sense.")
+        raise FormatError("a transform between the cameras has no valid rotation.")
     w, x, y, z = quaternion / length
     matrix = np.eye(4)
     matrix[:3, :3] = [
@@ -207,14 +203,14 @@ def motion(transform: Any) -> NDArray[np.float64]:
 
 
 def between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
-    """What takes points of one coordinate frame to another, (4, 4), by tf messages; None if they do not connect them.
+    """The transform of points from one coordinate frame to another, (4, 4), from tf messages; None if not connected.
 
     Parameters
     ----------
     transforms : iterable of geometry_msgs/TransformStamped
-        Each has the pose of a child in its parent.
+        Each contains the pose of a child in its parent.
     start, end : str
-        Names of the frames.
+        Names of the coordinate frames.
     """
     ways: dict[str, list[tuple[str, NDArray[Any]]]] = {}
     for stamped in transforms:
@@ -233,32 +229,32 @@ def between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float
     return reached.get(end.strip("/"))
 
 
-# Definitions of messages that a ROS recording brings along: those of the kinds that are read must be ROS's own.
+# Message definitions in a ROS recording: for the message types that are read, they must match those of ROS.
 
 Definitions = Mapping[str, Any]
-"""Kind of message -> its constants, and its fields, as rosbags has them."""
+"""Message type -> its constants and its fields, in the form of rosbags."""
 
 
 def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds: Collection[str]) -> None:
-    """That messages of some kinds have all the fields that ROS gives them, those of messages in them too.
+    """Check that messages of some types have all fields that ROS defines, including nested messages.
 
-    Further fields do not matter.
+    Additional fields are ignored.
 
     Parameters
     ----------
     path : Path
-        Of the recording, for the message.
+        Path of the recording, for the message.
     brought : mapping
-        The recording's.
+        Definitions in the recording.
     own : mapping
-        ROS's, of its version.
+        Definitions of ROS, of the recording's version.
     kinds : collection of str
-        Those that the recording has no definition of are not looked at.
+        Message types; those without a definition in the recording are skipped.
 
     Raises
     ------
     FormatError
-        If one has other fields.
+        If one lacks a field or has it in another form.
     """
     waiting = [kind for kind in kinds if kind in brought]
     seen = set(waiting)
@@ -268,8 +264,8 @@ def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds:
         for name, form in own[kind][1]:
             if there.get(name) != form:
                 raise FormatError(
-                    f"{path}: by its own definition, messages of the kind {kind} have no {name} as those of ROS do. "
-                    "It is damaged, or of a program with messages of its own."
+                    f"{path}: its definition of the message type {kind} has no {name} as defined by ROS. The recording "
+                    "is damaged, or from a program with its own message types."
                 )
             new = set(_kinds_in(form)) - seen
             seen |= new
@@ -277,40 +273,40 @@ def check_definitions(path: Path, brought: Definitions, own: Definitions, kinds:
 
 
 def _kinds_in(form: Any) -> list[str]:
-    """Kinds of messages that a field is made of: its form says what it is, and then of what, and how many."""
+    """Message types in a field: its form contains the kind of field, the element type and the length."""
     if isinstance(form, tuple):
         return [kind for part in form for kind in _kinds_in(part)]
     return [form] if isinstance(form, str) and "/" in form else []
 
 
-# What opening a recording of ROS may take: rosbags itself takes whatever a file asks for.
+# Limits for opening a ROS recording: rosbags itself has none.
 
 METADATA = "metadata.yaml"
 MOST_TOPICS = 4000
 MOST_SETTINGS = 2**21
-"""Bytes of text about the topics, which rosbags takes some 20 s for each megabyte of."""
+"""Maximum bytes of text about the topics; rosbags takes about 20 s per megabyte."""
 MOST_DEFINITIONS = 2**23
-"""The same of the definitions of their messages, of each topic anew: some 4 s for each megabyte."""
+"""Maximum bytes of message definitions, summed over the topics; about 4 s per megabyte."""
 
 _LISTS = {"topics": MOST_SETTINGS, "message_definitions": MOST_DEFINITIONS}
-"""Tables of an SQLite file that rosbags reads as a whole, and how much text they may have [bytes]."""
+"""Tables of an SQLite file that rosbags reads as a whole, and their maximum amount of text [bytes]."""
 
 
 @contextmanager
 def limited(path: Path, reader: Any) -> Iterator[None]:
-    """Hold the opening of a recording by rosbags to what a sound one needs, and what is then read of its SQLite files.
+    """Limit the resources for opening a recording with rosbags, and for reading its SQLite files afterwards.
 
     Parameters
     ----------
     path : Path
-        Of the recording, for messages.
+        Path of the recording, for messages.
     reader : AnyReader
-        What opens it, not open yet.
+        Its reader, not open yet.
 
     Raises
     ------
     FormatError
-        If there are too many topics, too long texts about them, or an SQLite file that `check_plain` refuses.
+        If there are too many topics, too much text about them, or an SQLite file that `check_plain` rejects.
     """
     apsw = optional("apsw", "sequences", "A ROS bag")
 
@@ -341,7 +337,7 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
 
 
 def _check_list(path: Path, rows: Iterator[Sequence[object]], most: int) -> None:
-    """The rows of one of `_LISTS`."""
+    """Check the rows of one of `_LISTS`."""
     count = size = 0
     for count, row in enumerate(rows, 1):
         size += sum(len(value) for value in row if isinstance(value, str | bytes))
@@ -349,7 +345,7 @@ def _check_list(path: Path, rows: Iterator[Sequence[object]], most: int) -> None
 
 
 def _check_when_open(path: Path, reader: Any) -> None:
-    """Check a reader's topics once it has opened its file, before all their definitions are read."""
+    """Check a reader's topics after it has opened its file, before it reads all definitions."""
     open_file = reader.open
 
     def open_and_check() -> None:
@@ -366,8 +362,8 @@ def _check_when_open(path: Path, reader: Any) -> None:
 
 def _check(path: Path, count: int, size: int, most: int) -> None:
     if count > MOST_TOPICS:
-        raise FormatError(f"{path} has more than {MOST_TOPICS} topics. Record the ones of the camera alone.")
+        raise FormatError(f"{path} has more than {MOST_TOPICS} topics. Record only those of the camera.")
     if size > most:
         raise FormatError(
-            f"{path} has more than {most / 2**20:g} MiB of text about its topics. Record the ones of the camera alone."
+            f"{path} has more than {most / 2**20:g} MiB of text about its topics. Record only those of the camera."
         )

@@ -1,4 +1,4 @@
-"""Recordings of ScanNet (.sens, version 4): colour as JPEG, depth as whole numbers packed by zlib."""
+"""Recordings of ScanNet (.sens, version 4): colour as JPEG, depth as integers compressed by zlib."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PLAIN, _ZLIB = 0, 1
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a frame lies in the file, with its pose and the time of its colour."""
+    """Position of a frame in the file, with its pose and the time of its colour."""
 
     start: int
     colour_bytes: int
@@ -39,7 +39,7 @@ class _Place:
 
 
 class ScanNet(Recording):
-    """A recording of ScanNet. Keys are the numbers of its frames from 0 on; times are taken for microseconds."""
+    """A recording of ScanNet. Keys are the numbers of its frames from 0; times are read as microseconds."""
 
     kind = "a recording of ScanNet"
     suffixes = (".sens",)
@@ -87,11 +87,11 @@ class ScanNet(Recording):
                 Camera(CameraIntrinsics(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]), size)
                 for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
             )
-            # extrinsics take points of a camera to the device: those of both are the identity in ScanNet itself
-            with np.errstate(all="ignore"):  # what is not finite is refused where it is used
+            # extrinsics transform points of a camera to the device: in ScanNet itself, both are the identity
+            with np.errstate(all="ignore"):  # values that are not finite are rejected where they are used
                 motion = np.linalg.inv(self._extrinsics[0]) @ self._extrinsics[1]
         except (InputError, np.linalg.LinAlgError) as error:
-            raise FormatError(f"{self.path}: its cameras cannot be ({error})") from error
+            raise FormatError(f"{self.path}: its cameras are invalid ({error})") from error
         if colour == depth and np.array_equal(motion, np.eye(4)):
             return registered_cameras(colour)
         return Cameras(colour, depth, motion, is_registered=False)
@@ -100,12 +100,12 @@ class ScanNet(Recording):
         return checked_pose(np.array(self._place(key).pose).reshape(4, 4))
 
     def _read_header(self) -> int:
-        """What is told of all frames; returns how many there are."""
+        """Read the header; returns the number of frames."""
         try:
             version, length = struct.unpack("<IQ", self._file.read(12))
             if version != _VERSION or length > _LONGEST_NAME:
                 raise FormatError(
-                    f"{self.path} is no recording of ScanNet of version {_VERSION}, whatever its name says."
+                    f"{self.path} is not a ScanNet recording of version {_VERSION}. Download or copy it again."
                 )
             self._file.seek(length, 1)
             matrices = [np.array(_MATRIX.unpack(self._file.read(_MATRIX.size)), np.float64) for _ in range(4)]
@@ -119,15 +119,17 @@ class ScanNet(Recording):
         self._intrinsics, self._extrinsics = (colour_camera, depth_camera), (colour_place, depth_place)
         if colour_kind not in _JPEG_OR_PNG or self._depth_kind not in {_PLAIN, _ZLIB}:
             raise FormatError(
-                f"{self.path}: colour is packed in the way {colour_kind} and depth in the way {self._depth_kind}: only "
-                "JPEG and PNG, and plain and zlib, are read."
+                f"{self.path}: colour has the compression {colour_kind} and depth {self._depth_kind}: only JPEG and "
+                "PNG for colour, and none and zlib for depth, are supported."
             )
         if not (0 < self._units < 1e9 and count and min(*self._colour_size, *self._depth_size) > 0):
-            raise FormatError(f"{self.path} has {count} frames, {self._units:g} units per metre, and sizes {sizes}.")
+            raise FormatError(
+                f"{self.path} is damaged: it has {count} frames, {self._units:g} units per metre, and sizes {sizes}."
+            )
         return int(count)
 
     def _read_places(self) -> list[_Place]:
-        """Where the frames lie: their images are passed over."""
+        """Read the positions of the frames, without their images."""
         end = self.path.stat().st_size
         places: list[_Place] = []
         at = self._file.tell()
@@ -167,7 +169,7 @@ class ScanNet(Recording):
         except zlib.error as error:
             raise FormatError(f"{self.path}: the depth of frame {key} is damaged ({error!s:.80}).") from error
         if len(found) != wanted:
-            raise FormatError(f"{self.path}: the depth of frame {key} has not the {wanted} bytes that its size takes.")
+            raise FormatError(f"{self.path}: the depth of frame {key} does not have the {wanted} bytes of its size.")
         return found
 
     def _decoded(self, data: bytes, key: str) -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""A source: frames that have keys, and are read one by one."""
+"""Sources: frames with keys, read one by one."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from .registration import RawPair
 from .times import MOST_APART_S
 
 _ONE_CAMERA_NOTE = (
-    "How the depth camera stands to the colour camera is not known: both are taken for one, and edges of both may lie "
-    "some pixels apart."
+    "The transform from the depth to the colour camera is not known: both are treated as one camera, and their edges "
+    "may lie some pixels apart."
 )
 
 
@@ -39,11 +39,11 @@ class Calibration:
     Attributes
     ----------
     colour, depth : CameraIntrinsics or None
-        None where it is not known. Where depth is registered to colour, both are the same.
+        None if not known. Where depth is registered to colour, both are the same.
     depth_to_colour : ndarray of float64, shape (4, 4), or None
-        Takes points [m] of the depth camera to the colour camera; None where it is not known.
+        Transform of points [m] from the depth camera to the colour camera; None if not known.
     colour_distortion, depth_distortion : tuple of float
-        Of the lenses, as `ilf.registration.Camera` has it; none where there is none, or it is not known.
+        Lens distortion as in `ilf.registration.Camera`; empty if there is none, or it is not known.
     """
 
     colour: CameraIntrinsics | None
@@ -54,7 +54,7 @@ class Calibration:
 
     @classmethod
     def of(cls, cameras: Cameras) -> Self:
-        """The same of the cameras that a recording tells of."""
+        """The calibration from the cameras of a recording."""
         colour, depth = cameras.colour, cameras.depth
         return cls(
             None if colour is None else colour.intrinsics,
@@ -66,24 +66,25 @@ class Calibration:
 
 
 class Source:
-    """Frames of a folder, a data set or a recording. Opening it lists them; nothing is decoded until it is read.
+    """Frames of a folder, a data set or a recording. Opening it lists the frames; they are decoded when read.
 
-    `len` counts the frames, iterating reads one after the other, and `source[0]` or `source["key"]` reads one.
+    `len` gives the number of frames, iterating reads one after the other, and `source[0]` or `source["key"]` reads one.
 
     Attributes
     ----------
     path : Path
-        Absolute.
+        Absolute path.
     keys : tuple of str
-        One for each frame, in the order of time or of names: the path of its colour file in the source, without ending,
-        or that of its folder; in a recording, the time of its colour. They stay the same as long as the files do.
+        One for each frame, in the order of time or of names: the path of its colour file in the source, without
+        extension, or that of its folder; in a recording, the time of its colour. They do not change unless the files
+        do.
     timestamps : tuple of float or None
-        [s]; None where they are not known.
+        Times of the frames [s]; None if not known.
     notes : tuple of str
-        What the user should know, a sentence each.
+        Notes for the user, a sentence each.
     is_registered : bool
-        Whether colour and depth show the same pixels. Where they do not, recordings are registered as they are read;
-        images in files are read as they are.
+        Whether colour and depth have the same pixels. Where they do not, recordings are registered on reading; image
+        files are read as they are.
     """
 
     def __init__(self, path: Path, listing: Listing) -> None:
@@ -115,12 +116,12 @@ class Source:
         return f"<{type(self).__name__} {str(self.path)!r}: {counted(len(self), 'frame')}>"
 
     def find(self, name: str) -> str:
-        """The key that is called so, or alone ends so.
+        """The key that equals a name, or the only one that ends in it.
 
         Raises
         ------
         InputError
-            If there is none, or several.
+            If there is none, or more than one.
         """
         if name in self._frames:
             return name
@@ -134,7 +135,7 @@ class Source:
         )
 
     def frame_source(self, key: str) -> FrameSource:
-        """Where a frame is and how it is read; raises InputError as `find`."""
+        """The location of a frame and its reading options; raises InputError as `find`."""
         return self._frames[self.find(key)]
 
     def calibration(self, key: str) -> Calibration:
@@ -143,7 +144,7 @@ class Source:
         Raises
         ------
         InputError
-            If there is no such frame, or what holds its calibration cannot be read.
+            If there is no such frame, or the file with its calibration cannot be read.
         """
         source = self.frame_source(key)
         camera = intrinsics_from(source.intrinsics)
@@ -155,7 +156,7 @@ class Source:
         return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        """Where the camera of a frame was, (4, 4), from its points [m] to the world's; None where it is not known."""
+        """The camera pose of a frame, (4, 4), from its points [m] to the world; None if not known."""
         source = self.frame_source(key)
         if source.frame is not None:
             with opened(source.rgb) as recording:
@@ -174,20 +175,19 @@ class Source:
         Parameters
         ----------
         key : str
-            One of `keys`, or what only one of them ends in.
+            One of `keys`, or an ending that only one of them has.
         registered : bool
-            Whether depth is brought to the pixels of colour where it is not there. False gives both as their cameras
-            have seen them.
+            Whether unregistered depth is registered to colour. False returns both images as captured.
 
         Returns
         -------
         RGBDFrame, or RawPair if not `registered`
-            Depth [m], NaN = missing; what is doubtful about it is in its `notes`, and told by `DepthWarning`.
+            Depth [m], NaN = missing; plausibility warnings are in its `notes`, and issued as `DepthWarning`.
 
         Raises
         ------
         InputError
-            If there is no such frame, or as `ilf.load_frame` does; of a raw pair, also if its cameras are not known.
+            If there is no such frame, and as `ilf.load_frame`; for a raw pair, also if its cameras are not known.
         """
         source = self.frame_source(key)
         if registered:
@@ -222,24 +222,24 @@ def open_source(
     path : path-like
         See `ilf.io.list_frames`.
     depth_units, encoding, invalid, intrinsics, min_confidence : optional
-        How depth is read, which camera has seen it, and how sure it must be, as for `ilf.load_frame`, for all frames.
-        None takes what the layout of the source says.
+        How the depth of all frames is read, its camera, and its minimum confidence, as for `ilf.load_frame`. None uses
+        the options of the source's layout.
     max_gap : float
-        How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each is used
+        Maximum time difference [s] of colour and depth of one frame, where they are matched by time. Each image is used
         once.
     topics : tuple of str, optional
-        Those of colour and depth, in a recording of ROS that has several cameras. None takes those that suit best,
-        aligned depth first, and says so in `notes`.
+        Topics of colour and depth, in a ROS recording with several cameras. None selects the most suitable ones,
+        aligned depth first, and reports them in `notes`.
 
     Raises
     ------
     InputError
-        If there is no such folder, or it holds no frames.
+        If there is no such folder, or it contains no frames.
     FormatError
         If its lists or calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, the least confidence is no number, `max_gap` is no length of time, or
-        there are `topics` of what has none.
+        If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
+        `topics` are given for a source without topics.
 
     Examples
     --------
@@ -267,7 +267,7 @@ def open_source(
 
 
 def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
-    """Frames by their keys; one whose key is another's already keeps its ending, or has that of its depth file."""
+    """Frames by key. If a key is taken, it is the colour file's path with extension, or else the depth file's path."""
     found: dict[str, FrameSource] = {}
     for source in sources:
         if source.frame is not None:
@@ -276,7 +276,7 @@ def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource
         files = (Path(os.path.relpath(file, root)).as_posix() for file in (source.rgb, source.depth or source.rgb))
         key = next((name for name in (_key(root, source), *files) if name not in found), None)
         if key is None:
-            raise InputError(f"{root} has {source.name} twice, with one and the same depth. Leave one of them out.")
+            raise InputError(f"{root} has {source.name} twice, with the same depth file. Leave one of them out.")
         found[key] = source
     return found
 

@@ -1,4 +1,4 @@
-"""Recordings of Stray Scanner: a folder with colour as a video, and depth and confidence as images."""
+"""Recordings of Stray Scanner: folders with colour as a video, and depth and confidence as images."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics
 from .registration import Camera
 from .times import MOST_APART_S
 
-# Frames of a video by their number.
+# Reading frames of a video by their numbers.
 
 _FAR = 60
-"""Frames after which a jump by the next key frame is likely sooner than decoding what lies between."""
+"""Number of frames ahead from which seeking a key frame is likely faster than decoding the frames between."""
 
 
 class Video:
-    """The first video track of a file, open. Frames that follow one another are decoded as they come.
+    """The first video track of a file, open. Successive frames are decoded without seeking.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ class Video:
     Raises
     ------
     InputError
-        If the package that reads it is not installed.
+        If the package for reading videos is not installed.
     FormatError
-        If it is no video, or damaged.
+        If it is not a video, or damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -55,10 +55,10 @@ class Video:
             self._container = self._av.open(str(path))
         try:
             if not self._container.streams.video:
-                raise FormatError(f"{path} has no video track. Is this the right file?")
+                raise FormatError(f"{path} has no video track. Check that this is the right file.")
             self._stream = self._container.streams.video[0]
             if self._stream.codec_context is None:
-                raise FormatError(f"{path}: its video is of a kind that is not known. Copy it again.")
+                raise FormatError(f"{path}: its video codec is unknown. Copy it again.")
             self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
             check_pixel_count(path, *self.size)
         except BaseException:
@@ -69,12 +69,12 @@ class Video:
         self._next = 0
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._container.close()
 
     def frame(self, number: int) -> tuple[NDArray[np.uint8], str]:
-        """A frame, by its number from 0: uint8 (h, w, 3), red first, as it is stored, never rotated; and the SHA-256 of
-        its own bytes in the file.
+        """Read a frame by its number from 0: uint8 (h, w, 3), RGB, as stored, never rotated; and the SHA-256 of its
+        bytes in the file.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class Video:
         """
         times = self._frame_times()
         if number >= len(times):
-            raise FormatError(f"{self.path} has {len(times)} frames, and none of number {number}: it is cut short.")
+            raise FormatError(f"{self.path} has {len(times)} frames, but no frame {number}: it is truncated.")
         with self._reading():
             if self._coming is None or not 0 <= number - self._next < _FAR:
                 self._container.seek(times[number], stream=self._stream)
@@ -96,7 +96,7 @@ class Video:
         raise FormatError(f"{self.path}: frame {number} cannot be decoded: the video is damaged there.")
 
     def _frame_times(self) -> list[int]:
-        """Presentation times of all frames, in their order; the packets are passed over, not decoded."""
+        """Presentation times of all frames, sorted; the packets are not decoded."""
         if self._times is None:
             with self._reading():
                 packets = self._container.demux(self._stream)
@@ -104,7 +104,7 @@ class Video:
         return self._times
 
     def _decoded(self) -> Iterator[tuple[Any, str]]:
-        """Frames from where the file stands, with the hashes of their packets."""
+        """Frames from the current position on, with the hashes of their packets."""
         hashes: dict[int, str] = {}
         for packet in self._container.demux(self._stream):
             if packet.pts is not None:
@@ -128,8 +128,8 @@ _SUFFIXES = ".png", ".npy"
 
 
 class StrayScanner(Recording):
-    """A recording of Stray Scanner. Keys are the names of its depth images, which are the numbers of the video's
-    frames; confidence goes from 0 to 2."""
+    """A recording of Stray Scanner. Keys are the names of its depth images, which are the frame numbers of the video;
+    confidence is 0 to 2."""
 
     kind = "a recording of Stray Scanner"
 
@@ -139,9 +139,7 @@ class StrayScanner(Recording):
             files = {Path(entry.name).stem: Path(entry.path) for entry in entries if entry.name.endswith(_SUFFIXES)}
         self._depth = {key: files[key] for key in sorted(files) if key.isdecimal() and len(key) < 10}
         if not self._depth:
-            raise InputError(
-                f"{path / _DEPTH} has no images whose names are numbers of frames. Export the recording again."
-            )
+            raise InputError(f"{path / _DEPTH} has no images with frame numbers as names. Export the recording again.")
         self._rows = self._odometry()
         self._video: Video | None = None
 
@@ -186,7 +184,7 @@ class StrayScanner(Recording):
             return scaled_cameras(stated, (width, height))
         except (ValueError, InputError, csv.Error) as error:
             raise FormatError(
-                f"{path} must hold a camera matrix, three numbers in three lines ({error!s:.200})."
+                f"{path} must contain a camera matrix, three lines of three numbers ({error!s:.200})."
             ) from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
@@ -195,7 +193,7 @@ class StrayScanner(Recording):
         return posed(numbers[:4], numbers[4:])
 
     def _odometry(self) -> dict[int, dict[str, float]]:
-        """What is known of each frame by its number; nothing where the file is missing."""
+        """Frame number -> its row of the odometry; empty if the file is missing."""
         path = self.path / _ODOMETRY
         if not path.is_file():
             return {}
@@ -205,7 +203,7 @@ class StrayScanner(Recording):
             return {int(row["frame"]): row for row in rows}
         except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
             raise FormatError(
-                f"{path} must have a line of names, with frame among them, and numbers below it ({error!s:.80})."
+                f"{path} must have a header line with a column frame, followed by lines of numbers ({error!s:.80})."
             ) from error
 
     def _file(self, key: str) -> Path:

@@ -1,4 +1,4 @@
-"""Lists of images by time, as in the TUM RGB-D benchmark: which colour belongs to which depth."""
+"""Lists of images by time, as in the TUM RGB-D benchmark, and matching colour with depth by time."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from ..errors import FormatError
 
 MOST_APART_S = 0.02
 ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
-"""Names of lists that have colour and depth side by side, as ICL-NUIM and many tools write them."""
+"""Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
 
 UNITS = 5000.0
-"""File units per metre of the depth that such lists name."""
+"""File units per metre of the depth in such lists."""
 
 
 def read_time_list(path: Path) -> list[tuple[float, str]]:
-    """Times [s] and file names of a list: a time and a name per line, # before what is no entry.
+    """Times [s] and file names of a list: a time and a name per line, # marks comments.
 
     Raises
     ------
     InputError
         If it cannot be read.
     FormatError
-        If a line is something else, or names a file for a second time.
+        If a line has other content, or a file is listed twice.
     """
     try:
         lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
@@ -52,7 +52,7 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
 
 
 def read_associations(path: Path) -> list[tuple[float, str, str]]:
-    """Time of colour [s], colour and depth file of each line of a list of pairs, whichever of both comes first.
+    """Time of colour [s], colour and depth file of each line of a list of pairs, in either order.
 
     Raises
     ------
@@ -68,12 +68,12 @@ def read_associations(path: Path) -> list[tuple[float, str, str]]:
                 raise ValueError
         except (ValueError, IndexError):
             raise FormatError(
-                f"{path}: a line must be a time and a file of colour and of depth, not {time:g} {rest!r:.80}."
+                f"{path}: a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}."
             ) from None
         is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
         found.append((other, second, first) if is_depth_first else (time, first, second))
     if not found:
-        raise FormatError(f"{path} names no files. Export the list again.")
+        raise FormatError(f"{path} lists no files. Export the list again.")
     _refuse_repeats(path, (name for _, rgb, depth in found for name in (rgb, depth)))
     return found
 
@@ -83,25 +83,25 @@ def _is_file_name(name: str) -> bool:
 
 
 def _refuse_repeats(path: Path, names: Iterable[str]) -> None:
-    """Raise FormatError if a list names a file twice, in whatever spelling."""
+    """Raise FormatError if a list contains a file twice, under any spelling of its path."""
     seen: set[str] = set()
     for name in map(os.path.normpath, names):
         if name in seen:
-            raise FormatError(f"{path} names {name!r:.80} twice. Export the list again.")
+            raise FormatError(f"{path} lists {name!r:.80} twice. Export the list again.")
         seen.add(name)
 
 
 def associated(
     colours: list[tuple[float, str]], depths: list[tuple[float, str]], most_apart: float = MOST_APART_S
 ) -> list[tuple[str, str]]:
-    """Colour and depth files that are nearest in time, each used once, in the order of time.
+    """Match colour and depth files nearest in time, each used once, in the order of time.
 
     Parameters
     ----------
     colours, depths : list of (float, str)
         Times [s] and names.
     most_apart : float
-        Pairs lie at most this many seconds apart.
+        Maximum time difference of a pair [s].
 
     Examples
     --------
@@ -114,17 +114,16 @@ def associated(
 
 
 def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list[tuple[int, int]]:
-    """Pairs of the nearest of two sorted lists of times, then of the nearest of those that are left, and so on.
+    """Greedily pair the nearest times of two sorted lists, then the nearest of the rest, and so on.
 
-    The nearest pair are neighbours among all times that are left: only neighbours are ever compared, however far apart
-    a pair may be.
+    The nearest pair are neighbours among all times that are left, so only neighbours are compared.
     """
     order = sorted([(time, 0, row) for row, time in enumerate(rows)] + [(time, 1, i) for i, time in enumerate(columns)])
     before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
     waiting: list[tuple[float, int, int, int, int]] = []
 
     def meet(left: int, right: int) -> None:
-        """Two neighbours wait to become a pair, if they are of different lists and near enough."""
+        """Queue two neighbours as a pair if they are of different lists and near enough."""
         if left < 0 or right < 0:
             return
         (time, kind, one), (later, other_kind, other) = order[left], order[right]
@@ -133,7 +132,7 @@ def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list
             heapq.heappush(waiting, (later - time, row, column, left, right))
 
     def first_alike(place: int) -> int:
-        """The first of those that are left with the same time in the same list."""
+        """The first remaining entry with the same time in the same list."""
         while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
             place = before[place]
         return place

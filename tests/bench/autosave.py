@@ -1,9 +1,9 @@
-"""What the autosave costs for a stroke of the brush: bytes written, time of the window's thread, time until it is kept.
+"""Cost of the autosave per brush stroke: bytes written, time of the window's thread, time until it is stored.
 
     QT_QPA_PLATFORM=offscreen python -m tests.bench.autosave [FRAME] [--strokes 200] [--run]
 
-The frame is brought to 1920 x 1080 first. Bytes are counted as the process hands them to the system (/proc/self/io),
-those that a journal moves from its log into its file included. With --run, blocks have results, and lose them.
+The frame is scaled to 1920 x 1080 first. Bytes are counted as the process writes them (/proc/self/io), including those
+that a journal moves from its log into its file. With --run, blocks have results, which strokes invalidate.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ _MOVES = 12
 
 
 class _Clock:
-    """Adds up the time that methods take: at work, and by the clock, waiting for other threads included."""
+    """Sums the time of methods: thread time, and wall clock including waits for other threads."""
 
     def __init__(self) -> None:
         self.begin()
 
     def begin(self) -> None:
-        """Begin anew."""
+        """Reset the times."""
         self.work_ms = self.passed_ms = 0.0
 
     def watch(self, method: Callable[..., Any]) -> Callable[..., Any]:
-        """The method, timed."""
+        """Return the method with timing."""
 
         def timed(*arguments: Any) -> Any:
             work, passed = time.thread_time(), time.perf_counter()
@@ -61,7 +61,7 @@ class _Clock:
 
 
 def main() -> None:
-    """Make strokes, and say what each has cost."""
+    """Make strokes, and print the cost of each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("frame", nargs="?", default=str(asset_path("samples/room")))
     parser.add_argument("--strokes", type=int, default=200)
@@ -88,7 +88,7 @@ def main() -> None:
 
 
 def _watched() -> _Clock:
-    """All that the recorder does in the window's thread, timed."""
+    """Time everything that the recorder does in the window's thread."""
     clock = _Clock()
     for name in ("_take", "_note_touched", "_finish"):
         setattr(Recorder, name, clock.watch(getattr(Recorder, name)))
@@ -123,25 +123,25 @@ def _measure(window: MainWindow, folder: Path, strokes: int, clock: _Clock, kept
         sizes.append(sum(path.stat().st_size for path in folder.iterdir()) / 1e6)
     print(f"{session.name}, {width} x {height}, {len(session.counts())} blocks, {len(written)} strokes")
     _tell("written [kB]", written)
-    _tell("window's thread at work [ms]", worked)
-    _tell("window's thread, waiting for others included [ms]", passed)
+    _tell("window's thread, own time [ms]", worked)
+    _tell("window's thread, with waits for other threads [ms]", passed)
     _tell("kept after [ms]", late)
     print(f"files [MB]: {sizes[len(sizes) // 10]:.1f} after a tenth of them, {sizes[-1]:.1f} at the end")
 
 
 def _tell(what: str, values: list[float]) -> None:
     low, high = np.percentile(values, [50, 95])
-    print(f"{what}: mean {np.mean(values):.2f}, median {low:.2f}, 95 % {high:.2f}, most {max(values):.2f}")
+    print(f"{what}: mean {np.mean(values):.2f}, median {low:.2f}, 95 % {high:.2f}, maximum {max(values):.2f}")
 
 
 def _written() -> int:
-    """Bytes that the process has written so far."""
+    """Return the bytes that the process has written so far."""
     lines = Path("/proc/self/io").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("wchar"))
 
 
 def _large(source: str, folder: Path) -> Path:
-    """The frame at 1920 x 1080, in files."""
+    """Write the frame at 1920 x 1080 to files."""
     frame = load_frame(source)
     folder.mkdir()
     colour = cv2.resize(frame.rgb, _SIZE, interpolation=cv2.INTER_CUBIC)

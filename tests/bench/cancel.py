@@ -1,11 +1,11 @@
-"""How long work goes on after it was cancelled: extraction, runs of the presets, expected error, and the rest.
+"""Delay of cancellation: extraction, runs of the presets, expected error, and other work.
 
     python -m tests.bench.cancel [FRAME] [--size 1920x1080] [--only extraction best ...] [--moments 5] [--stacks]
 
-Each kind of work is done as a whole, and the longest processor time is taken that it spends without asking whether it
-is to go on, which is the worst case of a cancel at any moment; of two times the better one, as memory takes time to be
-had where a machine is short of it. Then the work is begun as the window does, and cancelled at some random moments.
-With `--stacks`, where the longest stretches lie.
+Each kind of work is run to its end, and the longest processor time between two checks for cancellation is measured, the
+worst case of a cancellation at any moment; of two runs the better one counts, because allocation is slow on machines
+with little memory. Then the work is started as in the window, and cancelled at some random moments. `--stacks` prints
+where the longest stretches lie.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Work = Callable[[], object]
 
 
 class Meter:
-    """Takes the place of a wish to stop that never comes, and measures the time between two looks at it."""
+    """Stand-in for a cancellation that never comes; measures the time between two checks."""
 
     def __init__(self) -> None:
         self.stretches: list[tuple[float, str, str]] = []
@@ -55,17 +55,17 @@ class Meter:
         self._since = time.thread_time()
 
     def is_set(self) -> bool:
-        """Asked: is it to stop?"""
+        """Check for cancellation."""
         self._note("".join(_where()))
         return False
 
     def end(self) -> None:
-        """The work is done."""
+        """Note the end of the work."""
         self._note("the end")
 
     @property
     def longest(self) -> float:
-        """The longest stretch [s]."""
+        """Longest stretch between checks [s]."""
         return max(seconds for seconds, *_ in self.stretches)
 
     def _note(self, where: str) -> None:
@@ -81,7 +81,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+")
     parser.add_argument("--moments", type=int, default=5, help="random moments at which each kind of work is cancelled")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--stacks", action="store_true", help="say where the longest stretches lie")
+    parser.add_argument("--stacks", action="store_true", help="print where the longest stretches lie")
     given = parser.parse_args()
     cv2.setNumThreads(1)
     app = QCoreApplication([])
@@ -89,7 +89,7 @@ def main() -> None:
     chance = random.Random(given.seed)
     names = given.only or list(KINDS)
     print(f"{given.size}; longest stretch of work that cannot be cancelled, processor time [ms]; longest time from")
-    print(f"cancelling until the window goes on, and until the work is over, over {given.moments} random moments, ")
+    print(f"cancelling until the window responds, and until the work has ended, over {given.moments} random moments, ")
     print("wall time [ms]")
     print(f"{'':16} {'stretch':>8} {'window':>8} {'over':>8}")
     for name in names:
@@ -108,7 +108,7 @@ def main() -> None:
 
 
 def measured(work: Work) -> tuple[Meter, float]:
-    """Do some work as a whole; how it could have been cancelled, and its wall time [s]."""
+    """Run some work to its end; return its checks for cancellation, and its wall time [s]."""
     meters: list[Meter] = []
 
     def drive() -> None:
@@ -128,8 +128,8 @@ def measured(work: Work) -> tuple[Meter, float]:
 
 
 def cancelled(work: Work, moment: float) -> tuple[float, float]:
-    """Begin some work as the window does, cancel it after so many seconds, and say how long [s] it takes until the
-    window goes on, and until the work has stopped."""
+    """Start some work as in the window and cancel it after `seconds`; return the times [s] until the window responds
+    and until the work has ended."""
     worker, ended = Worker(), []
 
     def job() -> Generator[None, None, None]:
@@ -150,7 +150,7 @@ def cancelled(work: Work, moment: float) -> tuple[float, float]:
 
 
 def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:
-    """Makes a frame of that size of which nothing is known yet."""
+    """Make a frame of this size without cached results."""
     frame = ilf.load_frame(folder)
     width, height = map(int, size.split("x"))
     rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
@@ -250,7 +250,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
 
 
 def _warm_up(make_work: Callable[[ilf.RGBDFrame], Work]) -> None:
-    """What is loaded or compiled once is not part of the work."""
+    """Load and compile everything that is done only once, so that it is not measured."""
     make_work(frames(asset_path("samples/room"), "160x120")())()
 
 

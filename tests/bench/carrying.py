@@ -1,8 +1,8 @@
-"""What the window does while blocks are carried through frames: `python -m tests.bench.carrying`.
+"""Response of the window while blocks are propagated through frames: `python -m tests.bench.propagation_window`.
 
-A picture of 1920 x 1080 that is looked at through a window which moves to the right: the first frame is extracted, and
-its blocks are carried through the others. How long each takes, and for how long the window's thread does not come
-round; real time, on a machine with nothing else to do.
+The frames are crops of a picture, 1920 x 1080, that move to the right: blocks are extracted in the first frame and
+propagated through the others. Prints the time per frame and the gaps of the window's event loop; wall clock, on an idle
+machine.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from .responsive import Heart, new_window
 from .waiting import pause, wait
 
 _STEP = 12
-"""Pixels from frame to frame."""
+"""Motion from frame to frame [px]."""
 
 
 def frames(folder: Path, size: tuple[int, int], count: int) -> list[FrameSource]:
-    """The bundled sample through a window that moves."""
+    """Moving crops of the bundled sample."""
     sample = ilf.load_frame(asset_path("samples/room"))
     width, height = size
     wide = width + _STEP * count, height

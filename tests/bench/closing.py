@@ -1,10 +1,10 @@
-"""How long a window takes to close while it works, and what it leaves behind.
+"""Time that a window takes to close during work, and what it leaves behind.
 
     python -m tests.bench.closing [--size 1920x1080] [--only opening run export batch] [--moments 5]
 
-Each time, a process of its own opens a window, begins some work, and closes the window at a random moment of it. Told
-are the longest times until the windows are gone, and from then on until the process has ended; and how often it left
-what it should not: an export that is neither the older set nor the new one, files half written, or processes.
+Each time, a separate process opens a window, starts some work, and closes the window at a random moment. Prints the
+longest times until the windows are closed, and from then until the process has ended; and how often the process left an
+export that is neither the older set nor the new one, partial files, or processes.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ from .waiting import wait
 from .writers import as_found
 
 Over = Callable[[], object]
-"""Says whether work that was begun is over."""
+"""Returns whether the work has ended."""
 
 _VARYING = {"run.json"}
-"""Files that are other ones each time that they are written: when that was."""
+"""Files that differ at each writing, because they contain the time."""
 
 _OLDER, _NEWER = ExportOptions(cloud=None), ExportOptions(mesh="ply")
 _ONLY_IN_NEWER = {"cloud.ply", "mesh.ply"}
 
 _MARK = "ILF_CLOSING_BENCH"
 _AFTERWARDS_S = 3.0
-"""How long processes that shared the work are given to notice."""
+"""Time for worker processes to end [s]."""
 
 
 def _open(window: MainWindow, folder: Path) -> Over:
@@ -72,7 +72,7 @@ def _export(window: MainWindow, folder: Path) -> Over:
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
     (part,) = (part for part in window.parts if isinstance(part, BatchPart))
-    # in the same folder nothing would be left to do
+    # in the same folder no work would be left
     part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
     part.dialog.jobs.setValue(2)
     part.ask()
@@ -90,7 +90,7 @@ WORK: dict[str, Callable[[MainWindow, Path], Over]] = {
 
 @dataclass
 class Found:
-    """What came of closing windows during some work."""
+    """Result of closing windows during some work."""
 
     gone: list[float] = field(default_factory=list)
     ended: list[float] = field(default_factory=list)
@@ -110,7 +110,7 @@ def main() -> None:
         sys.exit(close_during(name, Path(folder), float(seconds)))
     chance = random.Random(given.seed)
     width, height = map(int, given.size.split("x"))
-    print(f"{given.size}; longest times [ms] until the windows are gone, and until the process has ended")
+    print(f"{given.size}; longest times [ms] until the windows are closed, and until the process has ended")
     print(f"{'':10} {'gone':>6} {'ended':>6}")
     for name in given.only:
         with tempfile.TemporaryDirectory() as place:
@@ -140,8 +140,8 @@ def closed(name: str, folder: Path, moments: int, chance: random.Random) -> Foun
 
 
 def _child(name: str, folder: Path, seconds: float) -> tuple[float, float, float]:
-    """Close a window during some work, after so many seconds; how long it was at it, how long it took from closing
-    until the windows were gone, and from then until the process had ended [s]."""
+    """Close a window during some work, after `seconds`; return the time of the work, from closing until the windows
+    were closed, and from then until the process had ended [s]."""
     command = [sys.executable, "-m", "tests.bench.closing", "--child", name, str(folder), str(seconds)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, env={**os.environ, _MARK: "1"}, check=True)
     ended = time.time()
@@ -150,12 +150,12 @@ def _child(name: str, folder: Path, seconds: float) -> tuple[float, float, float
 
 
 def _set_in(folder: Path) -> dict[str, bytes]:
-    """What an export has written there, but for what is another thing each time."""
+    """Files of an export, except those that differ at each writing."""
     return {name: content for name, content in as_found(folder).items() if name not in _VARYING}
 
 
 def _processes_left() -> list[str]:
-    """Processes that shared the work and have not ended."""
+    """Worker processes that have not ended."""
     end = time.monotonic() + _AFTERWARDS_S
     while left := [path for path in Path("/proc").glob("[0-9]*/environ") if _MARK.encode() in _content(path)]:
         if time.monotonic() > end:
@@ -172,7 +172,7 @@ def _content(path: Path) -> bytes:
 
 
 def close_during(name: str, folder: Path, seconds: float) -> int:
-    """Begin some work in a new window, and close it after so many seconds; at its end if they are negative."""
+    """Start some work in a new window, and close the window after `seconds`; if negative, at the end of the work."""
     app = QApplication([])
     theme.apply_theme(app, "light")
     window = new_window()

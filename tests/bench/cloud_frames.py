@@ -1,8 +1,8 @@
-"""How quickly a point cloud moves and comes to rest: `QT_QPA_PLATFORM=offscreen python -m tests.bench.cloud_frames`.
+"""Frame times of the point cloud view: `QT_QPA_PLATFORM=offscreen python -m tests.bench.cloud_frames`.
 
-For clouds of frames of several sizes in views of several sizes: time of a frame while the cloud is turned by the mouse
-(median and 95 % of a hundred), from the last move until all of the cloud is to be seen, from a wish for other colours
-until they are, and the longest time that the window's thread worked without a pause meanwhile.
+For frames and views of several sizes: time per rendered frame while the mouse turns the cloud (median and 95 % of a
+hundred), time from the last move until the whole cloud is visible, time until new colours are visible, and the longest
+time that the window's thread was busy.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WAIT_S = 20.0
 
 
 def frame_of(width: int, height: int) -> ilf.RGBDFrame:
-    """A wavy, noisy surface with a jump, known everywhere."""
+    """A wavy, noisy surface with a jump, without missing depth."""
     rows, columns = np.mgrid[:height, :width].astype(np.float32)
     noise = np.random.default_rng(0).normal(0, 0.004, (height, width))
     waves = 0.8 * np.sin(9 * columns / width) * np.cos(7 * rows / height)
@@ -41,7 +41,7 @@ def frame_of(width: int, height: int) -> ilf.RGBDFrame:
 
 
 class Held:
-    """The longest time [s] that this thread itself worked between two turns of the event loop."""
+    """Measures the longest time [s] that this thread worked between two turns of the event loop."""
 
     def __init__(self) -> None:
         self.longest = 0.0
@@ -56,18 +56,18 @@ class Held:
 
 
 def wait(until: Callable[[], bool]) -> float:
-    """Let the window work until something is so; how long that took [s]."""
+    """Run the event loop until a condition holds; return the time [s]."""
     begun = time.perf_counter()
     while not until():
         QApplication.processEvents()
-        time.sleep(0.001)  # for the other threads
+        time.sleep(0.001)  # gives time to other threads
         if time.perf_counter() - begun > WAIT_S:
-            raise TimeoutError("the cloud does not come to rest")
+            raise TimeoutError("the cloud is not complete")
     return time.perf_counter() - begun
 
 
 def turn(cloud: CloudView, place: QPointF) -> float:
-    """Drag there, and paint; how long that took [s]."""
+    """Drag to a point and paint; return the time [s]."""
     canvas, left, none = cloud.canvas, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     event = QMouseEvent(QEvent.Type.MouseMove, place, canvas.mapToGlobal(place), left, left, none)
     begun = time.perf_counter()
@@ -77,7 +77,7 @@ def turn(cloud: CloudView, place: QPointF) -> float:
 
 
 def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> str:
-    """One line of the table."""
+    """Print one line of the table."""
     cloud, canvas = window.cloud, window.cloud.canvas
     canvas.setFixedSize(*view)
     QApplication.processEvents()
@@ -106,12 +106,12 @@ def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> 
 
 
 def main() -> None:
-    """Print the table; times in ms. To the time to the whole cloud, a rest of `REST_MS` belongs."""
+    """Print the table; times in ms. The time to the whole cloud includes the delay of `REST_MS`."""
     application = QApplication.instance() or QApplication([])
     window = MainWindow(remembers=False)
     window.show()
     window.centre.show_cloud()
-    print(f"times in ms; the whole cloud is begun {REST_MS} ms after the last move")
+    print(f"times in ms; drawing of the whole cloud starts {REST_MS} ms after the last move")
     print("       frame         view  moving   95 %   whole  appears  colours  longest held")
     for size in FRAMES:
         frame = frame_of(*size)

@@ -1,7 +1,7 @@
-"""What the learned correction does to hidden depth: `python -m tests.bench.correction_effect FRAME ... [--seeds 1 2]`.
+"""Effect of the learned correction on hold-outs: `python -m tests.bench.correction_effect FRAME ... [--seeds 1 2]`.
 
-Depth of every frame is hidden, and the rest completed with and without the correction. Printed are the errors without
-it, their ratios, geometric means over frames and seeds, and how often it is the better one.
+Depth of every frame is held out, and the frame is completed with and without the correction. Prints the errors without
+it, their ratios, geometric means over frames and seeds, and how often the correction is better.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from ilf.segmentation.extraction import extract_blocks
 
 
 def main() -> None:
-    """Print every frame's ratio of error with the correction to error without, RMSE and MAE, and geometric means."""
+    """Print for every frame the ratio of errors with and without the correction, RMSE and MAE, and geometric means."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("frames", nargs="+", type=Path)
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--pattern", default="areas")
-    parser.add_argument("--network", type=Path, help="another correction network than the bundled one")
+    parser.add_argument("--network", type=Path, help="correction network to use instead of the bundled one")
     arguments = parser.parse_args()
     network = arguments.network and CorrectionNetwork.load(arguments.network)
     ratios = []

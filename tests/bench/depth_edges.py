@@ -1,12 +1,12 @@
-"""How well jumps of missing depth are found: on generated pictures that are held out, or on frames with hidden areas.
+"""Detection of jumps in missing depth, on held-out generated pictures, or on frames with hidden areas.
 
     python -m tests.bench.depth_edges --pictures FOLDER
     python -m tests.bench.depth_edges --frames FRAME... --seed 1
 
-Average precision and best F of lines, 1, 2 and 4 px off allowed, over all pixels whose depth is missing: by the
-depth-edge network, by the known depth alone (`find_relief`), by the edge network of colour alone, and by the known
-depth together with either. And the mean error of the coarse depth as a share of the depth, beside that of the nearest
-known pixel and of filling from around. Needs no PyTorch.
+Average precision and best F of lines, with tolerances of 1, 2 and 4 px, over all pixels whose depth is missing: for the
+depth-edge network, the known depth alone (`find_relief`), the edge network of colour alone, and the known depth
+together with either network. Also the mean error of the coarse depth as a share of the depth, beside that of the
+nearest known pixel and of filling from the surroundings. Needs no PyTorch.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.relief import filled_depth, find_relief
 
 TOLERANCES = (1, 2, 4)
-"""How far lines may be off [px]; colour and depth of real frames are often some pixels apart."""
+"""Tolerances of lines [px]; colour and depth of real frames are often some pixels apart."""
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -39,7 +39,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Colour, depth of which some is missing, and what is true there: depth [m], jumps and, if known, creases."""
+    """Colour, depth with holes, and ground truth: depth [m], jumps and, if known, creases."""
 
     rgb: NDArray[np.uint8]
     depth: Array
@@ -50,7 +50,7 @@ class Case:
 
 
 def generated(folder: Path) -> Iterator[Case]:
-    """Held-out pictures, more of their depth hidden as in training."""
+    """Held-out pictures, with depth hidden as in training."""
     for k, picture in enumerate(map(read_picture, PictureFolder(folder).held_out)):
         depth = less_known(picture, np.random.default_rng((1, k)))
         jump, crease = picture.lines[..., 0] > 0, picture.lines[..., 1] > 0
@@ -58,7 +58,7 @@ def generated(folder: Path) -> Iterator[Case]:
 
 
 def real(folders: Sequence[Path], seed: int) -> Iterator[Case]:
-    """Frames whose areas are hidden; the full known depth tells where jumps are."""
+    """Frames with hidden areas; jumps come from the full known depth."""
     for folder in find_frames(list(folders)):
         frame = load_bench_frame(folder).frame
         hidden = hidden_pixels(frame, "areas", seed)
@@ -70,7 +70,7 @@ _JUMP = (BlockParameters().depth_jump, BlockParameters().depth_jump_share)
 
 
 def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
-    """What is found, as lines of a table."""
+    """Results as lines of a table."""
     jumps: dict[str, list[LineScore]] = {}
     creases = [LineScore(tolerance) for tolerance in TOLERANCES]
     errors: dict[str, list[Array]] = {}
@@ -110,7 +110,7 @@ def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
         lines["crease, network"] = creases
     for name, scores in lines.items():
         figures = ", ".join(f"{one.average_precision:.3f} {one.best_f:.3f}" for one in scores)
-        yield f"{name}: AP and F, {TOLERANCES} px off allowed: {figures}"
+        yield f"{name}: AP and F, tolerances {TOLERANCES} px: {figures}"
     for name, parts in errors.items():
         error = np.concatenate(parts)
         yield f"depth, {name}: mean {error.mean():.4f}, median {np.median(error):.4f}"
@@ -119,13 +119,13 @@ def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print how well jumps are found."""
+    """Print the measures of detected jumps."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.depth_edges", description=__doc__.partition("\n")[0])
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--pictures", type=Path, help="folder of generated pictures")
     what.add_argument("--frames", type=Path, nargs="+", help="folders of real frames")
-    parser.add_argument("--model", type=Path, default=None, help="the network as ONNX (default: the one that ships)")
-    parser.add_argument("--seed", type=int, default=0, help="of the hidden areas (default: %(default)s)")
+    parser.add_argument("--model", type=Path, default=None, help="the network as ONNX (default: the bundled one)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the hidden areas (default: %(default)s)")
     given = parser.parse_args(arguments)
     network = DepthEdgeNetwork.load(given.model or asset_path("models/depth-edges.onnx"))
     cases = generated(given.pictures) if given.pictures else real(given.frames, given.seed)

@@ -1,8 +1,8 @@
-"""What other edges do to hidden depth: `python -m tests.bench.edges_effect FRAME ... [--seeds 1 2 3] [--ways ...]`.
+"""Effect of other edges on hold-outs: `python -m tests.bench.edges_effect FRAME ... [--seeds 1 2 3] [--ways ...]`.
 
-Depth of every frame is hidden, and the blocks are extracted and completed without it: with contours of the colour image
-for blocks and filter, and in several other ways. Of each the script prints the geometric mean, over frames and seeds,
-of its error in what was hidden / the error with contours, and how often it is the smaller one.
+Depth of every frame is held out, and blocks are extracted and completed without it: with contours of the colour image
+for blocks and filter, and in several other ways. For each way, prints the geometric mean over frames and seeds of its
+hold-out error / the error with contours, and how often it is smaller.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ RGBD = BlockParameters(detector="rgbd")
 
 @dataclass(frozen=True)
 class Seen:
-    """What a way may choose from: edges of both detectors and known jumps of the frame without the hidden depth, and
-    the truth."""
+    """Inputs of a way: edges of both detectors and known jumps of the frame without the held-out depth, and the ground
+    truth."""
 
     contours: FrameEdges
     rgbd: FrameEdges
@@ -46,7 +46,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Way:
-    """Where blocks and filter take their edges from, and parameters of the filter that differ."""
+    """Sources of the edges for blocks and filter, and changed parameters of the filter."""
 
     edges: Callable[[Seen], FrameEdges]
     blocks: BlockParameters = PAPER_BLOCKS
@@ -58,7 +58,7 @@ def _with(seen: Seen, strength: Array) -> FrameEdges:
 
 
 def _true_jumps(seen: Seen) -> FrameEdges:
-    """Known only because nothing was really missing: how much there is to gain."""
+    """Edges from the held-out depth, as an upper bound of the gain."""
     edges = find_relief(seen.truth.depth, RGBD.depth_jump, RGBD.depth_jump_share).edges
     return replace(seen.contours, strength=edges.astype(np.float32))
 
@@ -80,7 +80,7 @@ WAYS: dict[str, Way] = {
 
 
 def errors(source: BenchFrame, ways: Mapping[str, Way], pattern: str, seed: int) -> dict[str, tuple[float, float]]:
-    """RMSE and MAE [m] of every way; what a way leaves open counts with the nearest known depth."""
+    """Return RMSE and MAE [m] of every way; pixels that are not filled count with the nearest known depth."""
     task = make_task(source, pattern, seed)
     frame = task.frame
     jumps = relief_of(frame, RGBD).edges
@@ -99,13 +99,13 @@ def errors(source: BenchFrame, ways: Mapping[str, Way], pattern: str, seed: int)
 
 
 def main() -> None:
-    """Print how the ways compare."""
+    """Print the comparison of the ways."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("frames", nargs="+", type=Path)
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
     parser.add_argument("--pattern", default="areas")
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=list(WAYS), metavar="WAY")
-    parser.add_argument("--network", type=Path, help="another network of depth edges than the bundled one")
+    parser.add_argument("--network", type=Path, help="depth-edge network to use instead of the bundled one")
     parser.add_argument(
         "--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters of the filter, of all ways but the first"
     )

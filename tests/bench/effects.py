@@ -1,8 +1,8 @@
-"""Whether what the window says of an edit is so: `python -m tests.bench.effects [--seed N]`.
+"""Reliability of the edit summary: `python -m tests.bench.effects [--seed N]`.
 
-Blocks of frames with filled depth (NYU, under ILF_TEST_DATA) are spoilt in one place, as `tests.bench.suspects` does,
-and put right again: two edits. For each, the error on the depth that is hidden near the border (`ilf.run.edit_effect`)
-is held against the true error in the holes about there. An edit counts where both change by more than a little.
+Blocks of frames with filled depth (NYU, under ILF_TEST_DATA) get a fault in one place (`tests.bench.quality_checks`),
+which is then repaired: two edits. For each, the change of the hold-out error near the border (`ilf.run.edit_effect`) is
+compared with that of the true error in the holes nearby. An edit counts if both changes are large enough.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from .suspects.__main__ import REPORTED_ON
 from .suspects.spoiling import KINDS, Mask, spoil, with_holes
 
 LEAST, LEAST_TRUE = 0.02, 0.03
-"""Changes below these shares say nothing: of the error on hidden depth, and of the true one."""
+"""Smaller relative changes are ignored: of the hold-out error, and of the true error."""
 
 
 def main() -> None:
-    """Print how often they agree."""
+    """Print how often the changes agree."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()

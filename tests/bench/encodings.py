@@ -1,8 +1,8 @@
-"""Which depth encodings are recognised: python -m tests.bench.encodings FOLDER...
+"""Recognition of depth encodings: python -m tests.bench.encodings FOLDER...
 
-Of every frame folder, its depth is read as its meta.json says, stored anew in every way that is told from the others,
-and read as if nobody knew. Prints a line for each frame, and how many were recognised; depth as it is must not be
-doubted.
+The depth of every frame folder is read by its meta.json, stored again in every encoding that can be recognised, and
+read without the encoding. Prints a line for each frame, and the number of recognised encodings; unchanged depth must
+not cause a plausibility warning.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NOTHING_SEEN = 2047
 
 
 def stored(metres: NDArray[np.float32]) -> dict[str, NDArray[np.uint16]]:
-    """Depth [m] as files of each kind have it, by what should be proposed for them."""
+    """Return depth [m] in the values of each encoding, by the encoding that should be proposed."""
     known = np.isfinite(metres)
     depth = np.where(known, metres, 1)
     mm = np.where(known, np.rint(1000 * depth), 0).astype(np.uint16)
@@ -46,7 +46,7 @@ def main(folders: list[str]) -> None:
         try:
             files = frame_folder(folder)
         except Exception as error:
-            print(f"{Path(folder).name}: left out ({error})")
+            print(f"{Path(folder).name}: skipped ({error})")
             continue
         frames += 1
         values, own = read_depth_values(files.depth), encoding_of(files.stated_encoding or 1000.0)
@@ -58,7 +58,7 @@ def main(folders: list[str]) -> None:
             found[name] = _proposed(_doubts(np.nan_to_num(product / metres), encoding_of("m"))).replace("?", name)
         right.update(name for name, what in found.items() if what == name)
         wrong = {name: what for name, what in found.items() if what != name}
-        print(f"{files.name}: {wrong or 'all as they are'}")
+        print(f"{files.name}: {wrong or 'all recognised'}")
     print(", ".join(f"{name} {count} of {frames}" for name, count in right.items()))
 
 

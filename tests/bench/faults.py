@@ -1,11 +1,11 @@
-"""The disk fails at every single thing that a writer asks of it, one after the other, and what is left is looked at.
+"""Disk failures at every single operation of a writer, with a check of the files that remain.
 
     python -m tests.bench.faults [--only run sample ...] [--every 1]
 
-Every writer writes a set of files over an older one, again and again. Each time, one more of its operations is let
-through before the disk fails: once just that one (opening, writing, flushing to the disk, moving, making a folder),
-once that and all after it that need space. What lies in the folder afterwards must be the older set or the new
-one, byte by byte, with nothing beside it, and the error must be one that tells people what to do.
+Every writer repeatedly writes a set of files over an older one. Each time, one more operation (opening, writing,
+flushing to the disk, moving, making a folder) succeeds before the disk fails: once at a single operation, once at this
+and all later ones that need space. Afterwards the folder must contain the older set or the new one, byte by byte, and
+no other files, and the error message must say what to do.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _NEEDS_SPACE = {"open", "write", "mkdir"}
 
 @dataclass
 class Disk:
-    """What has been asked of a disk.
+    """Operations of a failing disk.
 
     Attributes
     ----------
     good : int
-        So many operations are let through.
+        Number of operations that succeed.
     for_good : bool
-        Whether it stays full after that.
+        Whether the disk stays full afterwards.
     asked : int
         Operations so far.
     """
@@ -58,7 +58,7 @@ class Disk:
 
 
 class _File:
-    """A file that is written to such a disk."""
+    """A file on such a disk."""
 
     def __init__(self, file: Any, disk: Disk) -> None:
         self._file, self._disk = file, disk
@@ -82,7 +82,7 @@ class _File:
 
 @contextmanager
 def failing(disk: Disk, folder: Path) -> Iterator[None]:
-    """Within the block, whatever is written below a folder is asked of the disk."""
+    """Within the block, all writing below a folder goes to the failing disk."""
     real_open, inside = io.open, f"{folder}{os.sep}"
 
     def opened(path: Any, mode: str = "r", *arguments: Any, **more: Any) -> Any:
@@ -108,7 +108,7 @@ def failing(disk: Disk, folder: Path) -> Iterator[None]:
 
 
 def faults_of(writer: Writer, folder: Path, every: int = 1, first: int = 0) -> tuple[int, list[str]]:
-    """Let a writer's disk fail at every so-many-th operation; how often it did, and what was wrong afterwards."""
+    """Let a writer's disk fail at every `every`-th operation; return the number of failures, and the errors found."""
     write = writer.prepare(folder)
     target = folder / "out"
     write(target, 0)
@@ -141,7 +141,7 @@ def faults_of(writer: Writer, folder: Path, every: int = 1, first: int = 0) -> t
             if not (left == older or (is_new and left.keys() == newer.keys())):
                 wrong.append(f"{writer.name}, operation {good}: a mixed set: {sorted(left)}")
             elif said is None and left == older:
-                wrong.append(f"{writer.name}, operation {good}: nothing was written, and nothing said")
+                wrong.append(f"{writer.name}, operation {good}: no new set, and no error message")
     return tried, wrong
 
 

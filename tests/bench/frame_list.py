@@ -1,8 +1,8 @@
-"""What a list of 10,000 frames costs: `python -m tests.bench.frame_list [--frames N]`.
+"""Cost of a list of 10,000 frames: `python -m tests.bench.frame_list [--frames N]`.
 
-Frames are links to the bundled sample. How long finding them takes, the longest time for which the window's thread does
-not come round while the list is filled, scrolled, filtered and sorted, and how long the next frame takes until it is to
-be seen: beside what the list is doing, reading and extracting go on. With --folder, of that folder instead.
+Frames are links to the bundled sample. Prints the time to find them, the longest gap of the window's event loop while
+the list is filled, scrolled, filtered and sorted, and the time until the next frame is visible, during reading and
+extraction. With --folder, for that folder instead.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .waiting import pause, wait
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=10_000, help="how many (default: 10000)")
+    parser.add_argument("--frames", type=int, default=10_000, help="number of frames (default: 10000)")
     parser.add_argument("--folder", type=Path, help="a folder of frames to list instead")
     arguments = parser.parse_args()
     app = QApplication([])
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def linked(folder: Path, count: int) -> Path:
-    """A folder of so many frames, all of them the bundled sample."""
+    """Make a folder of `count` frames, all of them the bundled sample."""
     sample = asset_path("samples/room")
     for number in range(count):
         (folder / f"frame-{number}").symlink_to(sample, target_is_directory=True)
@@ -59,7 +59,7 @@ def linked(folder: Path, count: int) -> Path:
 
 
 def look(window: MainWindow, folder: Path) -> None:
-    """Print the gaps of the window's thread for what is done to the list."""
+    """Print the gaps of the window's event loop for actions on the list."""
     panel, heart = window.frames, Heart()
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object] = lambda: True) -> None:
@@ -92,7 +92,7 @@ def look(window: MainWindow, folder: Path) -> None:
 
 
 def turn(window: MainWindow) -> None:
-    """Print how long the next frame takes until it is to be seen."""
+    """Print the time until the next frame is visible."""
 
     def seen(begin: Callable[[], object], rest: bool) -> float:
         drawn: list[float] = []
@@ -113,14 +113,14 @@ def turn(window: MainWindow) -> None:
         print(f"  {what}: median {np.median(times):.0f} ms, longest {max(times):.0f} ms", flush=True)
 
     forward = window.actions_["next_frame"].trigger
-    say("next frame, when all is at rest", [seen(forward, True) for _ in range(12)])
-    say("next frame, one after the other", [seen(forward, False) for _ in range(12)])
+    say("next frame, window idle", [seen(forward, True) for _ in range(12)])
+    say("next frame, in quick succession", [seen(forward, False) for _ in range(12)])
     wait(lambda: not window.loader.busy)
     pause(1500)
     left = [entry for entry in window.workspace.entries if entry.has_state and entry.session is None][:8]
-    say("back to one put away", [seen(lambda entry=entry: window.frame_part.open(entry), True) for entry in left])
+    say("back to an unloaded frame", [seen(lambda entry=entry: window.frame_part.open(entry), True) for entry in left])
     pause(1500)
-    print(f"  frames that are open: {len(window.workspace.sessions)}")
+    print(f"  open frames: {len(window.workspace.sessions)}")
 
 
 if __name__ == "__main__":

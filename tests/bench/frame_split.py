@@ -1,10 +1,10 @@
-"""Which of the real frames choose between ways to do a thing, and which judge what was chosen.
+"""Split of the real frames: frames for tuning, and frames for evaluation.
 
     ilf bench $(python -m tests.bench.frame_split choosing ../shared/data/rgbd) --seed 1
     ilf bench $(python -m tests.bench.frame_split judging ../shared/data/rgbd)
 
-Frames that judge are run once, when all is chosen. Frames of NYU whose depth was filled by an algorithm (`nyufilled_*`)
-are in neither list.
+Frames for evaluation (`judging`) are run once, after tuning. Frames of NYU whose depth was filled by an algorithm
+(`nyufilled_*`) are in neither list.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ SPLIT = {
         *("cleargrasp_000000130", "cleargrasp_syn_000000004"),
     ),
 }
-"""What the frames are for -> names of their folders."""
+"""Purpose -> names of frame folders."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the folders of one half, one a line."""
     parser = argparse.ArgumentParser(prog="python -m tests.bench.frame_split", description=__doc__.partition("\n")[0])
     parser.add_argument("half", choices=SPLIT)
-    parser.add_argument("folder", type=Path, help="that holds the frames' folders")
+    parser.add_argument("folder", type=Path, help="folder that contains the frame folders")
     given = parser.parse_args(arguments)
     print("\n".join(str(given.folder / name) for name in SPLIT[given.half]))
     return 0

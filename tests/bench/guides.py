@@ -1,8 +1,8 @@
-"""What a guide is worth, on frames with areas hidden: `python -m tests.bench.guides FOLDER... --seeds 1,2`.
+"""Effect of a guide on frames with hidden areas: `python -m tests.bench.guides FOLDER... --seeds 1,2`.
 
-The guides are simulated, none of them is a network's: a monotone curve of the truth, which is the frame's own depth
-before it was hidden (its holes filled smoothly), with a bias that varies slowly, blurred and noisy. Beside it, guides
-that are wrong: that of another frame, noise from pixel to pixel, and noise that varies slowly.
+The guides are simulated, not from networks: a monotone curve of the ground truth, which is the frame's own depth before
+the hold-out (with its holes filled smoothly), with a slowly varying bias, blur and noise. Also wrong guides: that of
+another frame, white noise, and slowly varying noise.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ BLUR = 5.0
 """Standard deviation of the blur [px]."""
 
 NOISE = 0.01
-"""Standard deviation of the noise from pixel to pixel, as a share of the guide's range."""
+"""Standard deviation of the white noise, as a share of the guide's range."""
 
 PATCH = 20.0
-"""Standard deviation of the Gaussian that makes slow noise slow [px]."""
+"""Standard deviation of the Gaussian for slowly varying noise [px]."""
 
 CURVES: tuple[Callable[[Array], Array], ...] = (
     lambda depth: 1 / depth,
@@ -42,11 +42,11 @@ CURVES: tuple[Callable[[Array], Array], ...] = (
     lambda depth: -np.sqrt(depth + 0.5),
     lambda depth: 1 / (0.4 + depth**2),
 )
-"""Monotone curves from depth to what a guide says, rising and falling."""
+"""Monotone curves from depth to the values of a guide, rising and falling."""
 
 
 def simulated_guide(depth: Array, seed: int) -> Array:
-    """What a network that guesses depth might say of a frame whose true depth [m] is this, NaN = unknown."""
+    """Simulate the output of a depth network for a frame with this true depth [m], NaN = unknown."""
     rng = np.random.default_rng([seed, 4])
     whole = filled_smoothly(depth)
     bias = BIAS * slow_noise(whole.shape, rng, BIAS_LENGTH * whole.shape[1])
@@ -63,7 +63,7 @@ def slow_noise(shape: tuple[int, ...], rng: np.random.Generator, length: float) 
 
 
 def filled_smoothly(depth: Array) -> Array:
-    """Depth with its gaps filled by means over ever wider surroundings."""
+    """Fill gaps of depth by means over growing neighbourhoods."""
     known = np.isfinite(depth)
     result = np.where(known, depth, np.float32(np.nan))
     values, weights = np.where(known, depth, np.float32(0)), known.astype(np.float32)
@@ -78,7 +78,7 @@ def filled_smoothly(depth: Array) -> Array:
 
 
 def guides(depth: Array, other: Array, seed: int) -> Iterator[tuple[str, Array]]:
-    """The guides of a frame by name, and those that are wrong."""
+    """Return the guides of a frame by name, with the wrong ones."""
     yield "simulated", simulated_guide(depth, seed)
     yield "of another frame", cv2.resize(simulated_guide(other, seed + 1), depth.shape[::-1])
     rng = np.random.default_rng(seed)
@@ -87,7 +87,7 @@ def guides(depth: Array, other: Array, seed: int) -> Iterator[tuple[str, Array]]
 
 
 def main() -> None:
-    """Print every frame's ratio of error with a guide to error without, RMSE and MAE, and geometric means."""
+    """Print for every frame the ratio of errors with and without a guide, RMSE and MAE, and geometric means."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+")
     parser.add_argument("--seeds", default="1,2")
@@ -106,7 +106,7 @@ def main() -> None:
                 ratios[name].append((found.rmse / without.rmse, found.mae / without.mae))
                 line += f"  {name} {ratios[name][-1][0]:.3f} {ratios[name][-1][1]:.3f}"
             print(line, flush=True)
-    print("\nErrors with a guide over those without, RMSE and MAE; all guides are simulated:")
+    print("\nErrors with a guide / without, RMSE and MAE; all guides are simulated:")
     for name, values in ratios.items():
         mean, worst = np.exp(np.mean(np.log(values), axis=0)), np.max(values, axis=0)
         print(f"{name:18} geometric mean {mean[0]:.3f} {mean[1]:.3f}  worst {worst[0]:.3f} {worst[1]:.3f}")

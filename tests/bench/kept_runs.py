@@ -1,9 +1,9 @@
-"""What kept runs cost in memory: many runs of a frame, each with other values, kept as the window keeps them.
+"""Memory of the run history: many runs of a frame, each with other values, stored as in the window.
 
-    QT_QPA_PLATFORM=offscreen python -m tests.bench.kept_runs [FRAME] [--runs 50] [--preset best]
+    QT_QPA_PLATFORM=offscreen python -m tests.bench.run_history [FRAME] [--runs 50] [--preset best]
 
-Every run has another value of the preset's first number that matters, so that no two have a result in common: the
-worst there is. Says how much memory the process has gained with them.
+Every run has another value of the preset's main parameter, so that no two share a result: the worst case. Prints the
+growth of the process's memory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _VARIED = {"edge-aware": "smoothness", "ideal": "shortest_wavelength"}
 
 
 def main() -> None:
-    """Keep runs, and say what they cost."""
+    """Store runs, and print their memory."""
     options = _options()
     app = QCoreApplication([])
     frame = load_frame(options.frame)
@@ -39,7 +39,7 @@ def main() -> None:
     session = Session.of(Run.of(frame), options.frame, options.frame)
     workspace.add_session(session)
     preset = PRESETS[options.preset]
-    _run(app, workspace, runs, preset)  # edges and the like are found once
+    _run(app, workspace, runs, preset)  # edges etc. are computed once
     workspace.drop_run(session, session.kept_runs[0])
     gc.collect()
     before = resident()
@@ -48,8 +48,8 @@ def main() -> None:
     gc.collect()
     kept = session.kept_runs
     print(f"{frame.name}, {frame.shape[1]} x {frame.shape[0]}, {len(session.counts())} blocks, preset {options.preset}")
-    print(f"{len(kept)} runs kept, {sum(one.iterations for one in kept)} iterations")
-    print(f"resident: {(resident() - before) / _MB:.0f} MB more, {resident() / _MB:.0f} MB in all")
+    print(f"{len(kept)} stored runs, {sum(one.iterations for one in kept)} iterations")
+    print(f"resident: {(resident() - before) / _MB:.0f} MB more, {resident() / _MB:.0f} MB in total")
     keeper.shutdown()
     runs.shutdown()
 

@@ -1,9 +1,8 @@
-"""What taking key frames costs a run, and how much memory they take.
+"""Cost of key frames for a run: time and memory.
 
     python -m tests.bench.key_frames FRAME [PRESET ...]
 
-Every preset is run with and without key frames, one after the other in turns, in one thread; the middle of the ratios
-of processor time counts.
+Every preset is run alternately with and without key frames, in one thread; the median ratio of processor time counts.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ _TURNS = 11
 
 
 def _seconds(run: Run, key_frames: KeyFrames | None) -> tuple[float, int]:
-    """Processor time of a run [s], and its iterations."""
+    """Return the processor time of a run [s], and its iterations."""
     begun = time.process_time()
     count = 0
     with run.steps(1, None if key_frames is None else key_frames.watch(run)) as steps:
@@ -35,17 +34,17 @@ def main(folder: str, presets: list[str]) -> None:
     blocks = ilf.extract_blocks(frame)
     for name in presets:
         run = Run(frame, blocks, ilf.preset(name))
-        _seconds(run, None)  # edges are found, code is warm
+        _seconds(run, None)  # warm-up: edges are cached, code is compiled
         ratios, plain, watched = [], [], []
         for _ in range(_TURNS):
-            key_frames = KeyFrames()  # those of the turn before are gone
+            key_frames = KeyFrames()  # frees those of the previous turn
             plain.append(_seconds(run, None)[0])
             seconds, count = _seconds(run, key_frames)
             watched.append(seconds)
             ratios.append(seconds / plain[-1])
         print(
             f"{name}: {count} iterations, {min(plain):.3f} s without, {min(watched):.3f} s with key frames; "
-            f"middle of the ratios {statistics.median(ratios):.4f}, of the best {min(watched) / min(plain):.4f}; "
+            f"median ratio {statistics.median(ratios):.4f}, of the best {min(watched) / min(plain):.4f}; "
             f"{key_frames.nbytes / 2**20:.1f} MiB, one of {max(track.stride for track in key_frames._tracks)} kept"
         )
 

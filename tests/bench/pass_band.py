@@ -1,9 +1,9 @@
-"""How much faster the iteration in the pass band is than the same loop on the full grid, in one run.
+"""Speed of the iteration in the pass band, compared with the same loop on the full grid, in one run.
 
 python tests/bench/pass_band.py [--iterations 1500] [--repeat 5]
 
-Seconds are the processor's, and the runs in the pass band lie between parts of the loop on the full grid, so that both
-suffer alike from what else the machine does. Setting a block up is not part of the loop and has a column of its own.
+Seconds are processor time, and the runs in the pass band alternate with parts of the loop on the full grid, so that
+other load on the machine affects both alike. The set-up of a block is not part of the loop and has a separate column.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def main() -> None:
     """Print a table of seconds, ratios and differences."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--iterations", type=int, default=1500)
-    parser.add_argument("--repeat", type=int, default=5, help="runs in the pass band, of which the median is taken")
+    parser.add_argument("--repeat", type=int, default=5, help="number of runs in the pass band; the median counts")
     arguments = parser.parse_args()
     limit, repeat = arguments.iterations, arguments.repeat
     frame = cap()
@@ -75,7 +75,7 @@ Run = tuple[np.ndarray, float, float, int]
 
 
 def _run(frame: ilf.RGBDFrame, block: Block, parameters: ilf.Parameters) -> Run:
-    """Surface, seconds of the loop in the pass band, seconds before it, and the number of iterations."""
+    """Return the surface, seconds of the loop in the pass band, seconds before it, and the number of iterations."""
     start = time.process_time()
     steps = PassBandIteration(frame, block, parameters)
     ready = time.process_time()

@@ -1,11 +1,11 @@
-"""How much memory commands take at their peak, by the size of the frame.
+"""Peak memory of commands by frame size.
 
     python -m tests.bench.peaks [--sizes 1920x1080 3840x2160 7680x4320] [--only info complete] [--threads 2]
 
-The bundled sample, scaled up, is read and completed by the command line, each time in a process of its own, with all
-files that `ilf complete` writes by itself; or opened, extracted, run and shown in the window. Told are the peak of the
-process's memory [GB], bytes for each pixel beyond what the program takes for a tiny frame, and what `memory.py`
-estimates of completing a frame of that size [GB].
+The bundled sample, scaled up, is read and completed by the command line, each time in a separate process, with all
+default files of `ilf complete`; or opened, extracted, run and shown in the window. Prints the peak memory of the
+process [GB], bytes per pixel beyond the peak for a tiny frame, and the estimate of `memory.py` for completing a frame
+of this size [GB].
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _COMMANDS = {
     "complete, paper": ("ilf", "complete", "FRAME", "--quiet", "--preset", "paper", "--out", "OUT"),
     "window": ("gui", "FRAME", "--run", "--screenshot", "OUT.png"),
 }
-"""What is run as a module, and with what."""
+"""Modules to run, and their arguments."""
 
 
 def main() -> None:
@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int:
-    """Bytes that a command takes at most."""
+    """Return the peak memory of a command [bytes]."""
     frame = folder / size
     if not frame.exists():
         _write(frame, size)
@@ -62,12 +62,12 @@ def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int
     child = subprocess.Popen([sys.executable, "-m", *arguments], env={**os.environ, **alone}, stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(child.pid, 0)
     if status != 0:
-        raise SystemExit(f"{' '.join(arguments)} has ended with status {os.waitstatus_to_exitcode(status)}")
+        raise SystemExit(f"{' '.join(arguments)} ended with status {os.waitstatus_to_exitcode(status)}")
     return used.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def _write(folder: Path, size: str) -> None:
-    """The sample, scaled, as a frame's folder."""
+    """Write the scaled sample as a frame folder."""
     width, height = map(int, size.split("x"))
     sample = ilf.load_frame(asset_path("samples/room"))
     folder.mkdir()

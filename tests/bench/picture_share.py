@@ -1,7 +1,7 @@
-"""How much of the window the pictures are: `QT_QPA_PLATFORM=offscreen python -m tests.bench.picture_share [FRAME ...]`.
+"""Share of pictures in the window: `QT_QPA_PLATFORM=offscreen python -m tests.bench.picture_share [FRAME ...]`.
 
-Counted are pixels of the frame that are on the screen, over all pixels of the window, for layouts and sizes of window
-at the first start. Without a frame one of 640 x 480 pixels is made.
+Counts the screen pixels that show the frame, over all pixels of the window, for layouts and sizes of the window at the
+first start. Without a frame, one of 640 x 480 pixels is made.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gui.views.view_cell import ViewCell
 SIZES = ((1280, 800), (1100, 700), (1440, 900), (1920, 1080))
 LAYOUTS = ("grid", "grid-difference", "grid-extraction", "row", "correct", "colour")
 BARS = {("grid", (1280, 800)): 0.45, ("correct", (1280, 800)): 0.60, ("grid", (1100, 700)): 0.35}
-"""Layout, size of window -> least share of the pictures."""
+"""Layout, size of window -> minimum share of the pictures."""
 
 
 def made_frame() -> ilf.RGBDFrame:
@@ -35,7 +35,7 @@ def made_frame() -> ilf.RGBDFrame:
 
 
 def on_screen(window: MainWindow, cell: ViewCell) -> QRect:
-    """The part of a cell's picture that is to be seen, in the window."""
+    """Return the visible part of a cell's picture, in the window."""
     view = cell.view
     height, width = window.workspace.session.frame.shape
     drawn = view.viewportTransform().mapRect(QRectF(0, 0, width, height)).toAlignedRect() & view.viewport().rect()
@@ -43,13 +43,13 @@ def on_screen(window: MainWindow, cell: ViewCell) -> QRect:
 
 
 def share(window: MainWindow) -> float:
-    """Pixels of pictures over pixels of the window, 0-1."""
+    """Return pixels of pictures over pixels of the window, 0-1."""
     parts = [on_screen(window, cell) for cell in window.views.cells.values() if cell.isVisible()]
     return sum(part.width() * part.height() for part in parts) / (window.width() * window.height())
 
 
 def cut(window: MainWindow) -> list[str]:
-    """What ought to be seen as a whole and is not: fitted pictures, captions, the button that runs, the rail."""
+    """Return elements that are cut off but should be fully visible: pictures, captions, the Run button, the rail."""
     wrong = []
     height, width = window.workspace.session.frame.shape
     for name, cell in window.views.cells.items():
@@ -73,7 +73,7 @@ def _place(window: MainWindow, button: QToolButton) -> QRect:
 
 
 def show_frame(window: MainWindow, frame: ilf.RGBDFrame, size: tuple[int, int], layout: str) -> None:
-    """Bring a window on the screen in a size and layout."""
+    """Show a window in a size and layout."""
     window.resize(*size)
     window.show()
     if not window.workspace.has_session:
@@ -85,7 +85,7 @@ def show_frame(window: MainWindow, frame: ilf.RGBDFrame, size: tuple[int, int], 
 
 
 def main() -> int:
-    """Print the table; 1 if a bar is missed or something is cut."""
+    """Print the table; return 1 if a share is too small or something is cut off."""
     app = QApplication(sys.argv[:1])
     QSettings.setPath(QSettings.Format.NativeFormat, QSettings.Scope.UserScope, "/nonexistent")
     theme.apply_theme(app, "dark")

@@ -1,7 +1,7 @@
-"""`python -m tests.bench.project_file`: how long a project of many edited and run frames takes to open and to save.
+"""`python -m tests.bench.project_file`: time to open and save a project of many edited and completed frames.
 
-Every frame has files of its own, blocks that were edited by hand, results of all of them, and a kept run. They are
-variants of the bundled sample (640 x 480), each with other noise in its depth, so that no part is shared but by chance.
+Every frame has its own files, hand-edited blocks, results of all of them, and a stored run. The frames are variants of
+the bundled sample (640 x 480), each with other noise in its depth, so that they share no parts except by chance.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TIMES = 5
 
 
 def main() -> None:
-    """Make the project, time what a user waits for, and print it."""
+    """Make the project, and print the times that a user waits."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=200)
     count = parser.parse_args().frames
@@ -48,7 +48,7 @@ def main() -> None:
         states.clear()
         with open_project(path) as opened:
             print(f"{count} frames, {path.stat().st_size / 1e6:.1f} MB in {len(opened.parts.names())} parts")
-        print(f"save all of it for the first time: {seconds:.2f} s")
+        print(f"first save of everything: {seconds:.2f} s")
         times = [_timed(lambda: _opened(path, listed[0].id))[0] for _ in range(TIMES)]
         print(f"open the list and the first frame: {_words(times)}")
         times = [_timed(lambda: open_project(path).close())[0] for _ in range(TIMES)]
@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def _made(folder: Path, count: int) -> tuple[list[FrameState], list[ProjectFrame]]:
-    """States of variants of the sample, whose files are written into a folder."""
+    """Make states of variants of the sample; their files are written into a folder."""
     sample = asset_path("samples/room")
     frame = ilf.load_frame(sample)
     run = Run.of(frame)
@@ -121,7 +121,7 @@ def _state(frame: RGBDFrame, run: Run, completion: Completion, noise: Any, frame
 
 
 def _moved(result: BlockResult, frame: RGBDFrame, noise: Any) -> BlockResult:
-    """The result as it would be with other noise: known depth is that of the frame."""
+    """Return the result with other noise: known depth is that of the frame."""
     box, mask = result.block.box, result.block.mask
     known = frame.measured[box][mask]
     return replace(result, depth=np.where(np.isfinite(known), known, result.depth + noise[box][mask]))
@@ -139,7 +139,7 @@ def _timed(do: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def _words(times: list[float]) -> str:
-    return f"{np.median(times):.2f} s (median of {len(times)}, at most {max(times):.2f} s)"
+    return f"{np.median(times):.2f} s (median of {len(times)}, maximum {max(times):.2f} s)"
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-"""`python -m tests.bench.projects [--frames 200] [--of FOLDER]`: how long a project of many edited frames takes to open
-and to save, through the real window, and how long the window is held up meanwhile."""
+"""`python -m tests.bench.projects [--frames 200] [--of FOLDER]`: time to open and save a project of many edited frames
+in the real window, and the longest time that the window is blocked."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _TICK_MS = 2
 
 
 def made(folder: Path, of: Path, count: int) -> Path:
-    """A project of frames in folders of their own, each edited and run, with files that differ."""
+    """Make a project of frames in separate folders, each edited and completed, with different files."""
     frames, states = [], []
     sample = ilf.load_frame(of)
     blocks = ilf.extract_blocks(sample)
@@ -50,7 +50,7 @@ def made(folder: Path, of: Path, count: int) -> Path:
         frame = ilf.load_frame(there)
         labels = blocks.copy()
         rng = np.random.default_rng(number)
-        for label in np.unique(blocks)[1:6]:  # outlines of its own
+        for label in np.unique(blocks)[1:6]:  # different outlines
             row, column = (int(rng.integers(20, size - 20)) for size in labels.shape)
             cv2.circle(labels, (column, row), 15, int(label), -1)
         infos = {label: BlockInfo(f"Block {label} of {number}", (9, 8, 7)) for label in range(1, 9)}
@@ -66,13 +66,13 @@ def made(folder: Path, of: Path, count: int) -> Path:
 
 
 def _varied(result: BlockResult, rng: np.random.Generator) -> BlockResult:
-    """A result that no other frame has: nothing of it is stored once for all."""
+    """Make a result that no other frame has, so that nothing is stored only once."""
     noise = rng.normal(0, 0.002, result.depth.shape).astype(np.float32)
     return dataclasses.replace(result, depth=result.depth + noise)
 
 
 def timed(do: Callable[[], object], reached: Callable[[], object]) -> tuple[float, float]:
-    """How long it takes until something holds [s], and the longest time that the window was held up [s]."""
+    """Return the time until a condition holds [s], and the longest time that the window was blocked [s]."""
     last, longest = time.perf_counter(), 0.0
 
     def tick() -> None:
@@ -113,7 +113,7 @@ def main() -> None:
         drawn: list[bool] = []
         window.refresh.add("bench", lambda: drawn.append(workspace.has_session), (workspace.session_changed,))
         took, held = timed(lambda: project.open(path), lambda: drawn and drawn[-1] and window.views.isVisible())
-        print(f"open, to the first picture: {took:.2f} s (window held up for {held * 1000:.0f} ms at most)")
+        print(f"open, to the first picture: {took:.2f} s (window blocked for up to {held * 1000:.0f} ms)")
         pause(3000)
         for attempt in range(3):
             workspace.edit_info(1, "Rename", name=f"Wall {attempt}")
@@ -121,11 +121,11 @@ def main() -> None:
             done: list[bool] = []
             wish = Wish(path, then=done.append)
             took, held = timed(lambda wish=wish: project.saving.save(wish), lambda done=done: done)
-            print(f"save after one edit: {took:.2f} s (held up for {held * 1000:.0f} ms at most), {done[0]}")
+            print(f"save after one edit: {took:.2f} s (blocked for up to {held * 1000:.0f} ms), {done[0]}")
         row = workspace.entries.row_of(workspace.entries.of(workspace.session.id)) + 1
         entry = workspace.entries[row]
         took, held = timed(lambda: window.loader.open_entry(entry), lambda: entry.session is not None)
-        print(f"turn to the next frame: {took:.2f} s (held up for {held * 1000:.0f} ms at most)")
+        print(f"switch to the next frame: {took:.2f} s (blocked for up to {held * 1000:.0f} ms)")
         window.documents.discard_silently = True
         window.close()
         del app

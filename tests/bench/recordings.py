@@ -1,8 +1,8 @@
-"""How fast frames of recordings are read: python -m tests.bench.recordings [FILE...]
+"""Speed of reading frames of recordings: python -m tests.bench.recordings [FILE...]
 
-Writes the bundled room as paired files and as recordings of every kind, 60 frames of 640 x 480 each (of an Azure Kinect
-1280 x 720 and 640 x 576), and prints what listing takes, frames per second as they are stored and as registered frames
-(both also of FILEs), and each as a share of that of paired PNG files. Seconds are the processor's, on one thread.
+Writes the bundled room as paired files and as recordings of every kind, 60 frames of 640 x 480 each (Azure Kinect:
+1280 x 720 and 640 x 576), and prints the time of listing, stored and registered frames per second (both also for
+FILEs), and the ratio to paired PNG files. Seconds are processor time of one thread.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FRAMES = 60
 
 
 def _written(folder: Path) -> dict[str, Path]:
-    """What to read, by its name."""
+    """Recordings by name."""
     frame = ilf.load_frame(asset_path("samples/room"))
     depth = np.rint(np.nan_to_num(frame.depth) * 1000).astype(np.uint16)
     rgb, bgr = frame.rgb, np.ascontiguousarray(frame.rgb[..., ::-1])

@@ -1,17 +1,17 @@
-"""How registration fares against exact depth: python -m tests.bench.registration [--seed 7]
+"""Accuracy of registration against exact depth: python -m tests.bench.registration [--seed 7]
 
-The generated room is seen by a depth camera and by a colour camera that stands beside it, each with a lens of its own,
-and the raw pair is registered: by `ilf.registration`, by one sample for each depth pixel with the same lenses, and by
-Open3D's `project_to_depth_image`, which knows of no lenses. Exact depth of every colour pixel, without distortion, says
-which of them the depth camera has seen: their points lie in its image, nearer than all else on their rays, and where it
-gave depth. "more" is the library's way with twice as many samples along a row and along a column. Given are
+The generated room is rendered for a depth camera and a colour camera beside it, each with its own lens, and the pair is
+registered: by `ilf.sources.registration`, by one sample for each depth pixel with the same lenses, and by Open3D's
+`project_to_depth_image`, which ignores distortion. The exact depth of every undistorted colour pixel determines whether
+the depth camera saw its point: inside the image, as the nearest point of its ray, and at a pixel with depth. "more" is
+the library's method with twice as many samples along rows and columns. Columns:
 
-- known: share of those pixels that have depth after registration; the others are false holes.
-- see-through: share of them where the depth is that of something at least 5 cm and 5 % farther away.
-- error: median and 90th percentile of how far off the depth of the others is [mm]; jumps in front count.
-- outside: of the pixels whose points lie outside the depth image, the share that is marked so; and the share of the
-  marked that the depth camera has seen all the same.
-- CPU: seconds of the processor for a frame, the best of five; Open3D's is that of the call alone.
+- known: share of the seen pixels that have depth after registration; the others are false holes.
+- see-through: share of the seen pixels whose depth is that of a point at least 5 cm and 5 % farther away.
+- error: median and 90th percentile of the error of all other seen pixels [mm]; jumps to the front count.
+- outside: of the pixels whose points lie outside the depth image, the share marked as outside; and the share of the
+  marked pixels that the depth camera did see.
+- CPU: processor time per frame [s], the best of five; for Open3D only that of the call.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ sys.path.append(str(Path(__file__).parents[2] / "assets" / "samples"))
 from roomkit.room import Room, build
 
 SEEN_WITHIN = 0.01
-"""How near to what the depth camera sees on a ray a point must be for it to be that [share of depth]."""
+"""Maximum distance of a point to the depth camera's nearest point on its ray to count as seen [share of depth]."""
 
 FAR_M, FAR_SHARE = 0.05, 0.05
 _TIMES = 5
@@ -48,7 +48,7 @@ Way = Callable[[RawPair, Camera], NDArray[np.float32]]
 
 @dataclass(frozen=True)
 class Rig:
-    """Two cameras, and the way from the depth to the colour camera: turns about x [degrees], and a shift [m]."""
+    """Two cameras, and the motion from depth to colour camera: rotation about x [degrees], and shift [m]."""
 
     name: str
     depth: Camera
@@ -95,7 +95,7 @@ RIGS = (
 
 
 def rays_of(camera: Camera) -> Floats:
-    """Of every pixel, (N, 3) with depth 1."""
+    """Return the ray of every pixel, (N, 3) with depth 1."""
     columns, rows = np.meshgrid(*map(np.arange, camera.size))
     pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-10)
@@ -104,7 +104,7 @@ def rays_of(camera: Camera) -> Floats:
 
 
 def seen(room: Room, rays: Floats, motion: Floats) -> Floats:
-    """Depth [m] along rays of a camera whose points `motion` takes to the room's camera."""
+    """Return depth [m] along rays of a camera; `motion` maps its points to the room's camera."""
     eye = room.camera
     axes = np.stack([eye.right, eye.down, eye.forward])
     directions = rays @ motion[:3, :3].T @ axes
@@ -113,25 +113,25 @@ def seen(room: Room, rays: Floats, motion: Floats) -> Floats:
 
 
 def pair_of(room: Room, rig: Rig) -> RawPair:
-    """What the two cameras see: depth in whole millimetres. Colour is of no account and grey."""
+    """Render the raw pair of the two cameras: depth in whole millimetres, grey colour."""
     depth = seen(room, rays_of(rig.depth), rig.depth_to_colour).reshape(rig.depth.shape)
     grey = np.full((*rig.colour.shape, 3), 128, np.uint8)
     return RawPair(grey, np.round(1000 * depth) / 1000, rig.colour, rig.depth, rig.depth_to_colour)
 
 
 def registered(pair: RawPair, _: Camera) -> NDArray[np.float32]:
-    """The library's way."""
+    """The library's registration."""
     return register(pair).depth
 
 
 def more_samples(pair: RawPair, _: Camera) -> NDArray[np.float32]:
-    """The same with twice as many samples along a row and along a column."""
+    """The same with twice as many samples along rows and columns."""
     with mock.patch.object(registering, "SAMPLES_PER_PIXEL", 2 * registering.SAMPLES_PER_PIXEL):
         return register(pair).depth
 
 
 def one_sample(pair: RawPair, view: Camera) -> NDArray[np.float32]:
-    """Every depth pixel's centre, moved to one colour pixel."""
+    """Project every depth pixel's centre to one colour pixel."""
     points = rays_of(pair.depth_camera) * pair.depth.reshape(-1, 1)
     points = points[np.isfinite(points[:, 2])] @ pair.depth_to_colour[:3, :3].T + pair.depth_to_colour[:3, 3]
     columns, rows, _ = np.rint(points @ view.matrix.T / points[:, 2:]).astype(int).T
@@ -142,7 +142,7 @@ def one_sample(pair: RawPair, view: Camera) -> NDArray[np.float32]:
 
 
 def by_open3d(pair: RawPair, view: Camera) -> NDArray[np.float32]:
-    """A point cloud of the depth image, drawn by Open3D."""
+    """Project the point cloud of the depth image by Open3D."""
     o3d = load_open3d()
     image = o3d.t.geometry.Image(np.nan_to_num(pair.depth))
     matrices = [o3d.core.Tensor(camera.matrix) for camera in (pair.depth_camera, view)]
@@ -163,7 +163,7 @@ WAYS: dict[str, Way] = {
 
 
 def visible(room: Room, pair: RawPair, points: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which points of the colour camera the depth camera has seen, and which lie outside its image."""
+    """Return which points of the colour camera the depth camera saw, and which lie outside its image."""
     back = np.linalg.inv(pair.depth_to_colour)
     own = points @ back[:3, :3].T + back[:3, 3]
     camera = pair.depth_camera
@@ -180,7 +180,7 @@ def visible(room: Room, pair: RawPair, points: Floats) -> tuple[NDArray[np.bool_
 def main() -> None:
     """Print a table for each rig."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=7, help="of the room (default: 7)")
+    parser.add_argument("--seed", type=int, default=7, help="seed of the room (default: 7)")
     room = build(parser.parse_args().seed)
     for rig in RIGS:
         pair = pair_of(room, rig)
@@ -200,7 +200,7 @@ def main() -> None:
         marked = np.zeros(outside.shape, bool) if frame.outside_view is None else frame.outside_view.ravel()
         print(
             f"  outside     marked {np.mean(marked[outside]) if outside.any() else 1:.2%}; "
-            f"of the marked, seen all the same {np.mean(could[marked]) if marked.any() else 0:.3%}"
+            f"of the marked, seen {np.mean(could[marked]) if marked.any() else 0:.3%}"
         )
 
 
@@ -215,7 +215,7 @@ def _told(depth: NDArray[np.float32], exact: Floats, could: NDArray[np.bool_]) -
 
 
 def _timed(way: Way, pair: RawPair, view: Camera) -> tuple[NDArray[np.float32], float]:
-    """What it gives, and the processor's time [s]."""
+    """Return the depth, and the processor time [s]."""
     best = np.inf
     for _ in range(_TIMES):
         begun = time.process_time()

@@ -1,8 +1,8 @@
-"""Whether the window answers while it works, and what it keeps: `python -m tests.bench.responsive`.
+"""Responsiveness and memory of the window during work: `python -m tests.bench.responsive`.
 
-The longest time for which the window's thread does not come round, while each of the things goes on that take long, and
-while all of them do; and the memory that many frames, opened, run and closed one after the other, leave behind.
-Real time on a machine with nothing else to do. `--frames 0` leaves the frames out.
+Prints the longest gaps of the window's event loop during each kind of long work, and during all of them together; and
+the memory that remains after opening, running and closing many frames in turn. Wall clock on an idle machine.
+`--frames 0` skips the frames.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _BEAT_MS = 2
 
 
 class Heart:
-    """Beats as often as the window's thread lets it, and knows the longest silence."""
+    """Timer in the window's thread that records gaps between its events."""
 
     def __init__(self) -> None:
         self._timer = QTimer(interval=_BEAT_MS)
@@ -44,13 +44,13 @@ class Heart:
         self.gaps: list[float] = []
 
     def start(self) -> None:
-        """Listen from now on."""
+        """Start recording."""
         self.gaps = []
         self._last = time.perf_counter()
         self._timer.start()
 
     def stop(self) -> str:
-        """Listen no more; the gaps in words."""
+        """Stop recording; return the gaps as text."""
         self._timer.stop()
         gaps = 1000 * np.sort(self.gaps)
         return f"longest {gaps[-1]:6.1f} ms, 2nd {gaps[-2]:6.1f}, over 50 ms: {int((gaps > 50).sum())} of {gaps.size}"
@@ -62,7 +62,7 @@ class Heart:
 
 
 def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
-    """The bundled sample in a size, as a frame folder; with a number, a little other than with another."""
+    """Write the bundled sample in a size as a frame folder; the number varies it slightly."""
     frame = ilf.load_frame(asset_path("samples/room"))
     assert frame.truth is not None
     place = folder / f"{size[0]}x{size[1]}-{number}"
@@ -80,7 +80,7 @@ def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
 
 
 def new_window() -> MainWindow:
-    """A window with all panels that show numbers."""
+    """Open a window with all panels that show numbers."""
     window = MainWindow(remembers=False)
     window.documents.discard_silently = True
     window.resize(1440, 900)
@@ -96,7 +96,7 @@ def open_frame(window: MainWindow, folder: Path) -> None:
 
 
 def listen(window: MainWindow, folder: Path) -> None:
-    """Print the gaps of everything that takes long."""
+    """Print the gaps during all kinds of long work."""
     heart = Heart()
     workspace, runs = window.workspace, window.runs
     accuracy = next(part for part in window.parts if isinstance(part, AccuracyPart))
@@ -139,7 +139,7 @@ def listen(window: MainWindow, folder: Path) -> None:
 
 
 def soak(window: MainWindow, folder: Path, count: int) -> None:
-    """Print the memory of the process while many frames come and go."""
+    """Print the memory of the process while many frames are opened and closed."""
     for number in range(count):
         place = sample(folder, (640, 480), 1 + number)
         open_frame(window, place)
@@ -154,7 +154,9 @@ def soak(window: MainWindow, folder: Path, count: int) -> None:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=200, help="frames to open, run and close (default: 200)")
+    parser.add_argument(
+        "--frames", type=int, default=200, help="number of frames to open, run and close (default: 200)"
+    )
     arguments = parser.parse_args()
     app = QApplication([])
     theme.apply_theme(app, "light")

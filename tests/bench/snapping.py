@@ -1,8 +1,8 @@
-"""How near a line drawn by hand comes to the true border by snapping: `python -m tests.bench.snapping FOLDER ...`.
+"""Accuracy of snapping of hand-drawn lines to the true border: `python -m tests.bench.snapping FOLDER ...`.
 
-Of every frame, whose depth should be dense, the long lines of depth jumps are the truth. Each is drawn with a jitter
-like a hand's, snapped with several leashes, and measured by the mean distance to the truth: with the depth as it is,
-and with that in a band around the border hidden, as in the holes of real sensors.
+The long lines of depth jumps of every frame, whose depth should be dense, are the ground truth. Each is drawn with a
+hand's jitter, snapped with several leashes, and evaluated by the mean distance to the ground truth: with unchanged
+depth, and with the depth hidden in a band around the border, as in the holes of real sensors.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def true_lines(depth: NDArray[np.float32]) -> list[NDArray[np.float64]]:
     relief = find_relief(depth, 0.15, 0.06)
     near_side = np.nan_to_num(depth)
     lines = []
-    # along the outlines of what is nearer than its surroundings, where depth jumps
+    # along outlines of objects nearer than their surroundings, where depth jumps
     jumps = mark(relief.jumps)
     distance = distance_transform_edt(~jumps)
     for level in np.quantile(near_side[near_side > 0], (0.2, 0.4, 0.6, 0.8)):
@@ -51,7 +51,7 @@ def true_lines(depth: NDArray[np.float32]) -> list[NDArray[np.float64]]:
 
 
 def by_hand(line: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """The line with a smooth jitter across it."""
+    """Add a smooth jitter across the line."""
     smooth = gaussian_filter1d(line, 4, axis=0, mode="nearest")
     along = np.gradient(smooth, axis=0)
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
@@ -96,7 +96,7 @@ def main(folders: list[str]) -> None:
 
 
 def _frame(folder: Path) -> ilf.RGBDFrame:
-    """The frame with its truth as depth."""
+    """Read the frame with its ground truth as depth."""
     image = next(folder.glob("rgb.*"))
     return ilf.load_frame(image, folder / "gt.png", depth_units=1000)
 

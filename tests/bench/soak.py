@@ -1,10 +1,10 @@
-"""Many frames go through one window, and nothing of them stays.
+"""Soak test: many frames in one window must leave no memory or other resources behind.
 
     python -m tests.bench.soak [--frames 300] [--size 160x120]
 
-Every frame is opened, its blocks extracted and edited, run, the edited blocks solved again, exported, and closed. After
-a tenth of the frames, and at the end, memory in use is looked at, and threads, timers, open files and child processes
-are counted. Memory grows by what frames leave behind; the rest must be as it was.
+Every frame is opened, its blocks are extracted, edited, run and solved again, and it is exported and closed. After a
+tenth of the frames and at the end, memory is measured, and threads, timers, open files and child processes are counted.
+Memory grows by what frames leave behind; the counts must not change.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ MOST_GROWTH = 30.0
 """MB."""
 _LIMIT_S = 300
 _REST_MS = 8000
-"""After which nothing that was told is shown any more."""
+"""Time after which no message is shown any more [ms]."""
 
 
 def wait(reached: Callable[[], object]) -> None:
-    """Let the window work until something holds; looking rarely, which leaves the time to its threads."""
+    """Run the event loop until a condition holds; checked rarely, to leave time to the threads."""
     end = time.monotonic() + _LIMIT_S
     while not reached():
         pause(20)
         if time.monotonic() > end:
-            raise TimeoutError("the window has not come to what was waited for")
+            raise TimeoutError("the window did not reach the expected state")
 
 
 def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
-    """All that is done with a frame."""
+    """Perform all actions with a frame."""
     open_frame(window, folder)
     workspace, runs = window.workspace, window.runs
     runs.start()
@@ -77,14 +77,14 @@ def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
 
 
 def in_use() -> int:
-    """Memory [bytes] of this process, without what was given back and is kept for later by the C library."""
+    """Return the memory [bytes] of this process, without freed memory that the C library keeps."""
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     return resident()
 
 
 def left() -> dict[str, object]:
-    """What there is in this process, apart from memory."""
+    """Count the resources of this process other than memory."""
     QApplication.processEvents()
     gc.collect()
     timers = Counter(
@@ -143,7 +143,7 @@ def main() -> None:
     for what, (earlier, later) in changed.items():
         print(f"{what}: {earlier} -> {later}")
     threads = [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
-    print(f"threads, timers, files and children are {'not ' * bool(changed)}as they were; after closing: {threads}")
+    print(f"threads, timers, files and children have {'' if changed else 'not '}changed; after closing: {threads}")
     sys.exit(growth > MOST_GROWTH or bool(changed) or bool(threads))
 
 

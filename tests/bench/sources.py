@@ -1,8 +1,8 @@
-"""How soon sources are listed and read: python -m tests.bench.sources [SOURCE...]
+"""Speed of listing and reading sources: python -m tests.bench.sources [SOURCE...]
 
-Without arguments, small recordings are written in the documented layouts, with images as large as their devices have
-them. Named sources (recordings, folders, data sets) are measured as they are. Prints a line for each: seconds of the
-processor for opening it, that is listing its frames, and frames read and registered per second, one after the other.
+Without arguments, small recordings are written in the documented layouts, with images in the sizes of the devices.
+Given sources (recordings, folders, data sets) are measured unchanged. Prints a line for each: processor time for
+opening it, which lists its frames, and frames read and registered in turn per second.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def _line(name: str, origin: str, path: Path) -> str:
     start = time.process_time()
     source = ilf.open_source(path)
     listing = time.process_time() - start
-    source.read(source.keys[0])  # imports what it takes
+    source.read(source.keys[0])  # imports all modules
     keys = source.keys[:MOST_FRAMES]
     start = time.process_time()
     for key in keys:

@@ -1,9 +1,8 @@
-"""How well clouds and meshes fit exact depth, and what writing large ones takes: `python -m tests.bench.space`.
+"""Accuracy of clouds and meshes against exact depth, and cost of writing large ones: `python -m tests.bench.space`.
 
-For the bundled room, completed by `best`: points that are left out as flying, and how far off they are; links between
-neighbours that bridge a jump of the exact depth or cut what goes on there, for the links as they are and for a plain
-threshold on the step; and how far the normals are off. Then processor time and size of every format for a frame of
-3840 x 2160.
+For the bundled room, completed by `best`: points omitted as flying, and their errors; links between neighbours that
+bridge a jump of the exact depth or cut a continuous surface, for the library's links and for a plain threshold on the
+step; and errors of normals. Then processor time and size of every format for a frame of 3840 x 2160.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ Array = NDArray[np.float32]
 
 
 def main() -> None:
-    """Print all of it."""
+    """Print all measures."""
     frame = ilf.load_frame(asset_path("samples/room"))
     depth = ilf.complete(frame, ilf.extract_blocks(frame)).depth
     truth, camera = frame.truth, frame.intrinsics
@@ -46,7 +45,7 @@ def main() -> None:
         share = np.count_nonzero(found & lost) / np.count_nonzero(lost)
         wrong, right = np.count_nonzero(found & (off > 0.04)), np.count_nonzero(found & (off < 0.02))
         print(f"{name} {np.count_nonzero(found):9} {wrong:11} {right:11} {share:11.0%}")
-    print("links         bridge   of jumps   cut what goes on   of links")
+    print("links         bridge   of jumps   cut surfaces       of links")
     exact = surface_links(truth, camera).right
     known = (off[:, 1:] < 0.02) & (off[:, :-1] < 0.02)
     with np.errstate(invalid="ignore"):
@@ -58,7 +57,7 @@ def main() -> None:
         bridges, cuts = (np.count_nonzero(known & pairs) for pairs in (found & ~exact, ~found & exact))
         jumps, others = np.count_nonzero(known & ~exact), np.count_nonzero(known & exact)
         print(f"{name:12} {bridges:7} {jumps:10} {cuts:13} {others:15}")
-    print(f"normals off by {_normals_off(depth, truth, off < 0.03, camera):.1f} degrees in the median")
+    print(f"error of normals {_normals_off(depth, truth, off < 0.03, camera):.1f} degrees in the median")
     rounds, normals._ROUNDS = normals._ROUNDS, 0
     print(f"without averaging by {_normals_off(depth, truth, off < 0.03, camera):.1f}")
     normals._ROUNDS = rounds
@@ -66,7 +65,7 @@ def main() -> None:
 
 
 def _in_mid_air(depth: Array, truth: Array) -> NDArray[np.bool_]:
-    """Completed pixels that are between the exact depths around them, and near none of those."""
+    """Return completed pixels between the exact depths around them, and near none of these."""
     shifted = [np.roll(truth, (dy, dx), (0, 1)) for dy in _AROUND for dx in _AROUND]
     with np.errstate(invalid="ignore"):
         near = np.any([np.abs(depth - other) < 0.03 * truth for other in shifted], axis=0)
@@ -75,7 +74,7 @@ def _in_mid_air(depth: Array, truth: Array) -> NDArray[np.bool_]:
 
 
 def _normals_off(depth: Array, truth: Array, known: NDArray[np.bool_], camera: ilf.CameraIntrinsics) -> float:
-    """Median angle [degrees] to the normals of the exact depth, away from its jumps."""
+    """Return the median angle [degrees] to the normals of the exact depth, away from its jumps."""
     rounds, normals._ROUNDS = normals._ROUNDS, 0
     exact = surface_normals(truth, camera)
     normals._ROUNDS = rounds

@@ -1,10 +1,9 @@
-"""`python -m tests.bench.steady [--frames 9] [--reach 3] [--contrast 40]`: what --static-camera brings.
+"""`python -m tests.bench.static_camera [--frames 9] [--reach 3] [--contrast 40]`: effect of --static-camera.
 
-The bundled room, seen again and again by a camera whose noise is simulated in colour and depth, whose holes flicker at
-their rims, and through which a board moves. Told are, over pixels that stand still: by how much the depth changes from
-frame to frame (median and mean of the absolute change), how many come and go, and how far it is off (mean
-absolute error), of what was measured, of each frame completed by itself, and with its neighbours' help; and how far it
-is off where the board moves.
+Repeated frames of the bundled room from a simulated camera with noise in colour and depth, holes that flicker at their
+rims, and a moving board. Prints, over static pixels: the change of depth from frame to frame (median and mean of the
+absolute change), the share of pixels that appear or disappear, and the mean absolute error, for measured depth, for
+frames completed separately, and for frames completed with their neighbours; and the error where the board moves.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ Depth = NDArray[np.floating]
 
 
 def scene(number: int, contrast: float) -> tuple[RGBDFrame, Depth, NDArray[np.bool_]]:
-    """A frame, its true depth [m], and where the board is."""
+    """A frame, its true depth [m], and the pixels of the board."""
     room = ilf.load_frame(asset_path("samples/room"))
     assert room.truth is not None
     rng = np.random.default_rng([11, number])
@@ -49,7 +48,7 @@ def scene(number: int, contrast: float) -> tuple[RGBDFrame, Depth, NDArray[np.bo
 
 
 def told(what: str, depths: Sequence[Depth], truths: Sequence[Depth], boards: Sequence[NDArray[np.bool_]]) -> None:
-    """One line about a way to have depth."""
+    """Print one line about one kind of depth."""
     changes, flips, errors, near = [], [], [], []
     for number in range(len(depths) - 1):
         still = ~(boards[number] | boards[number + 1])
@@ -71,11 +70,11 @@ def told(what: str, depths: Sequence[Depth], truths: Sequence[Depth], boards: Se
 
 
 def main() -> None:
-    """Make the frames, and compare."""
+    """Make the frames, and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=9)
     parser.add_argument("--reach", type=int, default=3, help="neighbours on either side")
-    parser.add_argument("--contrast", type=float, default=40, help="of the board against what is behind it [levels]")
+    parser.add_argument("--contrast", type=float, default=40, help="contrast of the board to its background [levels]")
     options = parser.parse_args()
     scenes = [scene(number, options.contrast) for number in range(options.frames + 2 * options.reach)]
     frames = [frame for frame, _, _ in scenes]
@@ -93,7 +92,7 @@ def main() -> None:
         alone.append(ilf.Run.of(frame).complete(threads=1).depth)
         fused = RGBDFrame(frame.rgb, steady[place], frame.intrinsics, frame.name)
         helped.append(ilf.Run.of(fused).complete(threads=1).depth)
-    told("completed frame by frame", alone, truths, boards)
+    told("completed separately", alone, truths, boards)
     told("completed, steady", helped, truths, boards)
 
 

@@ -1,4 +1,4 @@
-"""What a batch of records costs the window's thread while four blocks of 500 iterations are overlaid."""
+"""Time of the window's thread per batch of records, with curves of four blocks of 500 iterations."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""How long a user waits to see what a slider does, and a frame that is opened.
+"""Waiting time of a user for the effect of a slider, and for an opened frame.
 
 `python -m pytest tests/bench/test_live_speed.py --benchmark-enable`
-Wall clock in the real window, four views, until what is new has been painted. The bundled sample as it is (640 x 480),
-and the same enlarged to 1280 x 720; the chosen block is the largest of all.
+Wall clock in the real window with four views, until the result is painted. The bundled sample at its size (640 x 480)
+and enlarged to 1280 x 720; the selected block is the largest.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from .waiting import pause, wait
 ROUNDS = 9
 SIZES = {"640x480": (640, 480), "1280x720": (1280, 720)}
 
-pytestmark = [pytest.mark.benchmark(group="until it is seen, wall clock", timer=time.perf_counter)]
+pytestmark = [pytest.mark.benchmark(group="until visible, wall clock", timer=time.perf_counter)]
 
 
 @pytest.fixture(scope="module", params=list(SIZES))
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A frame folder with the sample in one of the sizes."""
+    """Write the sample in one of the sizes as a frame folder."""
     width, height = SIZES[request.param]
     frame = ilf.load_frame(asset_path("samples/room"))
     folder = tmp_path_factory.mktemp(request.param)
@@ -56,7 +56,7 @@ def window(qtbot) -> Iterator[MainWindow]:  # type: ignore[no-untyped-def]
 
 
 def _until(reached: Callable[[], object]) -> None:
-    """Wait for something, and for its picture."""
+    """Wait for a condition, and until its result is painted."""
     wait(reached)
     for _ in range(2):
         QApplication.processEvents()
@@ -72,7 +72,7 @@ def _bench(benchmark: BenchmarkFixture, act: Callable[[], None], prepare: Callab
 
 
 def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: Path) -> None:
-    """A value of the filter has changed: the chosen block's new depth is there."""
+    """From a changed value of the filter to the selected block's new depth."""
     _open(window, folder)
     workspace = window.workspace
     session = workspace.session
@@ -86,7 +86,7 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
     values = iter(np.linspace(0.005, 0.03, 60).tolist())
 
     def prepare() -> None:
-        pause(900)  # each a step of its own, with all that follows on it done
+        pause(900)  # each value is a separate step, with all its consequences finished
         _until(lambda: not window.errors.busy and window.runs.free and not window.runs.resolving)
         news.clear()
 
@@ -99,7 +99,7 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
 
 @pytest.mark.parametrize("name", ["granularity", "threshold"])
 def test_extraction_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: Path, name: str) -> None:
-    """A value of the extraction has changed: the view of the extraction shows what comes of it."""
+    """From a changed value of the extraction to its result in the view of the extraction."""
     _open(window, folder)
     window.views.set_layout("grid-extraction")
     values = iter([0.3 + 0.05 * (step % 2) + 0.002 * step for step in range(60)])
@@ -121,7 +121,7 @@ def test_extraction_slider(benchmark: BenchmarkFixture, window: MainWindow, fold
 
 @pytest.mark.parametrize("what", ["first pixels", "blocks"])
 def test_opening(benchmark: BenchmarkFixture, window: MainWindow, folder: Path, what: str) -> None:
-    """A frame is opened: its pictures are there, and then its blocks."""
+    """From opening a frame to its pictures, and to its blocks."""
     workspace = window.workspace
 
     def prepare() -> None:

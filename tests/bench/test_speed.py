@@ -1,6 +1,6 @@
-"""Timings to compare, not to pass: `python -m pytest tests/bench --benchmark-enable`.
+"""Timings for comparison, without limits: `python -m pytest tests/bench --benchmark-enable`.
 
-How many times as fast the pass band is than the full grid is printed by `python tests/bench/pass_band.py`.
+`python tests/bench/pass_band.py` prints the speed-up of the pass band over the full grid.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def test_threads(
 @pytest.mark.parametrize("name", list(PRESETS))
 @pytest.mark.benchmark(group="block of 200 x 200, a value changed")
 def test_one_block_again(benchmark: BenchmarkFixture, room: ilf.RGBDFrame, name: str) -> None:
-    """What a slider of the window sets off, each time with another value."""
+    """Work for one step of a slider in the window, each time with another value."""
     labels = np.zeros(room.shape, np.int32)
     labels[140:340, 240:440] = 1
     other_values = itertools.cycle([ilf.preset(name, s_criteria=0.0005 + 0.0001 * step) for step in range(7)])
@@ -99,7 +99,7 @@ def test_size(benchmark: BenchmarkFixture, room: ilf.RGBDFrame, size: tuple[int,
 
 @pytest.mark.benchmark(group="window")
 def test_window_is_up(benchmark: BenchmarkFixture) -> None:
-    """From the start of the interpreter to a window that is shown."""
+    """From the start of the interpreter to a visible window."""
     program = (
         "from PySide6.QtWidgets import QApplication\n"
         "app = QApplication([])\n"

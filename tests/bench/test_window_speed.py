@@ -1,7 +1,7 @@
-"""What the window's own thread does for one act of the user: `python -m pytest tests/bench --benchmark-enable`.
+"""Time of the window's thread for single user actions: `python -m pytest tests/bench --benchmark-enable`.
 
-A frame of 1920 x 1080 pixels in 30 blocks with results, four views. Measured is the time of the processor that this
-thread takes until the window is painted again; what other threads work out meanwhile does not count.
+A frame of 1920 x 1080 pixels with 30 blocks with results, and four views. Measures the processor time of this thread
+until the window is painted again; the work of other threads does not count.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ pytestmark = [
 
 
 def _labels() -> NDArray[np.int32]:
-    """30 blocks whose borders are as crooked as those of real surfaces."""
+    """30 blocks with borders as irregular as those of real surfaces."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     x = columns + 14 * np.sin(rows / 23) + 5 * np.sin(rows / 5)
     y = rows + 14 * np.sin(columns / 31) + 5 * np.sin(columns / 7)
@@ -57,7 +57,7 @@ def frame() -> ilf.RGBDFrame:
 
 @pytest.fixture(scope="module")
 def completed(frame: ilf.RGBDFrame) -> CompletionRun:
-    """A run that is quick, and has a result for every block."""
+    """A fast run with a result for every block."""
     with CompletionRun(frame, _labels(), ilf.preset("released-code", max_iterations=2)) as run:
         for _ in run:
             pass
@@ -65,7 +65,7 @@ def completed(frame: ilf.RGBDFrame) -> CompletionRun:
 
 
 class Desk:
-    """The window with the frame open, and what a user does there, each until all is painted."""
+    """The window with an open frame, and user actions, each until everything is painted."""
 
     def __init__(self, window: MainWindow) -> None:
         self.window = window
@@ -73,39 +73,39 @@ class Desk:
         self._steps = 0
 
     def settle(self) -> None:
-        """Wait for what other threads still have to say, which is not to count for what comes next."""
+        """Wait for results of other threads, so that they do not count for the next action."""
         deadline = time.perf_counter() + 30
         while (self.window.errors.busy or not self.window.runs.free) and time.perf_counter() < deadline:
             QTest.qWait(10)
         QTest.qWait(30)
 
     def tool(self, name: str) -> None:
-        """Take a tool by its action."""
+        """Activate a tool by its action."""
         self.window.actions_[f"tool_{name}"].trigger()
         self.settle()
 
     def move(self, x: float, y: float) -> None:
-        """The mouse goes to image coordinates, whatever it holds."""
+        """Move the mouse to image coordinates."""
         QTest.mouseMove(self.view.viewport(), self._at(x, y))
         self._paint()
 
     def press(self, x: float, y: float) -> None:
-        """The left button goes down at image coordinates."""
+        """Press the left button at image coordinates."""
         QTest.mousePress(self.view.viewport(), LEFT, pos=self._at(x, y))
         self._paint()
 
     def release(self, x: float, y: float) -> None:
-        """The left button comes up."""
+        """Release the left button."""
         QTest.mouseRelease(self.view.viewport(), LEFT, pos=self._at(x, y))
         self._paint()
 
     def trigger(self, name: str) -> None:
-        """A command by its name."""
+        """Trigger a command by its name."""
         self.window.actions_[name].trigger()
         self._paint()
 
     def stroke_place(self) -> tuple[float, float]:
-        """Another place near a border of the first block each time."""
+        """Return a different place near a border of the first block each time."""
         self._steps += 1
         return 150.0 + 9 * (self._steps % 12), 205.0 + 3 * (self._steps % 5)
 
@@ -145,7 +145,7 @@ def _bench(benchmark: BenchmarkFixture, act: Callable[[], None], prepare: Callab
 
 
 def test_brush_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """A stroke goes on by some pixels: four views show it."""
+    """A stroke grows by some pixels in four views."""
     desk.tool("paint")
     desk.press(120, 200)
     places = iter([(120 + 8 * step, 200 + 4 * (step % 4)) for step in range(60)])
@@ -154,7 +154,7 @@ def test_brush_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 
 def test_stroke_release(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """A stroke becomes a step."""
+    """A stroke is finished and becomes a step."""
     desk.tool("paint")
 
     def stroke() -> None:
@@ -171,7 +171,7 @@ def test_stroke_release(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 @pytest.mark.parametrize("way", ["undo", "redo"])
 def test_history(benchmark: BenchmarkFixture, desk: Desk, way: str) -> None:
-    """A step is taken back, or made again."""
+    """A step is undone or redone."""
     desk.tool("paint")
     desk.press(150, 205)
     desk.move(190, 214)
@@ -187,7 +187,7 @@ def test_history(benchmark: BenchmarkFixture, desk: Desk, way: str) -> None:
 
 
 def test_split(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """A block is cut along a line, by the tool, from the last point on."""
+    """A block is cut along a line by the tool, from the last point on."""
     stack = desk.window.workspace.session.undo_stack
 
     def prepare() -> None:
@@ -205,7 +205,7 @@ def test_split(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 
 def test_select(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """Another block is chosen by a click."""
+    """Another block is selected by a click."""
     blocks = [(160 + 320 * (step % ACROSS), 108 + 216 * (step // ACROSS % DOWN)) for step in range(60)]
     places = iter(blocks)
 
@@ -219,14 +219,14 @@ def test_select(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 
 def test_hover(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """The mouse moves without a button: crosshair and readout follow."""
+    """The mouse moves without a button; crosshair and readout are updated."""
     desk.tool("select")
     places = iter([(100 + 21 * step, 100 + 13 * step) for step in range(60)])
     _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
 
 
 def test_profile_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """The end of a profile line across the frame moves: plot and four views show it."""
+    """The end of a profile line across the frame moves; plot and four views are updated."""
     desk.tool("profile")
     desk.press(60, 60)
     places = iter([(1700 - 11 * step, 1000 - 7 * step) for step in range(60)])
@@ -235,7 +235,7 @@ def test_profile_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 
 def test_border(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """A border is drawn anew, by the tool, from the last point on."""
+    """A border is redrawn by the tool, from the last point on."""
     stack = desk.window.workspace.session.undo_stack
 
     def prepare() -> None:
@@ -270,7 +270,7 @@ def test_outline(benchmark: BenchmarkFixture, desk: Desk) -> None:
 
 @pytest.mark.benchmark(group="wall clock", timer=time.perf_counter)
 def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, desk: Desk) -> None:
-    """A stroke in a block of 200 x 200 pixels is over: its depth is there and painted."""
+    """From the end of a stroke in a block of 200 x 200 pixels to its painted depth."""
     workspace = desk.window.workspace
     session = workspace.session
     labels = session.labels.copy()

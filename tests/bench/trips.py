@@ -1,8 +1,8 @@
-"""How many of the project's files one has to open to follow a thing: `python -m tests.bench.trips`.
+"""Number of the project's files involved in typical operations: `python -m tests.bench.trips`.
 
-Four trips, each in a process of its own, with every function call of every thread recorded: `ilf complete` on the
-bundled sample, and in the window opening the sample, a slider of the filter until its new depth is there, and a stroke
-of the brush until the depth has followed. A file counts if a function in it was called; imports do not count.
+Four operations, each in a separate process with every function call of every thread recorded: `ilf complete` on the
+bundled sample, and in the window opening the sample, a slider of the filter until its new depth is visible, and a brush
+stroke until the depth is updated. A file counts if a function in it was called; imports do not count.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ TRIPS = ("complete", "open", "slider", "stroke")
 
 
 class Recorder:
-    """Which functions of the project were called, and from which file."""
+    """Records which functions of the project were called, and from which file."""
 
     def __init__(self) -> None:
         self.functions: set[tuple[str, str]] = set()
@@ -68,7 +68,7 @@ class Recorder:
 
 
 def import_all() -> None:
-    """Import the library, so that nothing is imported on a trip."""
+    """Import the library, so that nothing is imported during the recording."""
     import ilf
 
     for module in pkgutil.walk_packages(ilf.__path__, "ilf."):
@@ -77,7 +77,7 @@ def import_all() -> None:
 
 
 def complete(recorder: Recorder) -> None:
-    """The command line's way from a folder to files."""
+    """Record the command line from a folder to files."""
     from ilf.cli import main
 
     with tempfile.TemporaryDirectory() as folder:
@@ -87,7 +87,7 @@ def complete(recorder: Recorder) -> None:
 
 
 def in_window(recorder: Recorder, trip: str) -> None:
-    """The window's ways; what comes before a trip is not recorded."""
+    """Record operations in the window; preparations are not recorded."""
     import numpy as np
     from PySide6.QtWidgets import QApplication
 
@@ -98,7 +98,7 @@ def in_window(recorder: Recorder, trip: str) -> None:
 
     application = QApplication([])
     if trip == "open":
-        recorder.start()  # threads that are made from now on are recorded, too
+        recorder.start()  # includes threads started from now on
     window = new_window()
     open_frame(window, ROOT / "assets/samples/room")
     workspace, runs = window.workspace, window.runs
@@ -133,9 +133,11 @@ def _follow(trip: str) -> Callable[[Recorder], None]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.bench.trips", description="Files that a trip enters.")
-    parser.add_argument("trip", nargs="?", choices=TRIPS, help="only this one, in this process")
-    parser.add_argument("--files", action="store_true", help="name the files, too")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.bench.trips", description="Files involved in typical operations."
+    )
+    parser.add_argument("trip", nargs="?", choices=TRIPS, help="only this operation, in this process")
+    parser.add_argument("--files", action="store_true", help="list the files, too")
     arguments = parser.parse_args()
     if arguments.trip is None:
         own = [sys.executable, "-m", "tests.bench.trips", *(["--files"] if arguments.files else [])]

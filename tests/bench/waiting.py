@@ -1,5 +1,5 @@
-"""Waiting for the window as a user does: its threads get to work meanwhile, as they do not in a loop that handles
-events itself, nor in QTest's own wait."""
+"""Waiting for the window in a real event loop, which leaves time to its threads, unlike a loop over `processEvents` or
+QTest's wait."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _LIMIT_S = 120
 
 
 def pause(milliseconds: int) -> None:
-    """Let the window work for a while."""
+    """Run the event loop for a while."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
 
 
 def wait(reached: Callable[[], object]) -> None:
-    """Let the window work until something holds, if only for a moment."""
+    """Run the event loop until a condition holds, even for a moment."""
     deadline = time.perf_counter() + _LIMIT_S
     loop, timer = QEventLoop(), QTimer(interval=_POLL_MS)
     holds = False
@@ -36,4 +36,4 @@ def wait(reached: Callable[[], object]) -> None:
     loop.exec()
     timer.stop()
     if not holds:
-        raise TimeoutError("the window has not come to what was waited for")
+        raise TimeoutError("the window did not reach the expected state")

@@ -1,12 +1,12 @@
-"""What the whole way of a frame costs: edges, blocks, completion, expected error, and one block solved again.
+"""Time and memory of all steps of a frame: edges, blocks, completion, expected error, and one block solved again.
 
-    python -m tests.bench.whole_way [FRAME] [--sizes 640x480 3840x2160] [--threads 1 2] [--rounds 5]
+    python -m tests.bench.pipeline [FRAME] [--sizes 640x480 3840x2160] [--threads 1 2] [--rounds 5]
 
-Every size and number of threads is measured in a process of its own, which has warmed up on the frame at 160 x 120.
-Times are wall clock and processor time [s], the least of all rounds, and as ratios to 100 `scipy.fft.dctn` of a
-640 x 480 float64 array with one thread, timed between the rounds of the same run. The peak is that of the process's
-memory. After "depth" stands a hash of depth and expected error: for one size it must be the same for any number of
-threads. "block again" is what a slider of the window sets off: 200 x 200 px, another value of the filter, one thread.
+Every size and number of threads is measured in a separate process, after a warm-up on the frame at 160 x 120. Times are
+wall clock and processor time [s], the minimum of all rounds, also as ratios to 100 `scipy.fft.dctn` of a 640 x 480
+float64 array with one thread, timed between the rounds of the same run. The peak is the process's peak memory. "depth"
+is a hash of depth and expected error, which for one size must be the same for any number of threads. "block again" is
+the work for one step of a slider: 200 x 200 px, another value of the filter, one thread.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def main() -> None:
 
 
 def _in_a_process_of_its_own(frame: str | None, size: str, threads: int, rounds: int) -> dict[str, object]:
-    command = [sys.executable, "-m", "tests.bench.whole_way", *([frame] if frame else []), "--child"]
+    command = [sys.executable, "-m", "tests.bench.pipeline", *([frame] if frame else []), "--child"]
     command += ["--sizes", size, "--threads", str(threads), "--rounds", str(rounds)]
     alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
     run = subprocess.run(command, env={**os.environ, **alone}, stdout=subprocess.PIPE, text=True, check=True)
@@ -80,7 +80,7 @@ def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[
     width, height = map(int, size.split("x"))
 
     def scaled(width: int, height: int) -> ilf.RGBDFrame:
-        """A frame that nothing is known of yet."""
+        """Make a frame without cached results."""
         rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
         depth = cv2.resize(np.nan_to_num(frame.depth), (width, height), interpolation=cv2.INTER_NEAREST)
         return ilf.RGBDFrame(rgb, depth)

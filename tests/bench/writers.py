@@ -1,4 +1,4 @@
-"""All that writes files, each over an older set and in two versions, for disks that fail and for sudden ends."""
+"""All writers of files, each with two versions of a file set, for tests of disk failures and killed processes."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from ilf.run.preset_files import OwnPreset, write_preset
 from ilf.run.writing import write
 
 Write = Callable[[Path, int], object]
-"""Writes into a folder; the number says which of two versions."""
+"""Writes into a folder; the number selects one of two versions."""
 
 
 @dataclass(frozen=True)
 class Writer:
-    """One of the writers.
+    """A writer of files.
 
     Attributes
     ----------
     name : str
     prepare : callable
-        Takes a folder for what it needs, and gives what writes.
+        Takes a folder for inputs, and returns the write function.
     varying : collection of str
-        Names of files that are other ones each time that they are written.
+        Names of files that differ at each writing.
     """
 
     name: str
@@ -51,19 +51,19 @@ class Writer:
     varying: Collection[str] = ()
 
     def steady(self, names: Collection[str]) -> list[str]:
-        """Those of the files that are the same each time."""
+        """Return the files that are the same at each writing."""
         return [name for name in names if name not in self.varying]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder, hidden ones too."""
+    """Read every file below a folder, including hidden ones."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def as_found(folder: Path) -> dict[str, bytes]:
-    """The same after what a dead process has left has been undone, as the next who writes there does first."""
+    """The same after the clean-up that the next writer does first, of remains of a killed process."""
     clear_interrupted(folder)
-    left_over._cleared.discard(folder)  # as if this process had not been here yet
+    left_over._cleared.discard(folder)  # as if this process had not used the folder yet
     write_bytes(folder / "next", b"")
     (folder / "next").unlink()
     return contents(folder)
@@ -96,14 +96,14 @@ def _run(folder: Path) -> Write:
 
 
 def _export(folder: Path) -> Write:
-    """Other formats, as the window's dialog offers them."""
+    """Other formats, as offered in the window's dialog."""
     versions = _runs()
     options = ExportOptions(depth_formats=("tiff",), cloud="pcd", mesh="glb", curves=False, normals=True)
     return lambda target, version: write(target, *versions[version], options)
 
 
 def _cloud(folder: Path) -> Write:
-    """Clouds and meshes alone."""
+    """Clouds and meshes only."""
     versions = [
         (ilf.Run(_frame(shift), _labels()), ilf.complete(_frame(shift), _labels() * 0)) for shift in (0.0, 0.25)
     ]
@@ -147,7 +147,7 @@ def _model(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         target.mkdir(exist_ok=True)
         with patch.dict(os.environ, ILF_MODELS=str(target)):
-            # one more field that readers skip, so that the two can be told apart
+            # an additional field that readers skip, to distinguish the two
             path = new_model_path("own", replace=True)
             write_bytes(path, bundled if version else bundled + b"\x12\x01x")
 

@@ -82,7 +82,7 @@ def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
     cv2.imwrite(str(masks / "0.png"), np.ones((3, 3), np.uint8))
     dialog = _dialog(opened)
     for path, reason in (
-        (tmp_path / "bad.json", "a point that is no number"),
+        (tmp_path / "bad.json", "a point that is not finite"),
         (masks, "the mask is 3 x 3"),
         (tmp_path / "gone.png", "there is no such file"),
     ):

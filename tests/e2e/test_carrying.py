@@ -75,7 +75,7 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: CarryingPart, qt
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
     assert [(info.name, info.locked) for info in second.infos.values()] == [("Wall", True), ("Floor", False)]
-    assert window.toasts.message == "frame-1: 2 blocks copied, none needs a look."
+    assert window.toasts.message == "frame-1: 2 blocks copied, none needs a check."
     assert not window.loader.busy  # nobody has extracted blocks that are not wanted
     third = carry(window, part, qtbot, "carry_next")
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1
@@ -177,7 +177,7 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: Carr
     (journey,) = ended.args
     assert journey.stopped
     assert len(journey.done) == 1
-    assert shown[1:3] == ["Carrying blocks to frame-1 (1 of 4)", "Carrying blocks to frame-2 (2 of 4)"]
+    assert shown[1:3] == ["Propagating blocks to frame-1 (1 of 4)", "Propagating blocks to frame-2 (2 of 4)"]
     assert "Stopped after 1 of 4 frames." in window.toasts.message
     assert window.actions_["carry_next"].isEnabled()
 
@@ -244,12 +244,12 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: CarryingPar
         window.refresh.now()
         return window.review_strip.label.text()
 
-    assert "Floor was carried here: it was not in the picture before." in said("next_suspect")
+    assert "Floor was propagated: it was not in the picture before." in said("next_suspect")
     assert session.selected == [2]
-    assert "Wall was carried here: a half of it" in said("leave_suspect")
+    assert "Wall was propagated: a half of it" in said("leave_suspect")
     assert session.to_check == {1}
     assert session.selected == [1]
-    assert "carried here" not in said("looked_at")
+    assert "was propagated" not in said("looked_at")
     assert not session.to_check
     assert not window.actions_["looked_at"].isEnabled()
     window.actions_["undo"].trigger()

@@ -94,7 +94,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     camera = cloud.canvas.camera
     opened.workspace.select([])
     assert len(shown(opened, qtbot)) == 0
-    assert "No block is chosen" in cloud.canvas.message
+    assert "No block is selected" in cloud.canvas.message
     actions["cloud_chosen_only"].setChecked(False)
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
     assert cloud.canvas.camera == camera, "seen from where it was"

@@ -150,7 +150,7 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, Ke
     assert material.spectrum.radii == radii
     window.workspace.select([])
     settle(window, qtbot)
-    assert material.spectrum == "Choose a block"
+    assert material.spectrum == "Select a block"
 
 
 def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:

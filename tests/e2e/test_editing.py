@@ -120,7 +120,7 @@ def test_a_line_that_parts_nothing_says_so(editing: MainWindow) -> None:
     editing.editor.message.connect(said.append)
     editing.actions_["tool_split"].trigger()
     drag(editing, [(-3, 10), (-3, 40)])
-    assert said == ["The line crosses no block."]
+    assert said == ["The line crosses no block: draw it across one."]
     assert editing.workspace.session.undo_stack.count() == 0
 
 
@@ -207,7 +207,7 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     wrong[row, column] = True
     editing.workspace.set_distrusted(wrong, "Distrust depth")
     editing.readout.point_at((column, row))
-    assert "distrusted " in editing.status.readout.text()
+    assert "invalid " in editing.status.readout.text()
     assert "(locked)" in editing.status.readout.text()
     editing.readout.point_at(None)
     assert editing.status.readout.text() == ""

@@ -41,7 +41,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert session.stale.any() or session.update_depth() is not None
     _settle(opened, qtbot)
     assert session.changed_blocks() == []
-    assert "on hidden depth" in opened.effect_line.label.text()
+    assert "hold-out" in opened.effect_line.label.text()
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
     run = session.run(opened.workspace.parameters)
@@ -53,10 +53,10 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyPress(view, Qt.Key.Key_B)
-    assert "The state before" in opened.effect_line.label.text()
+    assert "Before the edit" in opened.effect_line.label.text()
     assert _picture(opened) == former
     QTest.keyRelease(view, Qt.Key.Key_B)
-    assert "The state before" not in opened.effect_line.label.text()
+    assert "Before the edit" not in opened.effect_line.label.text()
     assert _picture(opened) == present
     assert session.undo_stack.index() == 1, "looking changes nothing"
 
@@ -68,10 +68,10 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert opened.runs.state is RunState.IDLE
     np.testing.assert_array_equal(session.completion().depth, solved.depth)
     opened.actions_["look_before"].trigger()
-    assert "The state before" in opened.effect_line.label.text()
+    assert "Before the edit" in opened.effect_line.label.text()
     opened.actions_["undo"].trigger()
     assert not opened.actions_["look_before"].isChecked(), "no edit is made blindly"
-    assert "The state before" not in opened.effect_line.label.text()
+    assert "Before the edit" not in opened.effect_line.label.text()
 
 
 def test_values_for_chosen_blocks_go_to_all_of_them(

@@ -40,11 +40,11 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     shown, unit = text.rpartition("\u00b1 ")[2].split()
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
-    assert "nothing vouches" not in text
+    assert "unsupported" not in text
     everything = np.ones(session.frame.shape, bool)
     opened.workspace.store_doubt(session, completion, Doubt(expected, everything))
     opened.readout.point_at((column, row))
-    assert "nothing vouches for it" in opened.status.readout.text()
+    assert "unsupported" in opened.status.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
     opened.readout.point_at((known_column, known_row))
     assert "\u00b1" not in opened.status.readout.text()
@@ -66,7 +66,7 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindo
     assert opened.workspace.edit_labels(erase(session.labels, stroke, session.label_at(10, 40)), "Erase")
     opened.refresh.now()
     assert _picture(opened) is not None
-    assert strip._text == "of the result before"
+    assert strip._text == "of the previous result"
     opened.actions_["undo"].trigger()
     qtbot.waitUntil(lambda: strip._text == "", timeout=WAIT_MS)
 
@@ -94,7 +94,7 @@ def test_what_cannot_be_found_is_said_once(
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
-    assert said == ["Memory has run out (no room). Close other programs, or take a smaller frame."]
+    assert said == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
     opened.views.set_layout("grid-difference")
     opened.views.set_layout("expected-error")
     opened.refresh.now()

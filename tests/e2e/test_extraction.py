@@ -184,12 +184,12 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
-    assert "With other values" in _summary(staged)
+    assert "With other parameters" in _summary(staged)
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, session.labels))
     assert len(session.counts()) == 1
-    assert "With other values" not in _summary(staged)
+    assert "With other parameters" not in _summary(staged)
     staged.extraction_panel.edited.emit(BlockParameters())
     staged.views.set_layout("grid")
     _click(staged, "Preview")
@@ -211,7 +211,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     _settle(opened, qtbot)
     expected = block_overlay(first.rgb, session.labels)
     np.testing.assert_array_equal(_picture(opened), expected)
-    assert _summary(opened).count("With these values") == 1
+    assert _summary(opened).count("With these parameters") == 1
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     open_frame(opened, qtbot, FrameSource(str(folder)))
     opened.workspace.show_session(session)

@@ -170,7 +170,7 @@ def test_steps_that_a_png_loses_are_warned_of_once(
     dialog = opened.findChild(ExportDialog)
     assert dialog is not None
     dialog.png_units.setEditText("500")
-    assert "steps of 2 mm, the input of 1 mm" in dialog.png_note.text()
+    assert "steps of 2 mm, the input has 1 mm" in dialog.png_note.text()
     dialog.folder_path.setText(str(tmp_path / "out"))
     with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
         dialog.accept()
@@ -218,7 +218,7 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     said: list[str] = []
     opened.runs.ended.connect(said.append)
     run_all(opened)
-    assert "Canny's edges stand in" in said[0]
+    assert "Canny's edges replace" in said[0]
     assert said[0] in opened.log.text.toPlainText()
     rows = block_rows(workspace.session, opened.runs)
     assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.session.completion().notes) * len(rows)

@@ -160,7 +160,7 @@ def test_a_folder_without_frames_says_what_one_holds(
     (tmp_path / "empty").mkdir()
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_paths([tmp_path / "empty"])
-    assert "A folder of frames holds one of these" in told[0]
+    assert "A folder of frames contains one of these" in told[0]
     assert len(window.workspace.entries) == 0
 
 

@@ -76,7 +76,7 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
     assert (cell.view.image.image[completion.guessed] == 0).all()
     assert (cell.painter._guesses.image[completion.guessed] > 0).all()
-    assert "(guessed)" in margin.status.readout.text()
+    assert "(extrapolated)" in margin.status.readout.text()
     margin.readout.point_at((30, 10))
     assert "guessed" not in margin.status.readout.text()
     assert not margin.actions_["guess"].isEnabled()
@@ -85,7 +85,7 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     margin.refresh.now()
     qtbot.waitUntil(lambda: not margin.cloud_presenter.busy and len(margin.cloud.canvas.scene) > 0)
     legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
-    assert legend[-1] == f"{np.count_nonzero(completion.guessed)} guessed"
+    assert legend[-1] == f"{np.count_nonzero(completion.guessed)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
@@ -100,7 +100,7 @@ def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, q
         margin.refresh.now()
         assert margin.runs.state is RunState.GUESSING
         assert margin.status.progress.isVisible()
-        assert margin.status.progress.format() == "guessing the rest"
+        assert margin.status.progress.format() == "extrapolating"
         assert margin.actions_["cancel"].isEnabled()
         assert not margin.actions_["run"].isEnabled()
     margin.refresh.now()
@@ -113,7 +113,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     run_all(margin)
     _guess(margin, qtbot)
     _export(margin, qtbot, tmp_path / "window")
-    assert "guesses, which no block vouches for" in margin.log.text.toPlainText()
+    assert "Extrapolated, not completed by a block" in margin.log.text.toPlainText()
     arguments = ["complete", str(tmp_path / "rim"), "--out", str(tmp_path / "cli"), "--quiet", "--extrapolate"]
     assert command_line([*arguments, "--blocks-margin", "3"]) == 0
     for path in (tmp_path / "cli").iterdir():
@@ -123,7 +123,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
         margin.actions_["run"].trigger()
     assert margin.workspace.session.guessed
-    assert "the run came out as recorded" in margin.log.text.toPlainText()
+    assert "the result equals the run record" in margin.log.text.toPlainText()
     assert not reported
 
 
@@ -175,10 +175,10 @@ def test_another_run_than_the_recorded_one_is_not_judged(
     opened.workspace.set_parameters(ilf.preset("paper"))
     run_all(opened)
     assert reported == []
-    assert "as recorded" not in opened.log.text.toPlainText()
+    assert "equals the run record" not in opened.log.text.toPlainText()
     opened.workspace.set_parameters(ilf.preset())
     run_all(opened)
-    assert opened.log.text.toPlainText().count("came out as recorded") == 1
+    assert opened.log.text.toPlainText().count("the result equals the run record") == 1
 
 
 def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
@@ -196,4 +196,4 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     session.notes.drawn = mask
     run_all(opened)
     assert reported == []
-    assert "as recorded" not in opened.log.text.toPlainText()
+    assert "equals the run record" not in opened.log.text.toPlainText()

@@ -53,7 +53,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     QTest.keyClick(view, Qt.Key.Key_P, CTRL_SHIFT)
     palette = _part(opened, PalettePart).palette
     QTest.keyClicks(palette.field, "merge")
-    assert palette.hint.text().startswith("Choose two or more unlocked blocks first.")
+    assert palette.hint.text().startswith("Select two or more unlocked blocks first.")
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(palette.field, "sel all")
     QTest.keyClick(palette.field, Qt.Key.Key_Return)

@@ -149,7 +149,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     part.measurements.end()
     window.refresh.now()
     rows = part.measure_panel._list._rows
-    assert [row.name for row in rows] == ["1.1", "1.2", "1  all", "2"]
+    assert [row.name for row in rows] == ["1.1", "1.2", "1  total", "2"]
     assert [row.filled for row in rows] == [True, True, False, False]
     assert len(part._marks.marks.lengths) == 3
     assert len(part._marks.marks.angles) == 1

@@ -130,20 +130,20 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # on hidden depth: the present values, a kept run and a preset, all on the same pixels
     actions["test_hidden"].trigger()
     dialog = window.findChild(HiddenTestDialog)
-    assert [one.name for one in dialog.chosen()] == ["Present values", "paper"]
+    assert [one.name for one in dialog.chosen()] == ["Current values", "paper"]
     dialog.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
     qtbot.waitUntil(lambda: accuracy.hidden.outcome is not None and not accuracy.hidden.worker.busy, timeout=WAIT_MS)
     settle(window)
     rows = panel.hidden_table.rows
-    assert [row.name for row in rows] == ["Present values", "paper", "Preset released-code"]
+    assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hidden_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
     assert errors_shown(window)[0] == f"{1000 * accuracy.hidden.outcome.of_present.blocks[label].rmse:.1f}"
     assert panel.tested.tone() == "muted"
     panel.hidden_table.selectAll()
-    assert panel.hidden_table.text().splitlines()[1].startswith("Present values\t")
+    assert panel.hidden_table.text().splitlines()[1].startswith("Current values\t")
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
     labels = session.labels.copy()
@@ -191,7 +191,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.first.low.setValue(9.0)
     shown.first.high.setValue(1.0)
     assert not shown.start_button.isEnabled()
-    assert "must rise" in shown.state.text()
+    assert "must increase" in shown.state.text()
     shown.first.low.setValue(0.01)
     shown.first.high.setValue(100.0)
     shown.first.steps.setValue(3)
@@ -200,7 +200,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert [tile.caption for tile in shown.multiples.tiles] == ["0.01", "1", "100"]
     assert [tile.present for tile in shown.multiples.tiles] == [False, True, False]
     assert sum(tile.best for tile in shown.multiples.tiles) == 1
-    assert "over what all of them filled" in shown.state.text()
+    assert "over the pixels that all values filled" in shown.state.text()
     assert sweep.found.errors.keys() == {0, 1, 2}
     window.views.set_depth_map("grey")
     settle(window)

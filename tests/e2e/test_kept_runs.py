@@ -67,8 +67,8 @@ def test_runs_are_kept_compared_and_come_back_to(
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
-    assert texts == ["Live 2 · present", "Run 1"]
-    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks of other values"
+    assert texts == ["Live 2 · current", "Run 1"]
+    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks with other parameters"
     numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
     assert sum(text.startswith("★") for text in numbers) == 1
     assert _cell(part, 0, Column.TRUTH) == "–"
@@ -87,7 +87,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert (session.common, session.changed_blocks()) == (preset("paper"), [])
     np.testing.assert_array_equal(session.completion().depth, depth)
     np.testing.assert_array_equal(session.present_depth(), depth)
-    assert _cell(part, 1, Column.NAME) == "Run 1 · present"
+    assert _cell(part, 1, Column.NAME) == "Run 1 · current"
     actions["undo"].trigger()
     assert live.is_of(session.valid_results())
     actions["restore_run"].trigger()

@@ -183,7 +183,7 @@ def test_a_project_opens_moved_with_its_frames_embedded_alone_and_damaged_but_fo
     damaged = window.workspace.session
     assert np.array_equal(damaged.labels, session.labels)
     assert damaged.info(1).name == "Wall"
-    assert told == ["two-planes: not all of the work could be read"]
+    assert told == ["two-planes: part of the work could not be read"]
     with zipfile.ZipFile(path) as archive:
         before_saving = sorted(archive.namelist())
     save(window, qtbot, path)
@@ -221,7 +221,7 @@ def test_missing_files_are_asked_for_and_checked(
         assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
     dialog.choose(changed.frame)
-    assert "results would not be of it" in dialog.message.text()
+    assert "the results would not belong to it" in dialog.message.text()
     assert dialog.new_button.isEnabled()
 
     def searched() -> bool:
@@ -235,7 +235,7 @@ def test_missing_files_are_asked_for_and_checked(
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert [entry.summary.stage for entry in workspace.entries] == [Stage.EXTRACTED, Stage.EXTRACTED, Stage.FAILED]
-    assert second.project.present.words() == "list of frames, places of files"
+    assert second.project.present.words() == "list of frames, paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
         assert workspace.session.info(1).name == f"Wall {number}"
@@ -464,7 +464,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, q
     workspace.edit_info(1, "Rename", name="Ceiling")
     opened.documents.remove_entries([workspace.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
-    assert "The work on two-planes goes with it" in box.text()
+    assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
@@ -495,7 +495,7 @@ def test_a_run_is_not_lost_when_the_window_closes(
     assert dialog is not None
     item = dialog.frames.topLevelItem(0)
     assert item is not None
-    assert "a run is under way" in item.text(1)
+    assert "a run is in progress" in item.text(1)
     (dialog.wait if waits else dialog.stop).setChecked(True)
     dialog.save_button.click()
     qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)

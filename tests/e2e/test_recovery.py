@@ -186,7 +186,7 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     _dialog(window, qtbot).rows[0].restore_button.click()
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     assert window.project.present.path == path
-    assert "saved again since" in window.project.present.read_only
+    assert "has been saved after this work" in window.project.present.read_only
     window.close()
 
 
@@ -252,5 +252,5 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     assert window.workspace.session.info(1).name == "roof"
     unsaved = [entry.unsaved for entry in window.workspace.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
-    assert window.project.project_words() == ("parameters of the extraction" if sets_more else "")
+    assert window.project.project_words() == ("extraction parameters" if sets_more else "")
     window.close()

@@ -70,7 +70,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
 
     # what an edit mends is dropped, what undo brings back is there again
     workspace.replace_labels(walls(80, WIDTH).astype(np.int32), "Split")
-    assert settled(window, qtbot) == "Mended. 1 suspicious place is left to look at."
+    assert settled(window, qtbot) == "Fixed. 1 flagged place left to check."
     assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_suspect")
     assert workspace.session.selected == [2]
     window.actions_["undo"].trigger()
@@ -81,7 +81,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
 
     press(window, qtbot, "next_suspect")
     said = press(window, qtbot, "leave_suspect")
-    assert said == "Nothing looks suspicious any more. 1 left as they are."
+    assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["leave_suspect"].isEnabled()
     workspace.replace_labels(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said  # it stays left
@@ -126,13 +126,13 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
 
 def test_right_blocks_are_not_suspicious(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
+    assert press(window, qtbot, "next_suspect") == "No flagged places."
 
 
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
     run_all(window)
-    assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
+    assert press(window, qtbot, "next_suspect") == "No flagged places."
     session = window.workspace.session
     qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
@@ -154,7 +154,7 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     for taken in (False, True):
         window.actions_["suggest_distrust"].trigger()
         qtbot.waitUntil(lambda: not window.distrust.busy, timeout=WAIT_MS)
-        assert strip.label.text().startswith("4 px of known depth look wrong")
+        assert strip.label.text().startswith("4 pixels of known depth may be invalid")
         assert session.frame.distrusted is None
         window.actions_["take_suggested" if taken else "leave_suggested"].trigger()
         assert not strip.isVisible()

@@ -46,7 +46,7 @@ def test_the_views_look_back_and_return(
         surface[session.labels == label] = stepper.surface
         expected[missing] = surface[missing].astype(np.float32)
     np.testing.assert_array_equal(_shown(opened), expected)
-    assert opened.views.cells["depth-out"].strip._text == "as after iteration 3"
+    assert opened.views.cells["depth-out"].strip._text == "as of iteration 3"
     assert "i 3 " in opened.curves.readout.text
 
     bar._slider.setFocus()

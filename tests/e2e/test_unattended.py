@@ -138,7 +138,7 @@ def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Pat
 def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
     truth = tmp_path / "truth.png"
     cv2.imwrite(str(truth), np.full((48, 64), 30_000, np.uint16))
-    refused(start(frame_folder, "--ground-truth", truth), picture, "this truth would be", "truth.png")
+    refused(start(frame_folder, "--ground-truth", truth), picture, "this ground truth would be", "truth.png")
     with pytest.raises(SystemExit):
         app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(truth)])
 
@@ -154,7 +154,7 @@ def test_a_colour_file_without_its_depth(start: Start, frame_folder: Path, pictu
 
 
 def test_no_frame_at_all(start: Start, picture: Path) -> None:
-    refused(start("--run"), picture, "name a frame")
+    refused(start("--run"), picture, "give a frame")
 
 
 def test_one_frame_of_two(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
@@ -182,7 +182,7 @@ def test_a_run_that_breaks(start: Start, frame_folder: Path, picture: Path, monk
         raise MemoryError("no room for the grid")
 
     monkeypatch.setattr(FrameRuns, "_due_previews", broken)
-    refused(start(frame_folder, "--run"), picture, "The run stopped", "no room for the grid")
+    refused(start(frame_folder, "--run"), picture, "The run failed", "no room for the grid")
 
 
 @pytest.mark.parametrize("name", ["no-folder/picture.png", "."])

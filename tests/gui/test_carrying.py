@@ -107,7 +107,7 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
     workspace.look_at([1])
     assert session.undo_stack.count() == 1  # it needs none
     workspace.look_at([1, 2])
-    assert session.undo_stack.undoText() == "Looked at Block 2"
+    assert session.undo_stack.undoText() == "Mark Block 2 as checked"
     assert not session.to_check
     session.undo_stack.undo()
     assert session.to_check == {2}

@@ -211,7 +211,7 @@ def test_colours_mean_what_is_chosen(qapp, subject):
     marked = colours_of(replace(subject, unvouched=doubtful), ColourBy.EXPECTED, points, pixels)
     assert marked.colours[1].tolist() == shade(subject.shades.warning)
     np.testing.assert_array_equal(np.delete(marked.colours, 1, 0), np.delete(expected.colours, 1, 0))
-    assert marked.legend[-1][1] == "nothing vouches"
+    assert marked.legend[-1][1] == "unsupported"
     error = colours(ColourBy.ERROR)
     table = signed_table()
     assert (error.colours == table[to_indices(np.float32([5.1]), -10, 10)[0], :3]).all(), "5.1 mm too far"
@@ -229,10 +229,10 @@ def test_colours_mean_what_is_chosen(qapp, subject):
 
 
 def test_what_cannot_be_shown_says_why(view):
-    view.set_lacking({ColourBy.ERROR: "This frame has no truth: load one"})
+    view.set_lacking({ColourBy.ERROR: "This frame has no ground truth: load one"})
     error, depth = (view._colours._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
     assert not error.isEnabled()
-    assert "no truth" in error.toolTip()
+    assert "no ground truth" in error.toolTip()
     assert depth.isEnabled()
 
 

@@ -82,7 +82,7 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
     workspace.set_parameters(QUICK)
     workspace.store_results(session, list(complete(session.frame, session.labels, QUICK).results.values()))
     workspace.set_own({"s_criteria": 0.002}, [2])
-    for label, line in ((1, "S_criteria 0.5 mm"), (2, "S_criteria 2 mm (own, was run with 0.5 mm)")):
+    for label, line in ((1, "S_criteria 0.5 mm"), (2, "S_criteria 2 mm (own, run used 0.5 mm)")):
         workspace.select([label])
         presenter.show()
         assert panel._criteria.texts == [line]

@@ -121,10 +121,10 @@ def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel)
     records = [replace(record, held_out=error) for record, error in zip(linear(), held_out, strict=True)]
     growing = records[:20]
     panel.show_curves([curve(growing)])
-    assert panel.held_out_plot.least == "least at i = 20"
+    assert panel.held_out_plot.least == "minimum at i = 20"
     growing.extend(records[20:])
     panel.show_curves([curve(growing)])
-    assert panel.held_out_plot.least == "least at i = 25"
+    assert panel.held_out_plot.least == "minimum at i = 25"
     x, y = drawn(panel.held_out_plot)
     np.testing.assert_allclose(x, np.arange(1, 41))
     np.testing.assert_allclose(10**y, held_out)

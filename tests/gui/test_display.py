@@ -85,7 +85,7 @@ def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, lib
 def test_an_x_server_that_does_not_answer(bare_linux: pytest.MonkeyPatch) -> None:
     bare_linux.setattr(extras.ctypes, "CDLL", _lacking(connection=None))
     bare_linux.setenv("DISPLAY", ":4711")
-    assert "':4711' does not answer" in display.display_problem()
+    assert "':4711' does not respond" in display.display_problem()
     bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
     assert display.display_problem() == ""
 
@@ -96,7 +96,7 @@ def test_a_real_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setenv("DISPLAY", ":4711")
     problem = display.display_problem()
-    assert "':4711' does not answer" in problem or "libxcb" in problem
+    assert "':4711' does not respond" in problem or "libxcb" in problem
 
 
 def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:

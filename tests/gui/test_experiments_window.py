@@ -78,7 +78,7 @@ def test_what_the_menu_needs_is_loaded_beforehand_off_the_guis_thread(menu, qtbo
     menu.load_soon()
     qtbot.waitUntil(lambda: bool(loaded), timeout=WAIT_MS)
     ((name, thread),) = loaded
-    assert name == "ilf.experiments"
+    assert name == "ilf.lab.experiments"
     assert thread is not threading.main_thread()
 
 
@@ -200,7 +200,7 @@ def test_a_run_goes_on_while_its_window_is_closed_and_tells_its_end(menu, window
     window.close()
     assert not window.isVisible()
     assert menu.busy
-    assert "go on" in said[-1]
+    assert "continue" in said[-1]
     with qtbot.waitSignal(window.runner.ended, timeout=WAIT_MS) as ended:
         pass
     assert ended.args == ["finished"]

@@ -163,7 +163,7 @@ def test_units_coarser_than_the_inputs_are_pointed_out(qtbot, tmp_path, small_fr
     dialog = ExportDialog(Run(replace(small_frame, inputs=inputs), small_labels), True, str(tmp_path))
     qtbot.addWidget(dialog)
     dialog.png_units.setCurrentText("1000 (millimetres)")
-    assert "steps of 1 mm, the input of 0.5 mm" in dialog.png_note.text()
+    assert "steps of 1 mm, the input has 0.5 mm" in dialog.png_note.text()
     assert dialog.png_note.tone() == "warning"
     dialog.png_units.setEditText("2000")
     assert dialog.png_note.text() == "Steps of 0.5 mm."

@@ -55,7 +55,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert np.isfinite(completion.depth).all()
     assert bench.session.guessed
     assert bench.session.run(bench.workspace.parameters, dense=True).dense
-    assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels guessed in ")
+    assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
     assert bench.finished == [bench.session]
     assert bench.runs.state is RunState.IDLE
     bench.runs.guess()
@@ -88,7 +88,7 @@ def test_clearing_during_a_guess_leaves_nothing(bench: Bench, until: Until, endl
     endless_guess.set()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.session.completion() is None
-    assert bench.said == ["first: guess of the rest cancelled."]
+    assert bench.said == ["first: extrapolation cancelled."]
 
 
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
@@ -109,7 +109,7 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_guess: thr
     assert bench.runs.state is RunState.STOPPING
     endless_guess.set()
     until(lambda: bool(bench.said))
-    assert bench.said == ["first: guess of the rest cancelled."]
+    assert bench.said == ["first: extrapolation cancelled."]
     assert bench.session.completion() is before
     assert bench.finished == []
     assert 0 not in {label for label, _ in bench.records}, "a guess is no block"
@@ -123,7 +123,7 @@ def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench,
     bench.runs.guess()
     bench.workspace.edit_labels(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
-    assert "guess again" in bench.said[0]
+    assert "extrapolate again" in bench.said[0]
     assert not bench.session.guessed
     assert bench.finished == []
 
@@ -134,7 +134,7 @@ def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, unt
     bench.runs.start({1})
     until(lambda: len(bench.said) == 2)
     assert "run finished" in bench.said[0]
-    assert "guessed" in bench.said[1]
+    assert "extrapolated" in bench.said[1]
     assert bench.finished == [bench.session], "once, when all is done"
     bench.runs.start({2})
     bench.runs.cancel()
@@ -155,7 +155,7 @@ def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytes
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     for begin, word in (
         (lambda: bench.runs.start({1}), "1 block in 1.5 s."),
-        (bench.runs.guess, "guessed in 1.5 s;"),
+        (bench.runs.guess, "extrapolated in 1.5 s ("),
     ):
         begin()
         clock[0] += 1.5
@@ -179,4 +179,4 @@ def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monke
     monkeypatch.setattr(runs_module, "guess_steps", noted)
     bench.runs.guess()
     until(lambda: bool(bench.said))
-    assert bench.said[0].endswith("; no block vouches for them. Another network is gone.")
+    assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")

@@ -297,7 +297,7 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     doubtful[10:40, 10:40] = True
     views.set_expected_error(error, doubtful)
     cells = views.cells
-    marked = {name for name, cell in cells.items() if "nothing vouches" in [text for _, text in cell._overlaid]}
+    marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._overlaid]}
     assert marked == {"expected-error", "judgement"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
     assert stripes.pixels.any()

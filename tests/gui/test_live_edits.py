@@ -122,7 +122,7 @@ def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: L
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: len(bench.script.runs) == 3)
     until(lambda: bench.session.changed_blocks() == [])
-    assert bench.said[-1].endswith("2 had been edited meanwhile: run them again.")
+    assert bench.said[-1].endswith("2 blocks edited meanwhile: run again (F5).")
 
 
 def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(
@@ -176,7 +176,7 @@ def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> No
     until(lambda: len(bench.said) == 2)
     bench.runs.start_changed()
     assert _asked(bench) == [[1, 2], [2, 3]]
-    assert bench.said[-1] == "first: all blocks are up to date. The menu Run runs them all again."
+    assert bench.said[-1] == "first: all blocks are up to date. Use Run all blocks to run them again."
 
 
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
@@ -189,13 +189,13 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
         return Effect(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
     monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
-    assert "is said here" in line.label.text()
+    assert "appears here" in line.label.text()
     former = bench.session.labels.copy()
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint <Block> 2")
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
-    until(lambda: "on hidden depth 40.0 → " in line.label.text())
+    until(lambda: "hold-out 40.0 → " in line.label.text())
     assert "expected error, RMS 20.0 → " in line.label.text()
     before, after, (earlier, later) = asked[0]
     np.testing.assert_array_equal(before.blocks, former)
@@ -206,7 +206,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     bench.session.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
     bench.open("second")
-    assert "is said here" in line.label.text()
+    assert "appears here" in line.label.text()
 
 
 def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EffectLine, until: Until) -> None:
@@ -231,7 +231,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     assert not line.presenter.busy  # type: ignore[attr-defined]
     bench.runs.start_changed()
-    until(lambda: bench.runs.state is RunState.IDLE and "on hidden depth" in line.label.text())
+    until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in line.label.text())
 
 
 def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
@@ -284,20 +284,20 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
     monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
-    until(lambda: "too little known depth near it" in line.label.text())
+    until(lambda: "too little known depth nearby" in line.label.text())
     bench.workspace.set_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
-    until(lambda: "RMSE against the truth 100 → " in line.label.text())
+    until(lambda: "RMSE against ground truth 100 → " in line.label.text())
     assert "too little known depth" not in line.label.text()
     line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
     words = line.label.text()
-    assert "RMSE against the truth 100 → " in words
-    assert words.index("truth") < words.index("expected error") < words.index("hidden depth")
+    assert "RMSE against ground truth 100 → " in words
+    assert words.index("truth") < words.index("expected error") < words.index("hold-out")
 
 
 def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
     line.say("Edit", Effect(3))
     line.mark_look(True)
-    assert "The state before: Edit" in line.label.text()
+    assert "Before the edit: Edit" in line.label.text()
     line.mark_look(False)
     assert "3 px moved" in line.label.text()
 
@@ -308,13 +308,13 @@ def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
     monkeypatch.setattr("gui.features.edit_summary.edit_effect", lambda *_: Effect(60))
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
-    until(lambda: "too little known depth near it" in line.label.text())
+    until(lambda: "too little known depth nearby" in line.label.text())
 
 
 def test_pixels_that_are_filled_no_longer_are_said(line: EffectLine) -> None:
     line.say("Edit", Effect(3, (2500, 1200)))
     fewer = line.label.text()
-    assert "filled 2\u202f500 → " in fewer
+    assert "filled 2,500 → " in fewer
     line.say("Edit", Effect(3, (2500, 2600)))
     assert line.label.text().split("color:")[1][:7] != fewer.split("color:")[1][:7]
     line.say("Edit", Effect(3, (2500, 2500)))

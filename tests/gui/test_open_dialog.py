@@ -45,7 +45,7 @@ def test_colour_file_brings_its_depth_and_a_reading(dialog, folder):
     dialog.set_files(str(folder / "rgb.png"))
     assert dialog.depth_path.text() == str(folder / "depth.png")
     assert dialog.message.text().startswith(
-        "Median 2.00 m, range 2.00–2.00 m, 640 x 480, 20 % missing, at 1000 units per metre."
+        "Median 2.00 m, range 2.00–2.00 m, 640 x 480, 20 % missing, 1000 units per metre."
     )
     assert dialog.open_button.isEnabled()
     assert not dialog.depth_preview.picture.pixmap().isNull()
@@ -55,11 +55,11 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
     (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 500, "K": [525, 525, 320, 240]}))
     dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
     assert "Median 4.00 m" in dialog.message.text()
-    assert dialog.message.text().endswith("As meta.json beside the files says: name, depth units, intrinsics.")
+    assert dialog.message.text().endswith("Read from meta.json beside the files: name, depth units, intrinsics.")
     dialog.encoding.setCurrentText("1000 (millimetres)")
     dialog.read()
     assert "Median 2.00 m" in dialog.message.text()
-    assert dialog.message.text().endswith("As meta.json beside the files says: name, intrinsics.")
+    assert dialog.message.text().endswith("Read from meta.json beside the files: name, intrinsics.")
 
 
 def test_request_opens_the_very_frame(dialog, folder):
@@ -85,7 +85,7 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     assert "another aspect" in dialog.message.text()
     dialog.guide_path.setText(str(folder / "half.npy"))
     dialog.read()
-    assert "The guide says something of 100 % of what is missing." in dialog.message.text()
+    assert "The guide covers 100 % of the missing pixels." in dialog.message.text()
     assert dialog.request().load().guide.path == str(folder / "half.npy")
 
 
@@ -106,7 +106,7 @@ def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbo
     ("make", "expected"),
     [
         (lambda at: cv2.imwrite(str(at), np.full((240, 320), 2000, np.uint16)), "320 x 240"),
-        (lambda at: cv2.imwrite(str(at), np.zeros((480, 640, 3), np.uint8)), "picture of depth"),
+        (lambda at: cv2.imwrite(str(at), np.zeros((480, 640, 3), np.uint8)), "8-bit"),
         (lambda at: at.write_bytes(b"no image"), "not a PNG"),
         (lambda at: at.unlink(), "no such file"),
     ],
@@ -182,11 +182,11 @@ def rotated(folder) -> Path:
 def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
     dialog.set_files(str(rotated / "rgb.png"))
     assert dialog.message.tone() == "warning"
-    assert "most likely sun, and the median 2.6" in dialog.message.text()
+    assert "most likely sun, with a median of 2.6" in dialog.message.text()
     assert "65535 fills 10.0% of the pixels" in dialog.message.text()
     assert dialog.open_button.isEnabled(), "it is asked, not decided"
     dialog.follow_button.click()
-    assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, at sun,")
+    assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, sun,")
     assert dialog.message.tone() == "good"
     assert not dialog.follow_button.isVisible()
     assert (dialog.request().encoding, dialog.request().invalid) == ("sun", 65535)
@@ -234,7 +234,7 @@ def recording(tmp_path) -> Path:
 def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, recording, qtbot):
     dialog.set_files(str(recording))
     assert dialog.open_button.isEnabled()
-    qtbot.waitUntil(lambda: "for the list. The first:" in dialog.message.text())
+    qtbot.waitUntil(lambda: "found. First frame:" in dialog.message.text())
     assert "Median" in dialog.message.text()
     assert not dialog.colour_preview.picture.pixmap().isNull()
     assert not dialog.depth_preview.picture.pixmap().isNull()
@@ -247,12 +247,12 @@ def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, reco
 
 def test_a_folder_of_frames_is_looked_into_and_an_empty_one_refused(dialog, folder, tmp_path, qtbot):
     dialog.set_files(str(folder))
-    qtbot.waitUntil(lambda: dialog.message.text().startswith("1 frame for the list."))
+    qtbot.waitUntil(lambda: dialog.message.text().startswith("1 frame found."))
     assert "Median 2.00 m" in dialog.message.text()
     assert dialog.request().rgb == str(folder)
     (tmp_path / "empty").mkdir()
     dialog.set_files(str(tmp_path / "empty"))
-    qtbot.waitUntil(lambda: "holds no frames" in dialog.message.text())
+    qtbot.waitUntil(lambda: "contains no frames" in dialog.message.text())
     assert dialog.message.tone() == "error"
     assert not dialog.open_button.isEnabled()
     assert dialog.depth_preview.picture.pixmap().isNull()
@@ -264,5 +264,5 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
 
     monkeypatch.setattr(FrameSource, "load", damaged)
     dialog.set_files(str(recording))
-    qtbot.waitUntil(lambda: "The first cannot be read: The depth of this frame" in dialog.message.text())
+    qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
     assert dialog.open_button.isEnabled()

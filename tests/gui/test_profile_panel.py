@@ -75,7 +75,7 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
 
 def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(session: Session) -> None:
     data = profile_data(session, LINE, Past(session.frame.depth + 1, 7))
-    assert (data.name, data.error) == ("result as after iteration 7", None)
+    assert (data.name, data.error) == ("result as of iteration 7", None)
     np.testing.assert_array_equal(data.result, data.raw + 1)
 
 
@@ -137,7 +137,7 @@ def test_the_band_is_where_the_error_is_known(panel: ProfilePanel, data: Profile
 
 def test_the_plot_is_written_as_picture(panel: ProfilePanel, data: ProfileData) -> None:
     panel.show_data(data)
-    assert panel.legend_names() == [("raw", "raw"), ("result", "result"), ("0", "first try"), ("truth", "truth")]
+    assert panel.legend_names() == [("raw", "raw"), ("result", "result"), ("0", "first try"), ("truth", "ground truth")]
     svg = panel.plot.picture(panel.legend_names(), as_svg=True)
     assert QSvgRenderer(svg).isValid()
     assert b"first try" in svg

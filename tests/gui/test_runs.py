@@ -240,7 +240,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Be
     assert (bench.run.run.blocks == bench.labels).all(), "the run has blocks of its own"
     bench.script.allow()
     until(lambda: bool(bench.said))
-    assert bench.said[0].endswith(" 2 had been edited meanwhile: run them again.")
+    assert bench.said[0].endswith(" 2 blocks edited meanwhile: run again (F5).")
     assert bench.session.valid_results() == {}
     bench.workspace.undo_group.undo()
     assert set(bench.session.valid_results()) == {1, 2}, "undo brings them back"
@@ -334,7 +334,7 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     assert set(bench.session.valid_results()) == {1, 2}
     assert bench.session.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
-    assert bench.said[0].endswith(" 1 block still without the learned correction: run what changed.")
+    assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
     row = next(row for row in block_rows(bench.session, bench.runs) if row.label == 2)
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
 

@@ -103,7 +103,7 @@ def test_keys_of_another_command_are_swapped_or_taken(
     ("key", "modifier", "said"),
     [
         (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "pans the views"),
-        (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "is held for “Export”"),
+        (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "is held down for “Export”"),
         (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
     ],
 )

@@ -230,7 +230,7 @@ def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
     session.undo_stack.undo()
     assert session.frame.distrusted is None
     assert list(session.valid_results()) == [1, 2]
-    with pytest.raises(InputError, match="nothing is left"):
+    with pytest.raises(InputError, match="no known depth is left"):
         workspace.set_distrusted(np.ones_like(mask), "Distrust depth")
     assert session.frame.distrusted is None
 

@@ -242,8 +242,8 @@ def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> Non
     bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
     bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
     assert behind(bench.session) == (
-        "Not run as they are now, so that what they miss stays missing: 2 of 3 blocks. "
-        "Run with other values than are set now: 1 of 3 blocks. Run what has changed first (F5)."
+        "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
+        "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
     )
 
 

@@ -97,7 +97,7 @@ def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None
     border.send(*_release((30, 30)))
     assert "Release" not in border.tool.hint
     border.drag([(45, 20), (55, 20)], release=False)
-    assert "no pixel changes hands" in border.tool.hint
+    assert "no pixel changes" in border.tool.hint
     border.tool.cancel(host)
     host.workspace.set_lock(2, True)
     border.drag([(30, 10), (24, 16), (24, 24), (30, 30)], release=False)
@@ -288,7 +288,7 @@ def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> 
     split.click((45, -1))
     assert split.tool.take_back(host), "off the frame, a line is begun"
     split.click((45, 5))
-    assert "Nothing tells two surfaces in Block 2 apart" in host.said[-1]
+    assert "No line between two surfaces was found in Block 2" in host.said[-1]
     assert not split.tool.busy
     assert host.preview is None
     split.hover((50, 20))
@@ -343,7 +343,7 @@ def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
     host.aid = None
     split = hand(host, "split")
     split.click((45, 20))
-    assert "still being looked for" in host.said[0]
+    assert "still being computed" in host.said[0]
     assert not split.tool.busy
     split.drag([(45, -1), (45, 49)])
     assert len(host.steps) == 1, "a line needs no edges: it is taken as drawn"
@@ -379,7 +379,7 @@ def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> 
     host.aid = None
     paint.drag([(40, 44), (20, 44)])
     assert host.labels[44, 38] == 1
-    assert "still being looked for" in host.said[-1]
+    assert "still being computed" in host.said[-1]
 
 
 def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
@@ -483,7 +483,7 @@ def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHo
     assert host.labels[10, 50] == 1
     assert host.steps == ["Give a part of Block 2 to Block 1"]
     give.drag([(60, 40), (50, 40)])
-    assert "Begin the line in the block" in host.said[-1]
+    assert "Start the line in the block" in host.said[-1]
 
 
 def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
@@ -493,22 +493,23 @@ def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
     give = hand(host, "give")
     give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
     assert "to Block 5" in give.tool.hint
-    assert "apart" in give.tool.hint
+    assert "disconnected" in give.tool.hint
     give.send(*_release((50.5, -2)))
-    assert "Block 5 has got" in host.said[-1]
+    assert "Block 5 now has" in host.said[-1]
     host.said.clear()
     outline = hand(host, "outline")
     island = [(5.0, 30.0), (15.0, 30.0), (15.0, 40.0), (5.0, 40.0)]
     outline.drag(island, release=False)
-    assert "100 px from Block 1 to Block 5, apart from the rest of it" in outline.tool.hint
+    assert "100 px from Block 1 to Block 5, disconnected from the rest of it" in outline.tool.hint
     outline.send(*_release(island[-1]))
     assert host.labels[35, 10] == 5
     assert host.said == [
-        "Block 5 has got 100 px that lie apart from the rest of it. Ctrl at the start of an outline makes a new block."
+        "Block 5 now has 100 px that are disconnected from the rest of it. "
+        "Hold Ctrl at the start of an outline to make a new block."
     ]
     outline.drag([(5, 8), (12, 8), (12, 14), (5, 14)], release=False)
     assert "from Block 3 to Block 5" in outline.tool.hint
-    assert "apart" not in outline.tool.hint
+    assert "disconnected" not in outline.tool.hint
     outline.send(*_release((5, 14)))
     assert len(host.said) == 1, "that touches it"
     outline.drag([(40, 30), (50, 30), (50, 40), (40, 40)], "c", release=False)
@@ -545,7 +546,7 @@ def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
     distrust.drag([(44, 10), (60, 10)], "a")
     assert host.session.frame.known[10, 44:60].all()
     assert not host.session.frame.known[10, 39]
-    assert host.steps == ["Distrust depth", "Trust depth again"]
+    assert host.steps == ["Mark depth invalid", "Mark depth valid"]
     host.workspace.undo_group.undo()
     host.workspace.undo_group.undo()
     assert np.array_equal(host.session.frame.known, known)
@@ -554,9 +555,9 @@ def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
 def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
     distrust = hand(host, "distrust")
     distrust.click((14, 16))
-    assert "no measured depth" in host.said[0]
+    assert "no valid measured depth" in host.said[0]
     distrust.drag([(50, 10), (55, 10)], "a")
-    assert "None of this" in host.said[1]
+    assert "no invalid depth" in host.said[1]
     assert host.steps == []
 
 

@@ -31,5 +31,5 @@ def test_the_documents_name_what_there_is(document: str, qtbot: QtBot) -> None:
     window.close()
 
 
-PANELS = {"Runs": "Kept runs"}
+PANELS = {"Runs": "Run history"}
 """A panel that the tour names by its title, and the command that opens it."""

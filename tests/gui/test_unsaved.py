@@ -155,6 +155,6 @@ def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, sessio
     workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
     assert not present.unsaved
     workspace.set_keeps_handmade(False)
-    assert present.words() == "parameters of the extraction"
+    assert present.words() == "extraction parameters"
     workspace.set_keeps_handmade(True)
     assert not present.unsaved

@@ -69,7 +69,7 @@ def test_a_job_from_start_to_end(worker: Worker, said: list[Any], until: Until) 
     job = Job()
     worker.start(job)
     assert worker.busy
-    with pytest.raises(RuntimeError, match="under way"):
+    with pytest.raises(RuntimeError, match="already in progress"):
         worker.start(Job())
     job.gate.release(3)
     until(lambda: not worker.busy)

@@ -158,9 +158,9 @@ def test_other_videos_and_a_missing_library(tmp_path: Path, monkeypatch: pytest.
     with pytest.raises(InputError, match="has no depth track of an Azure Kinect or Femto camera"):
         ilf.open_source(other)
     bare = write_azure(tmp_path / "bare.mkv", frames=1, attached=b"")
-    with pytest.raises(InputError, match="the calibration that such a recording has is not in it"):
+    with pytest.raises(InputError, match="the recording contains no calibration"):
         ilf.open_source(bare)
-    with pytest.raises(ilf.IlfError, match="no topics to choose from"):
+    with pytest.raises(ilf.IlfError, match="it has no topics"):
         ilf.open_source(write_azure(tmp_path / "a.mkv", frames=1), topics=("/a", "/b"))
     close_all()
     monkeypatch.setitem(sys.modules, "av", None)

@@ -22,6 +22,7 @@ import ilf
 import ilf.batch.batch
 import ilf.batch.pictures
 import ilf.batch.workers
+from ilf._runtime.formatting import grouped
 from ilf.batch.batch import open_batch, write_manifest
 from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
 from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, selected, shard_of
@@ -88,7 +89,7 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     batch = open_batch(frames, tmp_path / "out", SETTINGS)
     outcomes = {outcome.frame: outcome for outcome in outcomes_here(batch.task, batch.to_do)}
     assert [outcomes[frame.key].status for frame in frames] == ["completed", "completed", "failed"]
-    assert "died, twice" in outcomes["deadly"].message
+    assert "crashed twice" in outcomes["deadly"].message
     assert [row["status"] for row in map(dataclasses.asdict, batch.write_manifest())] == [
         "completed",
         "completed",
@@ -132,7 +133,7 @@ def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, c
     assert "Expected error, median: " in said
     assert main(command) == 0
     assert in_this_process == ["rgb/0000", "rgb/0001", "rgb/0002"]
-    assert "3 frames: 1 completed, 0 failed, 2 there already" in capsys.readouterr().out
+    assert "3 frames: 1 completed, 0 failed, 2 completed before" in capsys.readouterr().out
     after = contents(out)
     assert {name: after[name] for name in before if name != "manifest.csv"} == {
         name: content for name, content in before.items() if name != "manifest.csv"
@@ -252,7 +253,7 @@ def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_
 
 def test_other_machines_must_complete_alike(source, tmp_path, in_this_process):
     task = open_batch(frames_in(source), tmp_path / "out", SETTINGS).task
-    with pytest.raises(InputError, match="would complete frames otherwise"):
+    with pytest.raises(InputError, match="its results would differ"):
         complete_frame(replace(task, sha256="other"), frames_in(source)[0])
 
 
@@ -316,7 +317,7 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
             read_settings(out)
     for levels in ([10**400, 1], [1.0, None], [1.0], "ab"):
         (out / "batch.json").write_text(json.dumps(settings | {"levels": levels}))
-        with pytest.raises(FormatError, match="not of a batch"):
+        with pytest.raises(FormatError, match="not written by a batch"):
             read_settings(out)
 
 
@@ -365,7 +366,7 @@ def test_results_among_the_sources_are_no_sources(source, tmp_path, in_this_proc
 @pytest.mark.parametrize(
     ("flags", "message", "status"),
     [
-        (["--shard", "3/2"], "not one of so many parts", 2),
+        (["--shard", "3/2"], "is not a part K/N", 2),
         (["--frames", "3"], "not a range of frames", 2),
         (["--frames", "7:"], "numbered from 0 to 2", 1),
         (["--seeds", "2"], "add --hold-out", 2),
@@ -383,7 +384,7 @@ def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, capsy
 def test_results_do_not_go_into_the_source(source, capsys):
     before = contents(source)
     assert main(["batch", str(source), "--out", str(source)]) == 1
-    assert "Choose another folder for these" in capsys.readouterr().err
+    assert "Choose another output folder" in capsys.readouterr().err
     assert contents(source) == before
 
 
@@ -431,7 +432,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
     )
     assert ended.returncode == 1
     assert ended.stderr == (
-        f"ilf: error: The connection to the Dask scheduler at {told} was lost. Frames that are done stay: start the "
+        f"ilf: error: The connection to the Dask scheduler at {told} was lost. Completed frames are kept: start the "
         "same command again to resume.\n"
     )
     assert "3 not done" in ended.stdout
@@ -440,7 +441,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
 
 def test_sources_of_one_name_are_refused(source):
     opened = ilf.open_source(source)
-    with pytest.raises(InputError, match="Two sources are called in"):
+    with pytest.raises(InputError, match="Two sources are named in"):
         frames_of_sources([opened, opened])
 
 
@@ -481,7 +482,7 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_
     beside = ["--ground-truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
     assert main(command) == 1
-    assert "no file for rgb/0002: it would be called rgb__0002 or 0002" in capsys.readouterr().err
+    assert "no file for rgb/0002. Add one named rgb__0002 or 0002" in capsys.readouterr().err
     assert main([*command, "--frames", ":2"]) == 0
     assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
@@ -508,11 +509,10 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process
     measured = cv2.imread(str(source / "depth" / "0001.png"), cv2.IMREAD_UNCHANGED) / np.float32(1000)
     changed = np.count_nonzero(np.isfinite(made) & (made != measured))
     told = manifest(out)[1]["message"]
-    assert (
-        f"of up to 3 frames where nothing has changed: it differs from the measured depth at {changed} of 1536" in told
-    )
+    differs = f"it differs from the measured depth at {grouped(changed)} of {grouped(made.size)} pixels"
+    assert f"of up to 3 frames where colour is unchanged: {differs}" in told
     assert main(["complete", "--replay", str(out / "rgb__0001" / "run.json"), "--out", str(tmp_path / "again")]) == 0
-    assert "came out as recorded" in capsys.readouterr().out
+    assert "identical to the recorded one" in capsys.readouterr().out
     before = contents(out)
     assert main(command) == 0
     assert contents(out) == before
@@ -551,7 +551,7 @@ def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(sour
     settings = BatchSettings(QUICK, ExportOptions(axes="world"))
     task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
     outcome = complete_frame(task, first)
-    assert outcome.message.startswith("Where the camera was is not known of this frame")
+    assert outcome.message.startswith("The pose of this frame's camera is not known")
 
 
 def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, in_this_process):
@@ -561,7 +561,7 @@ def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, in_this_process)
         cv2.imwrite(str(source / "rgb" / f"{number:04}.png"), image)
     assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--static-camera", *FLAGS]) == 0
     told = manifest(tmp_path / "out")[1]["message"]
-    assert "Depth is as measured: of 2 frames around it, none shows the same view." in told
+    assert "Depth is unchanged: none of 2 neighbouring frames shows the same view." in told
     assert "median" not in told
 
 
@@ -594,7 +594,7 @@ def test_each_doubt_is_told_once(source, tmp_path, in_this_process, capsys):
         told = capsys.readouterr()
         (line,) = told.err.splitlines()
         assert line.startswith("ilf: warning: rgb/0000: 65535 fills ")
-        assert "2 frames may have been read wrongly" in told.out
+        assert "2 frames with plausibility warnings" in told.out
     assert ["65535 fills" in row["doubts"] for row in manifest(tmp_path / "out")] == [True, True, False]
     assert len(in_this_process) == 3
 
@@ -614,12 +614,12 @@ def test_strict_batches_let_doubted_frames_fail(source, tmp_path, in_this_proces
 
 def test_info_of_a_folder_names_the_doubts_of_its_frames(source, capsys):
     assert main(["info", str(source), "--strict"]) == 0
-    assert "doubt" not in capsys.readouterr().out
+    assert "warning" not in capsys.readouterr().out
     _far(source, [1, 2])
     assert main(["info", str(source)]) == 0
     told = capsys.readouterr().out
-    assert re.search(r"^doubt: +rgb/0001: 65535 fills", told, re.MULTILINE)
-    assert told.count("doubt:") == 1
+    assert re.search(r"^warning: +rgb/0001: 65535 fills", told, re.MULTILINE)
+    assert told.count("warning:") == 1
     assert main(["info", str(source), "--strict"]) == 1
     assert "ilf: error: rgb/0001: 65535 fills" in capsys.readouterr().err
     (source / "depth/0000.png").write_bytes(b"nothing")

@@ -95,7 +95,7 @@ def test_truth_scores_the_frames_own_holes_where_truth_is_known(two_frames):
     np.testing.assert_array_equal(task.scored, ~source.frame.known & np.isfinite(source.truth))
     assert task.scored.any()
     assert not task.scored[:, 60:].any()
-    with pytest.raises(InputError, match="no measured or exact truth"):
+    with pytest.raises(InputError, match="no measured or exact ground truth"):
         make_task(load_bench_frame(two_frames / "first"), "truth")
 
 
@@ -130,7 +130,7 @@ def test_frames_that_leave_nothing_to_score():
     one = np.zeros((40, 60))
     one[3, 4] = 2.0
     for pattern in ("areas", "random"):
-        with pytest.raises(InputError, match="hidden"):
+        with pytest.raises(InputError, match="hidden|held-out"):
             make_task(BenchFrame(RGBDFrame(COLOUR, one), None), pattern)
     with pytest.raises(InputError, match="no pattern 'stripes'"):
         make_task(BenchFrame(frame_of(PLANE), None), "stripes")
@@ -337,7 +337,7 @@ def test_an_earlier_result_that_is_damaged(earlier, value):
     content = json.loads(earlier.read_text())
     content["rows"][0]["frame" if isinstance(value, list) else "rmse"] = value
     earlier.write_text(json.dumps(content))
-    with pytest.raises(FormatError, match="is no result that"):
+    with pytest.raises(FormatError, match="is not a result of"):
         read_earlier(earlier, list(METHODS))
 
 
@@ -362,9 +362,9 @@ def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, monke
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--seed", "2"], "earlier.json does not fit first, pattern areas: then, methods were given other colour or"),
+        (["--seed", "2"], "earlier.json does not fit first, pattern areas: its methods had other colour or depth"),
         (["--seed", "1", "--pattern", "random"], "earlier.json has no rows of first, pattern random"),
-        (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of any peer that is to be"),
+        (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of the peers to compare"),
     ],
 )
 def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, capsys, arguments, message):
@@ -377,7 +377,7 @@ def test_other_depth_and_other_files_are_refused(two_frames, earlier, tmp_path, 
     arguments = ["--pattern", "areas", "--methods", "nearest", "--seed", "1", "--peers-from"]
     (tmp_path / "old.json").write_text('{"rows": [{"frame": "first"}]}')
     assert main(["bench", str(two_frames), *arguments, str(tmp_path / "old.json")]) == 1
-    assert "old.json is no result that `ilf bench --json` of this version" in capsys.readouterr().err
+    assert "old.json is not a result of `ilf bench --json` of this version" in capsys.readouterr().err
     depth = cv2.imread(str(two_frames / "second" / "depth.png"), cv2.IMREAD_UNCHANGED)
     depth[depth > 0] += 1
     cv2.imwrite(str(two_frames / "second" / "depth.png"), depth)
@@ -402,7 +402,7 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     warnings = captured.err.splitlines()
     assert len(warnings) == 2
     assert warnings[0].startswith("ilf: warning: skipped: broken. ")
-    assert warnings[1] == "ilf: warning: skipped for pattern truth: first. There is no measured or exact truth."
+    assert warnings[1] == "ilf: warning: skipped for pattern truth: first. There is no measured or exact ground truth."
     tables = [part.splitlines() for part in captured.out.split("\n\n")]
     whats = ("", ", frame by frame", ", expected error")
     assert [lines[0].split(":")[0] for lines in tables] == [
@@ -457,11 +457,11 @@ def test_limit_and_seed(two_frames, tmp_path, capsys):
     ("arguments", "status", "message"),
     [
         (["missing"], 1, "missing is not a folder"),
-        (["empty"], 1, "there is no frame in it"),
+        (["empty"], 1, "none of its folders has one"),
         (["frames", "--pattern", "stripes"], 1, "There is no pattern 'stripes'. Known: random, areas, truth."),
-        (["frames", "--pattern", ","], 1, "No pattern is named"),
+        (["frames", "--pattern", ","], 1, "The list has no pattern"),
         (["frames", "--methods", "cubic"], 1, "There is no method 'cubic'"),
-        (["frames", "--limit", "0"], 2, "'0' is not a whole number from 1 on"),
+        (["frames", "--limit", "0"], 2, "'0' is not an integer of at least 1"),
         (["frames", "--seed", "-1"], 2, "--seed"),
         (["frames/first", "--pattern", "truth"], 1, "No frame could be scored"),
         (["frames", "--methods", "nearest", "--csv", "no/such.csv"], 1, "Could not write no/such.csv"),

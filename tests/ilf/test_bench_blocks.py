@@ -303,7 +303,7 @@ def test_command_end_to_end(folders, tmp_path, capsys):
     assert "3/3 frames" in captured.err
     assert captured.err.splitlines()[-1].startswith("ilf: warning: skipped: broken. ")
     lines = captured.out.splitlines()[: 2 + len(BLOCK_METHODS)]
-    assert lines[0] == "blocks: quality of operation blocks, nothing hidden (2 frames)"
+    assert lines[0] == "blocks: quality of operation blocks, without hold-out (2 frames)"
     assert lines[2].split()[0] == "canny+depth"
     assert {line.split()[0] for line in lines[2:]} == set(BLOCK_METHODS)
 

@@ -45,7 +45,7 @@ def test_the_command_compares_and_writes(
     monkeypatch.setattr(denoise_runner, "SCENES", {"cylinder, 6.5 mm": SCENES["cylinder, 6.5 mm"]})
     assert main(["bench", "denoise", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
     shown = capsys.readouterr().out
-    assert "cylinder, 6.5 mm: all (230400 pixels)" in shown
+    assert "cylinder, 6.5 mm: all (230,400 pixels)" in shown
     with open(tmp_path / "rows.csv", newline="") as file:
         errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}
     assert errors["best"] < errors["median"] / 5 < errors["input"] / 5

@@ -170,11 +170,11 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
         assert main(command) == 0
         warnings = [line for line in capsys.readouterr().err.splitlines() if "There is no edge network 'mine'" in line]
         assert len(warnings) == 1
-        assert warnings[0].startswith("ilf: warning: Canny's edges stand in for the network's: ")
+        assert warnings[0].startswith("ilf: warning: Canny's edges replace those of the network: ")
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
     for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
         assert main(command) == 0
-        note = "Canny's edges stand in for the network's: There is no edge network 'mine'"
+        note = "Canny's edges replace those of the network: There is no edge network 'mine'"
         assert capsys.readouterr().err.count(note) == 1
 
 
@@ -183,16 +183,16 @@ def test_a_replay_says_how_it_came_out(files, capsys):
     assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""
-    assert captured.out.endswith("The run came out as recorded.\n")
+    assert captured.out.endswith("The result is identical to the recorded one.\n")
     Path("out/curves.csv").unlink()
     record = json.loads(Path("out/run.json").read_text())
     record["depth_sha256"] = "0"
     Path("out/run.json").write_text(json.dumps(record))
     assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
     captured = capsys.readouterr()
-    assert "ilf: warning: The set is not whole: curves.csv is not beside it." in captured.err
+    assert "ilf: warning: The set of files is incomplete: missing curves.csv." in captured.err
     assert "ilf: warning: The depth differs from the recorded one by up to 0.0e+00 m, at 0 pixels" in captured.err
-    assert "as recorded" not in captured.out
+    assert "identical to the recorded one" not in captured.out
 
 
 def test_a_replay_can_leave_out_the_cloud_that_cannot_be_written_here(files):
@@ -246,11 +246,11 @@ def test_blocks_go_to_other_programs_and_come_back(files, capsys):
     assert contents("again") == contents("filled")
 
     assert "nothing is extracted" in fails(capsys, *given, "--blocks-granularity", "0.4", status=2)
-    assert "by --blocks" in fails(capsys, "complete", *files, "--fill-gaps", status=2)
+    assert "with --blocks" in fails(capsys, "complete", *files, "--fill-gaps", status=2)
     stages = ["blocks", *files, "--from", "b.json", "--out", "c.png", "--stages", "stages"]
     assert "leave out --stages" in fails(capsys, *stages, status=2)
     write_blocks("none.json", drawn * 0)
-    assert "holds none" in fails(capsys, *given[:-1], "none.json")
+    assert "contains none" in fails(capsys, *given[:-1], "none.json")
 
 
 def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
@@ -291,8 +291,8 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     assert 7 not in labels
     assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
-    assert "no blocks 3 to keep" in fails(capsys, *again, "--keep", "9,3")
-    assert "by --from" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
+    assert "there are no blocks 3." in fails(capsys, *again, "--keep", "9,3")
+    assert "with --from" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
@@ -471,7 +471,7 @@ def test_info_shows_frames_and_records(files, capsys):
     assert "1000 units per metre (assumed" in text
     assert "10.1%" in text
     assert "1.500 to 2.837 m" in text
-    assert "intrinsics:   not known" in text
+    assert "intrinsics:   unknown" in text
     assert main(["info", *files, "--depth-units", "1", "--intrinsics", "1,2,3,4"]) == 0
     text = capsys.readouterr().out
     assert "fx 1, fy 2, cx 3, cy 4" in text
@@ -527,7 +527,7 @@ def test_info_prints_one_json_document(files, capsys):
     assert found["run"]["preset"] == "best"
     Path("out/depth.npy").unlink()
     found = document(capsys, "info", "out/run.json")
-    assert found["run"]["problems"][0].startswith("The set is not whole: depth.npy")
+    assert found["run"]["problems"][0].startswith("The set of files is incomplete: missing depth.npy")
     write_small_frame(Path("more/a"))
     write_small_frame(Path("more/b"))
     for folder in ("a", "b"):
@@ -541,7 +541,7 @@ def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
     assert main(["info", *files]) == 0
     rows, columns, _ = cv2.imread(files[0]).shape
     assert (
-        f"problem:      Colour is {columns} x {rows} but depth is 30 x 20. Both must show the same pixels"
+        f"problem:      Colour is {columns} x {rows} but depth is 30 x 20. Both must have the same pixels"
         in capsys.readouterr().out
     )
 
@@ -556,9 +556,9 @@ def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     assert "problem" not in text
     Path("out/depth.npy").unlink()
     assert main(["info", "out/run.json"]) == 0
-    assert "problem:      The set is not whole: depth.npy is not beside it." in capsys.readouterr().out
+    assert "problem:      The set of files is incomplete: missing depth.npy." in capsys.readouterr().out
     Path("out/run.json").unlink()
-    assert "an export that was interrupted" in fails(capsys, "info", "out")
+    assert "an interrupted export" in fails(capsys, "info", "out")
 
 
 def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):

@@ -81,7 +81,7 @@ def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes
     squared = (completion.depth - truth)[filled] ** 2
     share = squared[block[filled]].sum() / squared.sum()
     doubtful = ilf.unvouched(completion)[block & filled].mean()
-    why = f"nothing measured vouches for {doubtful:.0%} of its filled pixels"
+    why = f"{doubtful:.0%} of its filled pixels are unsupported by measurements"
     assert f"Block 2 has {share:.0%} of the squared error; {why}." in lines
 
 
@@ -112,14 +112,14 @@ def test_the_block_that_has_most_of_the_error(blocks, found):
 def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert main(["info", *files, *TRUTH]) == 0
     text = capsys.readouterr().out
-    assert "gt.png, 5000 units per metre, known at 100.0%, 100.0% of what is missing" in text
+    assert "gt.png, 5000 units per metre, known at 100.0% of all pixels and 100.0% of the missing ones" in text
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
     assert main(["info", "in"]) == 0
     assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
     assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
     assert main(["info", "in"]) == 0
-    assert "none: meta.json says of gt.png" in capsys.readouterr().out
+    assert "none: according to meta.json, gt.png" in capsys.readouterr().out
 
 
 def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys):
@@ -130,7 +130,7 @@ def test_evaluate_against_ground_truth_gives_the_librarys_figures(files, capsys)
         run = ilf.Run.of(frame, preset=ilf.preset(name, max_iterations=25))
         judgement = judge_completion(frame, run.complete())
         assert figures(text, name)[1].rstrip("*") == f"{1000 * judgement.rmse:.2f}"
-    assert "against its truth, over 485 pixels" in text
+    assert "against ground truth, over 485 missing pixels" in text
     assert "RMSE [mm], paper" in text
     assert figures(text, "    1")[1] == "210"
 
@@ -153,7 +153,7 @@ def test_evaluate_prints_one_json_document(files, capsys):
 def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, capsys):
     assert main(["evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
     captured = capsys.readouterr()
-    assert "2 times" in captured.out
+    assert "2 hold-outs" in captured.out
     assert "0 % |" in captured.err
     run = ilf.Run.of(ilf.load_frame(*files), preset=ilf.preset(max_iterations=25))
     result = judge_hidden(run, HiddenTest("areas", (0, 1)))
@@ -198,7 +198,7 @@ def test_evaluate_sweeps_one_parameter_or_two(files, capsys):
     ("flags", "message"),
     [
         (["--sweep", "smoothnes=1"], "Did you mean smoothness"),
-        (["--sweep", "smoothness"], "a parameter and its values, as smoothness=0.3,1,3"),
+        (["--sweep", "smoothness"], "a parameter and its values, such as smoothness=0.3,1,3"),
         (["--sweep", "smoothness=much"], "'much' is not a number"),
         (["--sweep", "trend=maybe"], "trend must be on or off, not 'maybe'"),
         (["--sweep", "smoothness=1", "--preset", "best", "--preset", "paper"], "varies one --preset"),
@@ -217,7 +217,7 @@ def test_what_cannot_be_evaluated_is_refused(files, capsys):
     truth = np.where(cv2.imread("in/depth.png", cv2.IMREAD_UNCHANGED) == 0, 0, 2000).astype(np.uint16)
     cv2.imwrite("in/known.png", truth)
     error = fails(capsys, "evaluate", *files, "--ground-truth", "in/known.png")
-    assert "no truth where depth is missing in the blocks" in error
+    assert "no ground truth where depth is missing in the blocks" in error
 
 
 def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):

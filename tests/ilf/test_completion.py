@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.formatting import counted
 from ilf._runtime.threads import side_by_side
 from ilf.completion.block import known_needed
 from ilf.completion.completion import CompletionRun
@@ -94,7 +95,7 @@ def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, sma
     assert repr(completion) == (
         f"<CompletedRun of {small_frame.name!r}: 64 x 48 pixels, 1 block, {filled} pixels filled, {left} still missing>"
     )
-    assert f" pixels filled ({left} guessed), 0 still missing>" in repr(ilf.fill_rest(completion))
+    assert f" pixels filled ({left} extrapolated), 0 still missing>" in repr(ilf.fill_rest(completion))
     assert repr(compose(small_frame, completion.results)).startswith("<Completion of ")
     assert completion._repr_html_().count("data:image/png;base64,") == 3
     matplotlib.use("agg")
@@ -109,7 +110,7 @@ def test_a_completion_has_what_there_is_to_know_of_its_extraction(
     monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     blind = dataclasses.replace(small_frame, name="blind", rgb=small_frame.rgb.copy())
     notes = ilf.complete(blind, edges="canny").notes
-    assert [note for note in notes if note.startswith("Canny's edges stand in for the network's: ")]
+    assert [note for note in notes if note.startswith("Canny's edges replace those of the network: ")]
 
 
 def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -209,8 +210,8 @@ def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: 
     outcome = result.outcomes[7]
     assert outcome.status is Status.NOT_RECOVERABLE
     assert outcome.message == (
-        "1 of 1632 pixels have depth (0.1%); at least 33 are needed. Merge it with a neighbour on the same surface, or "
-        "lower the limits under Data."
+        "1 of 1,632 pixels have depth (0.1%); at least 33 are needed. "
+        "Merge it with a neighbour on the same surface, or lower the limits under Data."
     )
     assert (outcome.pixels, outcome.known, outcome.recovered) == (1632, 1, 0)
     assert outcome.defect_rate == 1631 / 1632
@@ -459,7 +460,7 @@ def test_depth_that_is_not_positive_is_no_depth() -> None:
     assert left > 0
     assert not (result.depth <= 0).any()
     assert outcome.recovered + left == 20 * 5
-    assert f"{left} pixels stay missing" in outcome.message
+    assert f"{counted(left, 'pixel')} left missing" in outcome.message
 
 
 @pytest.mark.parametrize(("surface", "filled"), [(0.0, 0), (-1.0, 0), (0.001, 9)])
@@ -477,8 +478,8 @@ def test_zero_is_no_depth_either(monkeypatch: pytest.MonkeyPatch, surface: float
     ("labels", "message"),
     [
         (np.ones((3, 3), np.int32), "shape"),
-        (np.ones((48, 64)), "whole numbers"),
-        (np.full((48, 64), -1, np.int32), "whole numbers"),
+        (np.ones((48, 64)), "integers"),
+        (np.full((48, 64), -1, np.int32), "integers"),
     ],
 )
 def test_label_maps_that_do_not_fit_are_refused(small_frame: RGBDFrame, labels: np.ndarray, message: str) -> None:

@@ -355,7 +355,7 @@ def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="is no correction network"):
+    with pytest.raises(FormatError, match="is not a correction network"):
         CorrectionNetwork.load(asset_path("models/depth-edges.onnx"))
     broken = tmp_path / "correction.onnx"
     broken.write_bytes(asset_path("models/correction.onnx").read_bytes()[:1000])
@@ -385,7 +385,7 @@ def test_a_look_that_gives_no_numbers_is_taken_again(
     np.testing.assert_array_equal(ilf.complete(anew(frame), blocks).depth, corrected.depth)
     answers(network, 2, monkeypatch)
     notes = ilf.complete(anew(frame), blocks).notes
-    assert "Depth is not corrected: correction.onnx gives no numbers for this frame." in notes
+    assert "Depth is not corrected: correction.onnx returns values that are not finite for this frame." in notes
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])

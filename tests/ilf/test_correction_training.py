@@ -37,7 +37,7 @@ def test_samples_of_pictures_with_low_numbers_are_held_out(tmp_path: Path) -> No
 
 def test_a_folder_without_samples_is_named(tmp_path: Path) -> None:
     write_sample(tmp_path, "000041")
-    with pytest.raises(InputError, match=r"no samples to learn from: it needs files <number>-<k>\.npz"):
+    with pytest.raises(InputError, match=r"not enough samples for training. Add files <number>-<k>\.npz"):
         SampleFolder(tmp_path)
 
 
@@ -52,7 +52,7 @@ def test_a_sample_has_depth_less_the_median_of_the_known_one(tmp_path: Path) -> 
 def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
     path = tmp_path / "000001-0.npz"
     np.savez(path, rgb=np.zeros((4, 4, 3), np.uint8))
-    with pytest.raises(InputError, match=r"000001-0\.npz is no sample"):
+    with pytest.raises(InputError, match=r"000001-0\.npz is not a sample"):
         read_sample(path)
 
 

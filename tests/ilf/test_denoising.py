@@ -83,6 +83,6 @@ def test_the_noise_found_is_said_and_given_noise_is_not() -> None:
     frame = _grey(2 + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(ROWS.shape))
     labels = np.ones(frame.shape, np.int32)
     (note,) = ilf.complete(frame, labels, ilf.preset(mode="fill+denoise")).notes
-    assert note.startswith("Noise found in the known depth: a standard deviation of")
+    assert note.startswith("Noise estimated from the known depth: standard deviation")
     assert ilf.complete(frame, labels, ilf.preset(mode="fill+denoise", noise=0.005)).notes == ()
     assert ilf.complete(frame, labels, ilf.preset()).notes == ()

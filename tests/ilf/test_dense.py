@@ -71,7 +71,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     assert usual.notes == ()
     monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
     (note,) = guess(None).notes
-    assert note.startswith("Canny's edges stand in for the network's: ")
+    assert note.startswith("Canny's edges replace those of the network: ")
 
 
 def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(

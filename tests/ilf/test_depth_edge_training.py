@@ -92,17 +92,17 @@ def test_a_growing_folder_is_looked_through_again(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_pictures_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no pictures to learn from"):
+    with pytest.raises(InputError, match="not enough pictures for training"):
         PictureFolder(tmp_path)
 
 
 def test_a_file_that_is_no_picture_is_named(tmp_path: Path) -> None:
     path = tmp_path / "000001.npz"
     path.write_bytes(b"none")
-    with pytest.raises(InputError, match=r"000001\.npz is no generated picture"):
+    with pytest.raises(InputError, match=r"000001\.npz is not a generated picture"):
         read_picture(path)
     np.savez(path, rgb=np.zeros((4, 4, 3), np.uint8))
-    with pytest.raises(InputError, match=r"000001\.npz is no generated picture"):
+    with pytest.raises(InputError, match=r"000001\.npz is not a generated picture"):
         read_picture(path)
 
 

@@ -60,7 +60,7 @@ def test_guide_that_known_depth_contradicts_changes_nothing(without) -> None:
     noise = np.random.default_rng(0).normal(size=SHAPE)
     guided = ilf.complete(frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=noise)
     assert np.array_equal(guided.depth, without.depth, equal_nan=True)
-    assert "left aside" in guided.notes[-1]
+    assert "not used" in guided.notes[-1]
 
 
 def test_where_a_guide_says_nothing_is_as_without(without) -> None:
@@ -148,7 +148,7 @@ def test_guide_is_resized_only_to_its_own_aspect() -> None:
     holed = small.copy()
     holed[:10] = 0
     assert np.isnan(Guide(holed).of_size(SHAPE).values[:18]).all()
-    with pytest.raises(InputError, match="90 x 90 but the frame is 120 x 90, which is another aspect"):
+    with pytest.raises(InputError, match="90 x 90 but the frame is 120 x 90, which has another aspect"):
         frame_with_hole(guide=truth()[:, :90])
 
 
@@ -163,7 +163,7 @@ def test_larger_guide_is_averaged_and_smaller_one_interpolated() -> None:
 
 @pytest.mark.parametrize("values", [np.zeros((4, 4)), np.full((4, 4), 3.0), np.full((4, 4), np.nan)])
 def test_guide_that_says_nothing_is_refused(values) -> None:
-    with pytest.raises(InputError, match="says nothing"):
+    with pytest.raises(InputError, match="no usable values"):
         Guide(values)
 
 
@@ -183,7 +183,7 @@ def test_guides_are_read_from_files(tmp_path) -> None:
     cv2.imwrite(str(tmp_path / "coloured.png"), cv2.applyColorMap(grey, cv2.COLORMAP_JET))
     (tmp_path / "broken.npz").write_bytes(b"PK no zip")
     np.savez(tmp_path / "many.npz", a=grey, b=grey)
-    for name, words in (("coloured.png", "coloured picture"), ("broken.npz", "cannot be read"), ("many.npz", "2 arr")):
+    for name, words in (("coloured.png", "colour-mapped"), ("broken.npz", "cannot be read"), ("many.npz", "2 arr")):
         with pytest.raises(FormatError, match=words):
             load_guide(tmp_path / name)
 
@@ -231,7 +231,7 @@ def test_command_line_takes_a_guide(folder, capsys) -> None:
     assert "Guide: followed to" in capsys.readouterr().out
     assert np.abs(np.load(out / "depth.npy") - truth())[30:60, 70:110].mean() < 0.05
     assert main(["info", str(folder), "--guide", str(other)]) == 0
-    assert "100.0% of what is missing" in capsys.readouterr().out
+    assert "100.0% of the missing ones" in capsys.readouterr().out
     np.save(other, truth()[:, :80])
     assert main(["complete", str(folder), *flags]) == 1
     assert "another aspect" in capsys.readouterr().err

@@ -25,11 +25,11 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_a_process_that_ends_is_told_of() -> None:
     with process_pool(1) as pool:
         assert result_of(pool.submit(abs, -3)) == 3
-        with pytest.raises(IlfError, match="ended before its time"):
+        with pytest.raises(IlfError, match="ended unexpectedly"):
             result_of(pool.submit(sys.exit, 0))
         with pytest.raises(ZeroDivisionError):
             result_of(pool.submit(divmod, 1, 0))
-        with pytest.raises(IlfError, match="ended before its time"):
+        with pytest.raises(IlfError, match="ended unexpectedly"):
             result_of(pool.submit(os._exit, 0))
 
 

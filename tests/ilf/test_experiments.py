@@ -241,7 +241,7 @@ def test_without_data_the_sample_is_taken_and_named_as_such():
 
     sources = find_sources(Settings())
     assert [source.name for source in sources.frames] == ["room"]
-    assert "Only a sample" in sources.notes[0]
+    assert "Only the bundled sample" in sources.notes[0]
 
 
 # running, writing, reporting
@@ -296,7 +296,7 @@ def test_the_report_stands_alone(tiny, tmp_path):
     html = page.read_text()
     assert html.count("data:image/png;base64,") == 2
     assert not re.search(r"(src|href)=\"(?!data:|#)", html)
-    assert "numbers are not to be relied on" in html
+    assert "numbers are not reliable" in html
     assert "10.28 mm" in html
     markdown = text.read_text()
     assert "Not run: convergence, sphere, cylinder-noise, unknowns, real, table." in markdown

@@ -176,9 +176,9 @@ def test_without_the_network_canny_stands_in_and_that_is_said(frame: RGBDFrame) 
     missing = BlockParameters(model="nowhere")
     extraction = extract(frame, missing)
     (note,) = extraction.notes
-    assert note.startswith("Canny's edges stand in for the network's: There is no edge network 'nowhere'")
+    assert note.startswith("Canny's edges replace those of the network: There is no edge network 'nowhere'")
     assert extraction.network is None
-    with pytest.warns(RuntimeWarning, match="stand in") as warned:
+    with pytest.warns(RuntimeWarning, match="replace") as warned:
         blocks = ilf.extract_blocks(frame, missing)
     assert warned[0].filename == __file__, "the caller's line is named, not one of the library's"
     assert np.array_equal(blocks, ilf.extract_blocks(frame, BlockParameters(detector="canny")))

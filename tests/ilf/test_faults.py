@@ -66,12 +66,12 @@ def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pyt
     check_fits("a", 9000, 6500)
     monkeypatch.setenv("ILF_MEMORY", str(memory_needed(1920, 1080) / 1e9))
     check_fits("a", 1920, 1080)
-    with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.2 GB of memory, and 1\.19\d* GB .*: ILF_MEMORY=1\.2 \("):
+    with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.2 GB of memory, but only 1\.19\d* GB .*ILF_MEMORY=1\.2 "):
         check_fits("a", 1921, 1080)
     monkeypatch.setenv("ILF_MEMORY", "0.35")
-    with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.375 GB of memory, and 0\.35 GB are"):
+    with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.375 GB of memory, but only 0\.35 GB are"):
         check_fits("a", 160, 120)
     for wrong in ("much", "-1", "nan"):
         monkeypatch.setenv("ILF_MEMORY", wrong)
-        with pytest.raises(ParameterError, match="must be a number of GB"):
+        with pytest.raises(ParameterError, match="must be a positive number of GB"):
             memory_limit()

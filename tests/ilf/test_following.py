@@ -107,7 +107,7 @@ def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
     for wrong in (np.linalg.inv(pose), np.diag([1.0, 1, 1, 1]) + 1000 * (pose - np.eye(4))):
         found = follow(frames[0], labels, frames[1], pose=wrong, extraction=_QUICK)
         assert found.how == "flow"
-        assert "does not fit the pictures" in found.notes[0]
+        assert "does not fit the images" in found.notes[0]
         assert (found.labels != truth)[:, :-8].mean() < 0.01
         assert follow(frames[0], labels, frames[1], how="pose", pose=wrong, extraction=_QUICK).how == "pose"
 
@@ -128,7 +128,7 @@ def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone() 
     assert new == 31, "no number of a block that is gone or forgotten"
     assert (found.labels[:, 90:] == new).mean() > 0.95
     assert 11 in found.gone
-    assert "not in the picture" in found.reasons[new]
+    assert "not in the previous frame" in found.reasons[new]
     # small blocks of the user stay, and what is no block stays none
     holed = labels[:, :128].copy()
     holed[60:66, 100:106] = 40
@@ -186,7 +186,7 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
     other = RGBDFrame(rng.integers(0, 255, (*_SHAPE, 3)).astype(np.uint8), np.full(_SHAPE, 1.0))
     lost = follow(before, start, other, extraction=_QUICK)
     assert lost.to_check == set(np.unique(lost.labels).tolist()) - {0}
-    assert "extracted anew" in lost.notes[0]
+    assert "extracted again" in lost.notes[0]
     assert lost.uncertain.all()
 
 
@@ -194,7 +194,7 @@ def test_what_cannot_be_carried_is_said() -> None:
     before, labels = _view(30, 30)
     with pytest.raises(InputError, match="differ in size: 128 x 96 and 64 x 48"):
         follow(before, labels, RGBDFrame(before.rgb[::2, ::2], before.depth[::2, ::2]))
-    with pytest.raises(InputError, match="Choose one of auto"):
+    with pytest.raises(InputError, match="Select one of auto"):
         follow(before, labels, before, how="guess")
     with pytest.raises(InputError, match="4 x 4"):
         follow(before, labels, before, how="pose")

@@ -154,7 +154,7 @@ def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
 
 
 def test_all_depth_distrusted_is_said():
-    with pytest.raises(InputError, match="All depth of the frame is distrusted"):
+    with pytest.raises(InputError, match="All depth of the frame is marked invalid"):
         RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=np.ones((2, 3), bool))
 
 
@@ -176,9 +176,9 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame:
 @pytest.mark.parametrize(
     ("truth", "why"),
     [
-        (np.ones((4, 4)), "The truth is 4 x 4 but the frame is 64 x 48"),
-        (np.zeros((48, 64)), "The truth has no known pixel"),
-        (np.ones((48, 64, 3)), "The truth cannot be used"),
+        (np.ones((4, 4)), "The ground truth is 4 x 4 but the frame is 64 x 48"),
+        (np.zeros((48, 64)), "The ground truth has no known pixel"),
+        (np.ones((48, 64, 3)), "The ground truth cannot be used"),
     ],
 )
 def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, truth: np.ndarray, why: str) -> None:

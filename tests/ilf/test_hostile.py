@@ -122,7 +122,7 @@ def test_deeply_nested_json_is_refused(tmp_path: Path) -> None:
 def test_depth_that_cannot_be_is_refused(value: float) -> None:
     depth = np.full((40, 50), 2.0, np.float32)
     depth[:4, :4] = value
-    with pytest.raises(InputError, match="m cannot be"):
+    with pytest.raises(InputError, match="m is impossible"):
         ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
     with pytest.raises(InputError, match="truth"):
         ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0), truth=depth)

@@ -167,7 +167,7 @@ def test_a_long_thin_strip_far_away_is_well_conditioned() -> None:
 
 
 def test_statistics_of_nothing_are_refused() -> None:
-    with pytest.raises(InputError, match="Choose a block"):
+    with pytest.raises(InputError, match="Select a block"):
         surface_statistics(np.ones((4, 4)), np.zeros((4, 4), bool))
 
 
@@ -197,7 +197,7 @@ def test_a_point_that_lost_its_depth_says_so_by_nan() -> None:
         place_of(depth, (40.5, 20.5), CAMERA)
     with pytest.raises(InputError, match="intrinsics"):
         place_of(depth, (1.0, 1.0), None)
-    with pytest.raises(InputError, match="off the image"):
+    with pytest.raises(InputError, match="outside the image"):
         place_of(depth, (-0.1, 1.0), CAMERA)
 
 

@@ -81,7 +81,7 @@ def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     assert every.pixels == frame.depth.size
     assert every.median == 0
     assert judge_blocks(frame, completion, np.zeros_like(run.blocks)) == {}
-    with pytest.raises(InputError, match="no truth to be judged by"):
+    with pytest.raises(InputError, match="no ground truth"):
         judge_completion(frame.with_truth(None), completion)
 
 
@@ -235,7 +235,7 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
     with pytest.raises(ParameterError, match="smoothness has no effect with filter ideal"):
         Sweep(run, {"smoothness": [2, 3]})
     assert len(Sweep(run, {"filter": ["ideal", "edge-aware"], "smoothness": [2, 3]}).points) == 4
-    with pytest.raises(ParameterError, match="400 points would take too much memory"):
+    with pytest.raises(ParameterError, match="400 points needs too much memory"):
         Sweep(run, {"padding": np.linspace(1, 4, 20).tolist(), "max_iterations": list(range(1, 21))})
     for values in ({}, {"padding": []}, {"padding": [1], "centred": [True], "staged_start": [1]}):
         with pytest.raises(ParameterError, match="one or two parameters"):
@@ -244,7 +244,7 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
         with pytest.raises(InputError, match="no such blocks"):
             Sweep(run, {"padding": [2]}, only=only)
     bare = replace(run, frame=run.frame.with_truth(None))
-    with pytest.raises(InputError, match="no truth where depth is missing"):
+    with pytest.raises(InputError, match="no ground truth where depth is missing"):
         Sweep(bare, {"padding": [2]})
 
 

@@ -75,7 +75,7 @@ def test_numbers_are_matched_with_and_without_zeros_before_them(tmp_path):
 
 def test_numbers_that_agree_by_chance_are_no_pairs(tmp_path):
     _touch(tmp_path, *(f"rgb/1305.{n}.png" for n in (175304, 211214)), *(f"depth/1306.{n}.png" for n in (175304, 9)))
-    with pytest.raises(InputError, match="holds no frames"):
+    with pytest.raises(InputError, match="contains no frames"):
         list_frames(tmp_path)
 
 
@@ -125,7 +125,7 @@ def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
     (tmp_path / "depth.txt").write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
     assert _named(tmp_path) == [("rgb/a.png", "depth/a.png"), ("rgb/b.png", "depth/b.png")]
     assert list_frames(tmp_path).sources[0].depth_units == 5000
-    assert list_frames(tmp_path).notes[1] == "1 colour file left out: there is no depth file of 0.02 s near."
+    assert list_frames(tmp_path).notes[1] == "1 colour file left out: there is no depth file within 0.02 s."
     (tmp_path / "depth.txt").write_text("1.004\n")
     with pytest.raises(FormatError, match=r"depth\.txt, line 1"):
         list_frames(tmp_path)
@@ -167,7 +167,7 @@ def test_doubtful_depth_is_told(tmp_path):
     "names", [[], ["a.txt"], ["rgb/1.png", "depth/2.png"], ["a.png", "b.png"], ["sub/sub/meta.json"]]
 )
 def test_without_frames_it_says_what_a_folder_holds(tmp_path, names):
-    with pytest.raises(InputError, match=r"holds no frames.*meta\.json.*rgb\.txt"):
+    with pytest.raises(InputError, match=r"contains no frames.*meta\.json.*rgb\.txt"):
         list_frames(_touch(tmp_path, *names))
 
 

@@ -37,7 +37,7 @@ def test_fill_rate_counts_depth_only():
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(InputError, match=r"depth is missing at 2 of 6"):
         measure_errors(DEPTH, TRUTH, np.ones_like(MASK))
-    with pytest.raises(InputError, match="No pixel is chosen"):
+    with pytest.raises(InputError, match="No pixel is selected"):
         measure_errors(DEPTH, TRUTH, np.zeros_like(MASK))
     with pytest.raises(InputError, match="same shape"):
         measure_errors(DEPTH[:1], TRUTH, MASK)

@@ -173,13 +173,13 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "truncated Caffe": (
         "a.caffemodel",
         lambda p: half(write_caffemodel(p, hed_weights(False), True)),
-        "a.caffemodel is no intact Caffe model .truncated.",
+        "a.caffemodel is not an intact Caffe model .truncated.",
     ),
-    "truncated Keras": ("a.h5", lambda p: half(write_keras(p, hed_weights(False))), "a.h5 is not a whole HDF5 file"),
-    "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx is no intact ONNX"),
-    "text as Caffe": ("a.caffemodel", write_text, "a.caffemodel is no intact Caffe model"),
-    "text as ONNX": ("a.onnx", write_text, "a.onnx is no intact ONNX"),
-    "other format": ("a.pth", write_text, "no known format. Choose a file of .onnx, .caffemodel, .h5"),
+    "truncated Keras": ("a.h5", lambda p: half(write_keras(p, hed_weights(False))), "a.h5 is not a complete HDF5 file"),
+    "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx is not an intact ONNX"),
+    "text as Caffe": ("a.caffemodel", write_text, "a.caffemodel is not an intact Caffe model"),
+    "text as ONNX": ("a.onnx", write_text, "a.onnx is not an intact ONNX"),
+    "other format": ("a.pth", write_text, "an unknown format. Select a file of type .onnx, .caffemodel, .h5"),
     "Caffe of another network": (
         "a.caffemodel",
         lambda p: write_caffemodel(p, without("score-dsn3"), False),
@@ -195,13 +195,13 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "fixed size": (
         "a.onnx",
         lambda p: write_weighted_sum(p, helper.make_node("Reshape", ["sum", "baked"], ["strength"]), size=(48, 48)),
-        "takes images of 48 x 48 only.* free height and width",
+        "accepts only images of 48 x 48.* free height and width",
     ),
     "out of range": ("a.onnx", lambda p: write_weighted_sum(p, gains=GAINS * 9), "not within 0 to 1.* --logits"),
     "three channels": (
         "a.onnx",
         lambda p: write_weighted_sum(p, helper.make_node("Sigmoid", ["x"], ["strength"])),
-        "is no edge network",
+        "is not an edge network",
     ),
 }  # fmt: skip
 
@@ -218,7 +218,7 @@ def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path: Path, f
 def test_options_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Import it without --logits"):
         add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID), logits=True)
-    with pytest.raises(InputError, match=r"hed\.h5 needs neither"):
+    with pytest.raises(InputError, match=r"leave them out for hed\.h5"):
         add_model(write_keras(tmp_path / "hed.h5", hed_weights(False)), inputs="imagenet")
     with pytest.raises(InputError, match="one of rgb, imagenet, caffe, not 'bgr'"):
         add_model(tmp_path / "net.onnx", inputs="bgr")
@@ -246,7 +246,7 @@ def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "file" / "models"))
-    with pytest.raises(ExportError, match="cannot be made"):
+    with pytest.raises(ExportError, match="cannot be created"):
         add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID))
 
 

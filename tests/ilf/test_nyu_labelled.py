@@ -101,8 +101,8 @@ def _of_other_size(path: Path, name: str) -> None:
     [
         (lambda path: _without(path, "rawDepths"), "has no rawDepths"),
         (lambda path: _of_other_size(path, "depths"), "do not fit each other"),
-        (lambda path: path.write_bytes(path.read_bytes()[:3000]), "not a whole HDF5"),
-        (lambda path: path.write_bytes(b"MATLAB 5.0 MAT-file"), "not a whole HDF5"),
+        (lambda path: path.write_bytes(path.read_bytes()[:3000]), "not a complete HDF5"),
+        (lambda path: path.write_bytes(b"MATLAB 5.0 MAT-file"), "not a complete HDF5"),
         (lambda path: path.write_bytes(b""), "is empty"),
     ],
 )
@@ -127,12 +127,12 @@ def test_bad_splits_are_refused(labelled, tmp_path):
         read_split(words)
     other = tmp_path / "other.mat"
     savemat(other, {"trainNdxs": np.array([[1]])})
-    with pytest.raises(FormatError, match="names no frames"):
+    with pytest.raises(FormatError, match="lists no frames"):
         read_split(other)
-    with pytest.raises(FormatError, match=r"not a MATLAB v5 file|names no frames"):
+    with pytest.raises(FormatError, match=r"not a MATLAB v5 file|lists no frames"):
         read_split(labelled)
     words.write_text("7\n")
-    with pytest.raises(InputError, match="names frame 7, but"):
+    with pytest.raises(InputError, match="lists frame 7, but"):
         find_sources(Settings(data=labelled, split=words))
     with pytest.raises(InputError, match="Give that file as the data"):
         find_sources(Settings(split=words))

@@ -48,7 +48,7 @@ def source(folder, pair):
 def test_frames_are_paired_by_the_times_in_their_names(source):
     assert source.keys == tuple(f"r-{time:.6f}-{NUMBER}" for time in TIMES)
     assert source.timestamps == pytest.approx(TIMES)
-    assert source.notes == ("1 colour file left out: there is no depth file 0.02 s near.",)
+    assert source.notes == ("1 colour file left out: there is no depth file within 0.02 s.",)
     assert not source.is_registered
     assert source.calibration(source.keys[0]).depth.fx == pytest.approx(582.6245, abs=1e-4)
 
@@ -115,7 +115,7 @@ def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
 
 def test_the_command_line_tells_of_it_and_makes_a_run_again(folder, source, tmp_path, capsys):
     assert main(["info", str(folder)]) == 0
-    assert "no: done as it is read" in capsys.readouterr().out
+    assert "no: registered on reading" in capsys.readouterr().out
     assert main(["info", str(folder), "--frame", source.keys[0]]) == 0
     assert "% missing, 1" in (said := capsys.readouterr().out)
     assert "% outside the depth camera's view" in said

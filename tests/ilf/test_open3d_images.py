@@ -59,9 +59,9 @@ def test_grey_images_and_other_things_are_refused():
     )
     with pytest.raises(InputError, match="convert_rgb_to_intensity=False"):
         ilf.RGBDFrame.from_open3d(grey)
-    with pytest.raises(InputError, match="no RGBDImage of Open3D, but ndarray"):
+    with pytest.raises(InputError, match="RGBDImage of Open3D is needed, not ndarray"):
         ilf.RGBDFrame.from_open3d(DEPTH)
-    with pytest.raises(InputError, match="intrinsics are not known"):
+    with pytest.raises(InputError, match="intrinsics are unknown"):
         ilf.RGBDFrame(FRAME.rgb, DEPTH).open3d_camera()
 
 

@@ -71,7 +71,7 @@ def test_it_stays_missing_unless_it_is_asked_for(frame, parameters):
     assert np.isfinite(asked.depth).all()
     np.testing.assert_array_equal(left.depth[~OUTSIDE], asked.depth[~OUTSIDE])
     np.testing.assert_array_equal(left.filled, HOLE)
-    for completion, words in ((left, "left missing"), (asked, "filled, though")):
+    for completion, words in ((left, "left missing"), (asked, "filled, although not measurable")):
         outcome = completion.outcomes[1]
         assert (outcome.recovered, outcome.outside) == (HOLE.sum(), OUTSIDE.sum())
         assert outcome.defect_rate == pytest.approx(HOLE.mean())
@@ -149,7 +149,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
     np.testing.assert_array_equal(again.run.frame.pose, pose)
     assert make_record(again.run, again.run.complete(), again.options).outside_view == again.record.outside_view
     (tmp_path / "again" / "outside_view.png").unlink()
-    with pytest.raises(InputError, match="outside the view of this run"):
+    with pytest.raises(InputError, match="the outside view of this run"):
         ilf.replay(tmp_path / "again" / "run.json")
 
 

@@ -72,7 +72,7 @@ def test_what_rises_to_the_reach_goes_on_beyond_it() -> None:
     near = ilf.complete(frame, LABELS, ilf.preset("best", out_of_range=False, own_word=False))
     assert result.depth[inside].min() > 0.95 * limit
     assert np.median(near.depth[inside]) < np.median(result.depth[inside])
-    assert any(f"reach, at {limit:.1f} m" in note for note in result.notes)
+    assert any(f"sensor range, from {limit:.1f} m" in note for note in result.notes)
     assert near.notes == ()
 
 

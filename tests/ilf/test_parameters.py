@@ -65,7 +65,7 @@ def test_changes_by_name() -> None:
         ({"colour": 3}, "no parameter 'colour'"),
         ({"mode": "magic"}, "one of fill, fill\\+denoise"),
         ({"max_iterations": 0}, "between 1 and"),
-        ({"max_iterations": 2.5}, "whole number"),
+        ({"max_iterations": 2.5}, "an integer"),
         ({"s_criteria": float("nan")}, "finite"),
         ({"s_criteria": -1}, "between 0 and 1 m"),
         ({"s_criteria": "0.005"}, "must be a number"),

@@ -173,9 +173,9 @@ def test_the_command_line_reads_them(tmp_path, capsys):
 def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys):
     path = str(write_record3d(tmp_path / "a.r3d"))
     assert main(["info", path, "--frame", "1"]) == 0
-    assert "confidence:   from 0 to 2. There is a confidence map, and all depth counts" in capsys.readouterr().out
+    assert "confidence:   from 0 to 2. There is a confidence map, but all depth is used" in capsys.readouterr().out
     assert main(["info", path, "--frame", "1", "--min-confidence", "2"]) == 0
-    assert "confidence:   from 0 to 2. Depth of a confidence below 2 counts" in capsys.readouterr().out
+    assert "confidence:   from 0 to 2. Depth with a confidence below 2 counts" in capsys.readouterr().out
     assert main(["info", path, "--frame", "1", "--min-confidence", "3"]) == 1
     assert "No depth has a confidence of 3" in capsys.readouterr().err
     assert main(["info", path]) == 0
@@ -195,13 +195,13 @@ def test_confidence_beside_files(tmp_path, capsys):
     frame = ilf.load_frame(*files, confidence=folder / "sure.png", min_confidence=2)
     assert np.array_equal(np.isnan(frame.depth), low)
     assert ilf.load_frame(*files, min_confidence=2).notes == (
-        "There is no confidence map, so the least confidence changes nothing.",
+        "There is no confidence map, so the min. confidence has no effect.",
     )
     meta = {"depth_units_per_m": 1000, "confidence": "sure.png", "min_confidence": 2}
     (folder / "meta.json").write_text(json.dumps(meta))
     assert np.array_equal(np.isnan(ilf.load_frame(folder).depth), low)
     assert main(["info", str(folder)]) == 0
-    assert "sure.png, from 0 to 2. Depth of a confidence below 2 counts as missing" in capsys.readouterr().out
+    assert "sure.png, from 0 to 2. Depth with a confidence below 2 counts as missing" in capsys.readouterr().out
     assert np.array_equal(np.isnan(ilf.load_frame(folder, min_confidence=0).depth), np.isnan(METRES))
     (folder / "meta.json").write_text(json.dumps(meta | {"min_confidence": "high"}))
     with pytest.raises(FormatError, match="must be a number"):
@@ -241,12 +241,12 @@ def bomb() -> bytes:
 
 
 DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "no whole recording"),
+    "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "not a complete recording"),
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
     "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
     "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100000 x 100000 pixels"),
     "endless depth": (lambda f: write_record3d(f / "a.r3d", dw=10**400), "Resize or crop it first"),
-    "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "in place of|does not announce"),
+    "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "instead of|does not announce"),
     "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
     "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "more than it should"),
     "no lzfse": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", b"x" * 99), "cannot be unpacked"),
@@ -254,13 +254,13 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no json": (lambda f: replaced(write_record3d(f / "a.r3d"), "metadata", b"[" * 9), "not valid JSON"),
     "cut video": (lambda f: _cut_video(write_stray(f / "s")), "video"),
     "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "video cannot be read"),
-    "short video": (lambda f: _more_depth(write_stray(f / "s")), "3 frames, and none of number 3"),
+    "short video": (lambda f: _more_depth(write_stray(f / "s")), "3 frames, but no frame 3"),
     "no matrix": (lambda f: changed(write_stray(f / "s"), "camera_matrix.csv", b"1,2\n"), "camera matrix"),
-    "no odometry": (lambda f: changed(write_stray(f / "s"), "odometry.csv", b"a,b\n1,2\n"), "line of names"),
+    "no odometry": (lambda f: changed(write_stray(f / "s"), "odometry.csv", b"a,b\n1,2\n"), "header line"),
     "other levels": (lambda f: changed(write_stray(f / "s"), "confidence/000000.png", b""), "empty"),
     "no pincam": (lambda f: _all(write_arkit(f / "k"), "*/*.pincam", b"1 2 3"), "width height fx fy cx cy"),
-    "no depth": (lambda f: _none(write_arkit(f / "k"), "lowres_depth/*"), "0 images that are named"),
-    "no .sens": (lambda f: write_sens(f / "a.sens", b"x" * 500), "no recording of ScanNet"),
+    "no depth": (lambda f: _none(write_arkit(f / "k"), "lowres_depth/*"), "0 images with times"),
+    "no .sens": (lambda f: write_sens(f / "a.sens", b"x" * 500), "not a ScanNet recording"),
     "cut .sens": (lambda f: write_sens(f / "a.sens", sens()[:-1]), "ends within frame 2 of 3"),
     "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "ends within its header"),
     "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "ends within frame 3"),

@@ -48,13 +48,13 @@ def test_what_a_file_leaves_out_is_as_in_its_base(tmp_path):
     [
         ("", "empty"),
         ("{", "not valid JSON"),
-        ("[1]", "is no preset"),
-        ('{"program": "ilf-studio"}', "is no preset"),
+        ("[1]", "is not a preset"),
+        ('{"program": "ilf-studio"}', "is not a preset"),
         ({"schema": 2}, "preset has schema 2; ILF Studio .* reads schema 1 only"),
         ({"schema": 0}, "preset has schema 0; ILF Studio .* reads schema 1 only"),
         ({"schema": None}, "preset has schema null"),
-        ({"base": "bestest"}, "builds on a preset 'bestest', which there is not"),
-        ({"base": ["best"]}, "builds on a preset"),
+        ({"base": "bestest"}, "base preset 'bestest' does not exist"),
+        ({"base": ["best"]}, "base preset"),
         ({"parameters": {"smoothnes": 1}}, "Did you mean smoothness"),
         ({"parameters": {"smoothness": "much"}}, "smoothness must be a number"),
         ({"parameters": [1]}, "parameters must be an object"),
@@ -79,7 +79,7 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     assert path.parent == presets_folder()
     save_preset(PAPER)
     assert list(list_presets().presets) == ["paper 300", "weich, größer"]
-    with pytest.raises(InputError, match="a preset 'paper 300' already"):
+    with pytest.raises(InputError, match="A preset 'paper 300' already exists"):
         save_preset(OwnPreset("Paper 300", SOFT.parameters))
     save_preset(OwnPreset("paper 300", SOFT.parameters), replace=True)
     assert list_presets().presets["paper 300"].parameters == SOFT.parameters
@@ -87,7 +87,7 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     rename_preset("Paper 300", "other")
     with pytest.raises(InputError, match="already"):
         rename_preset("other", SOFT.name)
-    with pytest.raises(InputError, match="by the name 'paper 300', only other, weich"):
+    with pytest.raises(InputError, match="no user preset 'paper 300'. Known: other, weich"):
         rename_preset("paper 300", "x")
     assert delete_preset("other").stem == "other"
     assert list(list_presets().presets) == [SOFT.name]
@@ -134,7 +134,7 @@ def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):
 def test_what_cannot_be_written_is_said(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "file" / "presets"))
-    with pytest.raises(ExportError, match="cannot be made a folder"):
+    with pytest.raises(ExportError, match="cannot be created"):
         save_preset(SOFT)
 
 

@@ -70,7 +70,7 @@ def test_results_are_kept_where_they_differ_from_what_was_measured(state):
     other = np.nan_to_num(state.frame.measured, nan=1.0) + np.float32(0.001)
     found = decode(state.id, parts, type(state.frame)(state.frame.rgb, other))
     assert not found.state.results
-    assert "depth is not what it was" in " ".join(found.problems)
+    assert "depth has changed since" in " ".join(found.problems)
     assert found.state.notes.infos == state.notes.infos
 
 

@@ -50,7 +50,7 @@ def test_ratios_are_equal_on_a_logarithmic_range_and_differences_on_a_linear_one
 @pytest.mark.parametrize(
     ("low", "high", "steps", "logarithmic", "said"),
     [
-        (2.0, 1.0, 5, False, "must rise"),
+        (2.0, 1.0, 5, False, "must increase"),
         (0.0, 1.0, 5, True, "Start above 0"),
         (1.0, 2.0, 1, False, "2 to 50 values"),
         (1.0, 2e6, 3, False, "between 0.001 and 1e\\+06"),

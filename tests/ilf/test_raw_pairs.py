@@ -57,7 +57,7 @@ def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.Captu
     (tmp_path / "depth" / "a.png").replace(tmp_path / "depth" / "c.png")
     source = ilf.open_source(tmp_path)
     assert source.keys == ("b",)
-    assert source.notes == ("2 images of colour or depth have no partner of their name.",)
+    assert source.notes == ("2 images left out: no matching image of the same name.",)
     with pytest.raises(InputError, match="no frame 'a'"):
         source.read("a")
     assert main(["info", str(tmp_path), "--frame", "b"]) == 0
@@ -73,7 +73,7 @@ def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path
     stated = json.loads((tmp_path / "desk" / "calibration.json").read_text())
     stated["depth_to_colour"][0][3] += 0.01
     (tmp_path / "desk" / "calibration.json").write_text(json.dumps(stated))
-    with pytest.raises(InputError, match="is another"):
+    with pytest.raises(InputError, match="is different"):
         ilf.replay(tmp_path / "done" / "run.json")
 
 

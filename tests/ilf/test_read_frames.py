@@ -229,11 +229,11 @@ def test_float_colour_is_refused(save):
 
 PICKLED = npy(np.array([{}], object), allow_pickle=True)
 HOSTILE_DEPTH = {
-    "8-bit.png": (encoded(".png", RGB[..., 0]), "picture of depth .*raw 16-bit"),
-    "colour-map.png": (encoded(".png", RGB), "picture of depth .*3 channels.*swapped"),
-    "picture.jpg": (encoded(".jpg", RGB), "picture of depth"),
-    "8-bit.npy": (npy(RGB[..., 0]), "picture of depth"),
-    "8-bit.pgm": (b"P5\n4 4\n255\n" + bytes(16), "picture of depth"),
+    "8-bit.png": (encoded(".png", RGB[..., 0]), "8-bit image.*raw 16-bit"),
+    "colour-map.png": (encoded(".png", RGB), "8-bit image.*3 channels.*swapped"),
+    "picture.jpg": (encoded(".jpg", RGB), "8-bit image"),
+    "8-bit.npy": (npy(RGB[..., 0]), "8-bit image"),
+    "8-bit.pgm": (b"P5\n4 4\n255\n" + bytes(16), "8-bit image"),
     "three.png": (encoded(".png", np.dstack([MILLIMETRES] * 3)), r"shape \(24, 32, 3\).*one channel"),
     "flat.npy": (npy(METRES.ravel()), "shape .*one channel"),
     "volume.npy": (npy(METRES[None]), "shape .*one channel"),
@@ -259,7 +259,7 @@ HOSTILE_DEPTH = {
         b"\x89PNG\r\n\x1a\n" + b"".join(
             struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
             for kind, body in [(b"IHDR", struct.pack(">IIBBBBB", 20000, 20000, 16, 0, 0, 0, 0)), (b"IEND", b"")]
-        ), "20000 x 20000 pixels.*49 GB of memory, and 8 GB are allowed.*ILF_MEMORY=49"),
+        ), "20000 x 20000 pixels.*49 GB of memory, but only 8 GB are allowed.*ILF_MEMORY=49"),
     "huge.pgm": (b"P5\n99999 99999\n65535\n", "GB of memory"),
     "greedy.npy": (npy(METRES).replace(b"(24, 32), }      ", b"(99999, 99999), }"), "NPY cannot be read.*truncated"),
 }  # fmt: skip

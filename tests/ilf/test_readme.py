@@ -59,8 +59,8 @@ WRITTEN = {
 """What a command of commands.md begins with -> the files that it writes, by folder."""
 
 TOLD_OF_THE_SAMPLE = (
-    "ilf: warning: Depth is missing where it rises to the sensor's reach",
-    "ilf: warning: Nothing measured vouches for",
+    "ilf: warning: Depth is missing beyond the sensor range",
+    "ilf: warning: Unsupported by measurements",
     "ilf: warning: Left out of cloud and mesh",
 )
 """What there is to say of the bundled sample: its open door leads into the dark."""

@@ -46,7 +46,7 @@ def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
 @pytest.mark.parametrize("silent", ["depth", "colour"])
 def test_a_transform_without_a_message_says_nothing(tmp_path: Path, silent: str) -> None:
     source = ilf.open_source(write_viewer_bag(tmp_path, silent=silent))
-    with pytest.raises(InputError, match="lacks how the two stand to each other"):
+    with pytest.raises(InputError, match="lacks the transform between the two"):
         source.read(source.keys[0])
 
 

@@ -69,7 +69,7 @@ def test_another_recording_is_not_taken_for_it(tmp_path: Path, labels: Path) -> 
     with bag(tmp_path, "ros1") as changed:
         changed.image("/camera/color/image_raw", COLOUR, "rgb8", 33_000_000)
         changed.image("/camera/aligned_depth_to_color/image_raw", DEPTH, "16UC1", 33_000_000)
-    with pytest.raises(InputError, match=f"its frame {KEY} is another"):
+    with pytest.raises(InputError, match=f"its frame {KEY} is different"):
         ilf.replay(out / "run.json")
 
 
@@ -89,7 +89,7 @@ def test_what_info_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
         main(["info", str(path), "--topics", "one", "--frame", KEY])
     assert "is not COLOUR,DEPTH" in capsys.readouterr().err
     assert main(["complete", str(path)]) == 1
-    assert "name one of its frames by its key" in capsys.readouterr().err
+    assert "give the key of one of its frames" in capsys.readouterr().err
 
 
 def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_path: Path) -> None:

@@ -161,8 +161,8 @@ def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
     [
         ({"depth": np.full((4, 5), 2.0)}, "5 x 4"),
         ({"rgb": np.zeros((4, 5, 3), np.uint8)}, "Colour is 5 x 4"),
-        ({"depth_to_colour": np.diag([2.0, 2.0, 2.0, 1.0])}, "neither scale nor flip"),
-        ({"depth_to_colour": np.diag([-1.0, 1.0, 1.0, 1.0])}, "neither scale nor flip"),
+        ({"depth_to_colour": np.diag([2.0, 2.0, 2.0, 1.0])}, "without scale or reflection"),
+        ({"depth_to_colour": np.diag([-1.0, 1.0, 1.0, 1.0])}, "without scale or reflection"),
         ({"depth_to_colour": np.eye(3)}, "4 x 4"),
         ({"depth_to_colour": np.full((4, 4), np.nan)}, "finite"),
         ({"depth_view": np.ones((3, 3), bool)}, "depth camera's view"),
@@ -188,10 +188,10 @@ def test_pairs_that_cannot_be_registered_are_told_why():
         register(nothing)
     away = np.eye(4)
     away[:3, 3] = 0.0, 0.0, -50.0
-    with pytest.raises(InputError, match="do not fit each other"):
+    with pytest.raises(InputError, match="do not match"):
         register(RawPair(pair.rgb, pair.depth, COLOUR, DEPTH, away))
     bent = Camera(COLOUR.intrinsics, COLOUR.size, (-3.0, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match="cannot be undone"):
+    with pytest.raises(InputError, match="cannot be inverted"):
         register(RawPair(pair.rgb, pair.depth, bent, DEPTH, np.eye(4)))
 
 

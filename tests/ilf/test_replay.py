@@ -124,7 +124,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 
 @pytest.mark.parametrize(
     ("how", "file", "what"),
-    [(distrusting, "distrusted.png", "distrusted depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+    [(distrusting, "distrusted.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
 )
 def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
     path = written(how(small_run(tmp_path)), tmp_path / "out")
@@ -191,7 +191,7 @@ def test_a_network_that_is_as_it_was_hides_no_other(tmp_path):
     record["networks"]["filter"]["gone"] = "00"
     path.write_text(json.dumps(record), encoding="utf-8")
     (said,) = replay(path).differences
-    assert "'gone' that the filter took its edges from is not here" in said
+    assert "'gone' used by the filter is not available" in said
 
 
 def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
@@ -206,11 +206,12 @@ def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
     assert replay(path).differences == ()
     own.write_bytes(own.read_bytes() + b"\x82\x01\x00")  # an empty field that no reader minds
     blocks, filtering = replay(path).differences
-    assert "'mine' that the blocks were extracted with is another one now" in blocks
-    assert "'mine' that the filter took its edges from is another one now" in filtering
+    assert "'mine' used by the extraction has changed" in blocks
+    assert "'mine' used by the filter has changed" in filtering
     own.unlink()
     again = replay(path)
-    assert [difference for difference in again.differences if "is not here" in difference] == list(again.differences)
+    assert len(again.differences) == 2
+    assert all("is not available" in difference for difference in again.differences)
 
 
 def test_another_processor_and_other_versions_are_said(tmp_path):
@@ -226,7 +227,7 @@ def test_files_that_are_gone_or_changed_are_said(tmp_path):
     (tmp_path / "out" / "curves.csv").unlink()
     (tmp_path / "out" / "depth.png").write_bytes(b"")
     gone, differing = missing_or_changed(read_record(path), path.parent)
-    assert gone == "The set is not whole: curves.csv is not beside it."
+    assert gone == "The set of files is incomplete: missing curves.csv."
     assert differing.startswith("depth.png has changed since the run was written")
     assert replay(path).differences == (gone, differing)
 
@@ -239,13 +240,13 @@ def test_the_verdict_says_how_far_the_depth_is_off(tmp_path):
     depth[0, :7] += np.float32(4e-6)
     (rounding,) = again.verdict(replace(completion, depth=depth))
     assert "by up to 4." in rounding
-    assert "e-06 m, at 7 pixels: that is rounding" in rounding
+    assert "e-06 m, at 7 pixels: within rounding" in rounding
     depth[0, 0] += np.float32(0.25)
     (real,) = again.verdict(replace(completion, depth=depth))
     assert "by up to 2.5e-01 m, at 7 pixels." in real
     depth[0, 1:4] = np.nan
     (missing,) = again.verdict(replace(completion, depth=depth))
-    assert "at 4 pixels, and 3 pixels are missing in one of them alone." in missing
+    assert "at 4 pixels; in addition, 3 pixels missing in only one of them." in missing
 
 
 def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
@@ -254,7 +255,7 @@ def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):
     completion = again.run.complete()
     (verdict,) = again.verdict(replace(completion, depth=completion.depth + 1))
     assert "not bit for bit the recorded one" in verdict
-    assert "By how much cannot be said" in verdict
+    assert "The difference cannot be computed" in verdict
 
 
 def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
@@ -269,8 +270,8 @@ def test_every_network_is_looked_at(tmp_path):
     changed(path, "networks", "filter", {"edges": own, "gone": "0"})
     (difference,) = replay(path).differences
     assert difference == (
-        "The edge network 'gone' that the filter took its edges from is not here: depth beside edges may differ by "
-        "more than rounding. Import the recorded one."
+        "The edge network 'gone' used by the filter is not available: depth beside edges may differ by more than "
+        "rounding. Import the recorded one."
     )
 
 

@@ -142,7 +142,7 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     expected = ilf.expected_error(subject.completion)
     truth = judge_completion(run.frame, subject.completion, expected=expected)
     hidden = judge_hidden(run, test)
-    errors = page.table("judged", "pixels", "RMSE [mm]")
+    errors = page.table("evaluation", "pixels", "RMSE [mm]")
     judgements = [truth, hidden.whole, *hidden.by_seed]
     assert [row[2:5] for row in errors] == [[millimetres(e) for e in (j.rmse, j.mae, j.median)] for j in judgements]
     assert [row[7] for row in errors] == [f"{judgement.within:.1%}" for judgement in judgements]
@@ -166,8 +166,8 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     heads = [cell for table in page.tables for cell in table[0] if "expected error" in cell.lower() and "mm" in cell]
     assert set(heads) == {"Expected error, RMS [mm]"}
     # parameters, curves, kept runs, files
-    assert page.table("parameter", "name", "value") == [["Iterations, at most", "max_iterations", "25"]]
-    assert page.table("no.", "block", "values of its own")[0][2] == "smoothness 3 x"
+    assert page.table("parameter", "name", "value") == [["Max. iterations", "max_iterations", "25"]]
+    assert page.table("no.", "block", "own parameters")[0][2] == "smoothness 3 x"
     assert page.source.count("<polyline") == 2 * len(blocks)
     assert page.table("no.", "run")[0][9:] == ["12.3", "–", NASTY]
     assert {run.frame.inputs.rgb.sha256, run.frame.inputs.depth.sha256} <= set(page.words)
@@ -209,7 +209,7 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject
     assert first[5] == "values changed"  # it was run with another smoothness than is set now
     assert second[5] == "not run"
     assert "by the window" in page.text
-    assert "to be guessed" not in page.text  # it is wished for, but has not been done
+    assert "is extrapolated" not in page.text  # it is wished for, but has not been done
     assert "ilf project replay all.ilf" in page.text
 
 
@@ -279,11 +279,11 @@ def test_the_command_line_reports_on_projects(
     assert main(["report", "work.ilf", "--out", "again.html"]) == 0
     page = Page(Path("again.html").read_text(encoding="utf-8"))
     assert "set later" in page.text
-    assert "the preset paper, as it is" in page.text
+    assert "Filter: preset paper." in page.text
     assert page.table("no.", "block", "pixels")[1][5] == "values changed"
     save_project("empty.ilf", Project())
     assert main(["report", "empty.ilf"]) == 1
-    assert "no frame that has been worked on" in capsys.readouterr().err
+    assert "no frame with edits or results" in capsys.readouterr().err
 
 
 def test_the_command_line_reports_on_frames_and_records(

@@ -137,25 +137,25 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
         _bundle(monkeypatch, {"models/depth-edges.onnx": path})
         found = find_edges(frame, RGBD)
         (note,) = found.notes
-        assert note.startswith("Contours of the colour image stand in for depth edges: ")
+        assert note.startswith("Contours of the colour image replace depth edges: ")
         assert path.name in note
         np.testing.assert_array_equal(found.strength, find_edges(frame, HED).strength)
         assert found.network == find_edges(frame, HED).network
         assert found.crease is None
         with pytest.raises(InputError, match=path.name):
             ilf.edge_strength(frame, "rgbd")
-        with pytest.warns(RuntimeWarning, match="stand in for depth edges"):
+        with pytest.warns(RuntimeWarning, match="replace depth edges"):
             assert np.array_equal(ilf.extract_blocks(frame, RGBD), ilf.extract_blocks(frame, HED))
     _bundle(monkeypatch, {"models/depth-edges.onnx": _tiny(tmp_path), "models/edges.onnx": missing})
     alone = find_edges(frame, RGBD)
     (note,) = alone.notes
-    assert note.startswith("Depth edges are not joined with contours of the colour image: ")
+    assert note.startswith("Depth edges are not combined with contours of the colour image: ")
     np.testing.assert_array_equal(alone.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(alone.detected)))
     _bundle(monkeypatch, {"models/depth-edges.onnx": missing, "models/edges.onnx": missing})
     found = find_edges(frame, RGBD)
     assert [note.split(":")[0] for note in found.notes] == [
-        "Contours of the colour image stand in for depth edges",
-        "Canny's edges stand in for the network's",
+        "Contours of the colour image replace depth edges",
+        "Canny's edges replace those of the network",
     ]
     np.testing.assert_array_equal(found.strength, find_edges(frame, CANNY).strength)
     assert found.network is None
@@ -206,9 +206,9 @@ def test_the_record_names_the_network_that_was_used(
 
     network.unlink()
     for text in network_differences(record):
-        assert text.startswith("The edge network 'depth-edges' that ")
+        assert text.startswith("The edge network 'depth-edges' used by ")
         assert text.endswith("Install the recorded version.")
-        assert " is not here: " in text
+        assert " is not available: " in text
     run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     assert record.extraction_networks == record.networks == {"edges": find_edges(run.frame, HED).network}

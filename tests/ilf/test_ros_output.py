@@ -76,7 +76,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
         write_rosbag(tmp_path / "out", breaks_off())
     assert not list(tmp_path.glob("*out*"))
     (tmp_path / "out").mkdir()
-    with pytest.raises(ExportError, match="there already"):
+    with pytest.raises(ExportError, match="already exists"):
         write_rosbag(tmp_path / "out", [])
     with pytest.raises(ParameterError, match="not as '8UC1'"):
         write_rosbag(tmp_path / "other", [], encoding="8UC1")
@@ -127,12 +127,12 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
     close_all()
     cv2.imwrite(str(tmp_path / "runs" / "0" / "expected_error.png"), millimetres[1:])
     assert main(["rosbag", str(tmp_path / "runs" / "0"), "--out", str(tmp_path / "odd")]) == 1
-    assert "expected_error.png has another size than the frame" in capsys.readouterr().err
+    assert "expected_error.png and the frame differ in size" in capsys.readouterr().err
     assert not (tmp_path / "odd").exists()
     assert main(["rosbag", str(tmp_path / "out"), "--out", str(tmp_path / "more")]) == 1
-    assert "holds no results" in capsys.readouterr().err
+    assert "contains no results" in capsys.readouterr().err
     assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "done.bag")]) == 1
-    assert "Leave out .bag" in capsys.readouterr().err
+    assert "Omit .bag" in capsys.readouterr().err
     assert not (tmp_path / "done.bag").exists()
     assert main(["rosbag", "nowhere", "--out", "bag"]) == 1
     assert "nowhere: cannot be read" in capsys.readouterr().err

@@ -60,7 +60,7 @@ def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
     source = ilf.open_source(tmp_path / "results", intrinsics=(500, 500, 32, 24))
     for registered in (True, False):
         with pytest.warns(
-            DepthWarning, match=r"depth000000\.png: .*most likely replica, and the median 2\.\d\d m"
+            DepthWarning, match=r"depth000000\.png: .*most likely replica, with a median of 2\.\d\d m"
         ) as told:
             source.read(source.keys[0], registered)
         assert [Path(warning.filename).name for warning in told] == ["test_sources.py"], "where it was called"
@@ -108,10 +108,10 @@ def test_folders_by_time_take_the_nearest_once(tmp_path, save):
     assert source.frame_source("1305031102.140000").depth.endswith("1305031102.130000.png")
     assert "1 colour file left out" in source.notes[0]
     assert len(ilf.open_source(tmp_path, max_gap=0.5)) == 3
-    with pytest.raises(InputError, match="holds no frames"):
+    with pytest.raises(InputError, match="contains no frames"):
         ilf.open_source(tmp_path, max_gap=0.001)
     for wrong in (-1, float("nan")):
-        with pytest.raises(ParameterError, match="largest gap"):
+        with pytest.raises(ParameterError, match="maximum time gap"):
             ilf.open_source(tmp_path, max_gap=wrong)
 
 
@@ -183,7 +183,7 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
     with pytest.raises(FormatError, match="positive millimetres"):
         ilf.open_source(tmp_path / "000001")
     (tmp_path / "000001" / "scene_camera.json").write_text("{}")
-    with pytest.raises(InputError, match="no scene of BOP"):
+    with pytest.raises(InputError, match="none of its BOP scenes"):
         ilf.open_source(tmp_path / "000001")
 
 
@@ -266,10 +266,10 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
     assert main(["complete", "--replay", "out/run.json", "--frame", "1", "--max-gap", "1"]) == 2
     assert "leave out --frame, --max-gap" in capsys.readouterr().err
     assert main(["info", "in", "--max-gap", "-1"]) == 1
-    assert "largest gap" in capsys.readouterr().err
+    assert "maximum time gap" in capsys.readouterr().err
     Path("empty").mkdir()
     assert main(["info", "empty"]) == 1
-    assert "holds no frames" in capsys.readouterr().err
+    assert "contains no frames" in capsys.readouterr().err
 
 
 def test_command_line_tells_of_times(tmp_path, save, capsys):

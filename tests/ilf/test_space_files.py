@@ -99,7 +99,7 @@ def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
     write_cloud(tmp_path / "c.pcd", point_cloud(depth, colour, camera), ascii=ascii)
     assert b"\nWIDTH 14\nHEIGHT 1\n" in (tmp_path / "c.pcd").read_bytes()
     assert len(read_pcd(tmp_path / "c.pcd")) == 14
-    with pytest.raises(InputError, match=r"shape \(2, 3\) has not 300 pixels"):
+    with pytest.raises(InputError, match=r"shape \(2, 3\) does not have 300 pixels"):
         dataclasses.replace(SMALL, image_shape=(2, 3))
 
 

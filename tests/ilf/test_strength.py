@@ -156,7 +156,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     result = ilf.complete(frame, labels, ilf.preset(correction=False))
     assert np.isfinite(result.depth).all()
     (note,) = result.notes
-    assert note.startswith("Canny's edges stand in for the network's: ")
+    assert note.startswith("Canny's edges replace those of the network: ")
     assert "edges.onnx" in note
     assert result.results[1].network is None
     assert result.results[1].notes == extract(frame).notes == ilf.iterate(frame, labels, 1).notes == (note,)
@@ -200,7 +200,7 @@ def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_pa
         assert found.notes == completion.notes == ()
         written = completion.save(tmp_path / parameters.filter, cloud=None)
         note = written.remarks[0]
-        assert note.startswith("Canny's edges stand in where errors are expected: OpenCV 4.12.0 has replaced")
+        assert note.startswith("Canny's edges are used for the expected error: OpenCV 4.12.0 has replaced")
 
 
 def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -349,7 +349,7 @@ def test_canny_stands_in_for_a_network_that_fails_on_the_image_too(monkeypatch: 
     frame = _frame()
     found = find_edges(frame, NETWORK)
     assert found.notes == (
-        "Canny's edges stand in for the network's: own.onnx is no edge network: it does not take the image.",
+        "Canny's edges replace those of the network: own.onnx is no edge network: it does not take the image.",
     )
     assert found.network is None
     assert np.array_equal(found.detected, find_edges(frame, CANNY).detected)

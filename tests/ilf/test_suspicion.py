@@ -86,7 +86,7 @@ def test_two_surfaces_that_missing_depth_parts():
     edge[:, 60] = 1
     place = only_place(suspicious_places(frame_of(depth), np.ones_like(halves()), edge))
     assert place.kind == "surfaces"
-    assert place.reason == "Block 1 holds two surfaces, 1.59 m and 2.09 m."
+    assert place.reason == "Block 1 contains two surfaces, at 1.59 m and 2.09 m."
     assert 52 <= place.point[0] < 68
 
 
@@ -153,7 +153,7 @@ def test_block_inside_another_counts_if_nothing_parts_them():
     edge = NOWHERE.copy()
     edge[:, 59:61] = 1
     place = only_place(suspicious_places(frame_of(two_walls()), labels, edge))
-    assert place.reason == "Block 3, 100 px, lies inside Block 1, and nothing parts them."
+    assert place.reason == "Block 3, 100 px, lies inside Block 1 without an edge between them."
     edge[29:41, 19:31] = 1
     assert suspicious_places(frame_of(two_walls()), labels, edge) == []
 

@@ -69,5 +69,5 @@ def test_every_tenth_image_is_held_out(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_images_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="name the folder of BSDS500"):
+    with pytest.raises(InputError, match="Give the folder of BSDS500"):
         load_examples(tmp_path)

@@ -69,7 +69,7 @@ def test_meta_may_name_the_truth_and_float_files_hold_metres(folder):
     np.save(folder / "laser.npy", truth_in_metres())
     frame = ilf.load_frame(meta(folder, gt="laser.npy", gt_units_per_m=None))
     np.testing.assert_array_equal(frame.truth, truth_in_metres())
-    with pytest.raises(InputError, match=r"names lidar\.npy, which is not there"):
+    with pytest.raises(InputError, match=r"lists lidar\.npy, which is missing"):
         ilf.load_frame(meta(folder, gt="lidar.npy"))
 
 
@@ -90,7 +90,7 @@ def test_a_given_truth_takes_the_units_of_whole_numbers_from_the_depth(folder):
     np.testing.assert_allclose(given.truth, truth_in_metres(), atol=6e-4)
     assert given.inputs.truth.units == 1000
     assert isinstance(given.inputs.truth, InputFile)
-    with pytest.raises(ParameterError, match="no truth: give its file"):
+    with pytest.raises(ParameterError, match="without ground truth: give its file"):
         ilf.load_frame(*files, truth_units=1000, beside=False)
 
 
@@ -98,7 +98,7 @@ def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
     frame = ilf.load_frame(folder / "rgb.png", folder / "depth.png")
     with pytest.raises(InputError, match=r"gt\.png: With 1000 units.* 5 times the measured depth: give 5000"):
         with_truth_file(frame, folder / "gt.png", 1000)
-    with pytest.raises(InputError, match=r"cannot be a truth: The median depth would be"):
+    with pytest.raises(InputError, match=r"cannot be ground truth: The median depth would be"):
         load_truth(folder / "gt.png", frame.shape, 1)
     cv2.imwrite(str(folder / "small.png"), np.full((30, 40), 2000, np.uint16))
     with pytest.raises(InputError, match=r"small\.png is 40 x 30, but the frame is 80 x 60"):
@@ -148,7 +148,7 @@ def test_a_truth_that_is_gone_does_not_keep_a_run_from_its_replay(tmp_path):
     again = replay(path)
     assert again.run.frame.truth is None
     assert again.run.frame.inputs.truth is None
-    assert "judged by no truth" in again.differences[0]
+    assert "not evaluated against ground truth" in again.differences[0]
     assert again.verdict(again.run.complete()) == ()
 
 

@@ -134,7 +134,7 @@ def test_the_search_runs_is_written_and_reported(tiny, tmp_path):
     write_result(result, EXPERIMENTS["unknowns"], tmp_path)
     page, text = write_report(tmp_path, markdown_file=tmp_path / "experiments.md")
     assert page.read_text().count("data:image/png;base64,") == 3
-    assert "of 2 readings" in text.read_text()
+    assert "of 2 interpretations" in text.read_text()
 
 
 def test_the_same_seed_gives_the_same_numbers(tiny):
@@ -163,16 +163,16 @@ def test_what_is_said_follows_from_the_rows():
 
     apart = [row(PRESET, 3, 1), row(START_OF_TEXT, 1, 3)]
     fourth, sixth, _, fifth, _, together, _ = compare_unknowns(apart)
-    assert fourth.ours == "2 of 2 readings"
-    assert sixth.ours == "against order 2: 1, 3: 1, 4: 0 of 2 readings"
+    assert fourth.ours == "2 of 2 interpretations"
+    assert sixth.ours == "against order 2: 1, 3: 1, 4: 0 of 2 interpretations"
     assert "All that win have start mean and mean depth left in." in sixth.text
     assert "wins against orders up to 3" in sixth.text
     assert "start 1 / shortest and mean depth taken off" in fifth.text
     assert "The preset paper does not win." in fifth.text
-    assert together.text.startswith("No reading makes all of them come out.")
+    assert together.text.startswith("No interpretation reproduces all of them.")
     both = compare_unknowns([row(PRESET, 3, 1), row(START_OF_TEXT, 2, 3)])[5]
     assert "against order 2: 1, 3: 0" in both.ours
-    assert "No reading" not in both.text
+    assert "No interpretation" not in both.text
 
 
 def test_readings_are_named_as_a_reader_knows_them():

@@ -12,6 +12,7 @@ import pytest
 
 import ilf
 from ilf._runtime import staging
+from ilf._runtime.formatting import counted
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import expected_error, unvouched
 from ilf.data.results import compose
@@ -85,14 +86,14 @@ def test_the_folder_opens_with_its_colour_beside_it(run, completion, tmp_path):
     colour.rename(tmp_path / "out" / "rgb.png")
     np.testing.assert_array_equal(load_frame(tmp_path / "out").rgb, run.frame.rgb)
     (tmp_path / "out" / "rgb.png").unlink()
-    with pytest.raises(InputError, match=r"names .*rgb\.png, which is not there"):
+    with pytest.raises(InputError, match=r"lists .*rgb\.png, which is missing"):
         load_frame(tmp_path / "out")
 
 
 def test_a_half_written_folder_is_not_opened(run, completion, tmp_path):
     write(tmp_path / "out", run, completion, ALL)
     (tmp_path / "out" / "run.json").unlink()
-    with pytest.raises(InputError, match="an export that was interrupted"):
+    with pytest.raises(InputError, match="an interrupted export"):
         load_frame(tmp_path / "out")
 
 
@@ -104,7 +105,7 @@ def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
 
 def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
     (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
-    assert note.startswith("depth.png: The PNG has steps of 10 mm, the input of 1 mm")
+    assert note.startswith("depth.png: The PNG has steps of 10 mm, the input has 1 mm")
     exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
     assert write(tmp_path / "out", run, completion, exact).notes == ()
 
@@ -157,7 +158,7 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
     depth[20, 40] = 9.0
     flying = replace(completion, depth=depth)
     options = replace(BARE, cloud="ply", mesh="obj", drop_flying=True, depth_formats=("npy",))
-    (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "mid-air" in note]
+    (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "flying" in note]
     count = int(note.removeprefix("Left out of cloud and mesh: ").split()[0])
     left = np.count_nonzero(np.isfinite(depth)) - count
     rows, _ = read_ply(tmp_path / "out" / "cloud.ply")
@@ -169,7 +170,7 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
 
 def test_a_format_without_place_for_normals_is_noted(run, completion, tmp_path):
     notes = write(tmp_path, run, completion, replace(BARE, normals=True)).notes
-    assert "cloud.xyz has no place for normals: choose PLY or PCD." in notes
+    assert "cloud.xyz cannot store normals: select PLY or PCD." in notes
 
 
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
@@ -208,7 +209,7 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
     assert write(out, run, outside, BARE).remarks == (
-        f"Nothing measured vouches for {count} pixels of the depth: see unvouched.png.",
+        f"Unsupported by measurements: {counted(count, 'pixel')}, see unvouched.png.",
     )
     np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, completion.filled)
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)

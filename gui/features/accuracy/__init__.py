@@ -1,1 +1,1 @@
-"""How far off the depth is: against ground truth, or on hold-outs."""
+"""Accuracy of the depth: against ground truth, or on hold-outs."""

@@ -1,4 +1,4 @@
-"""How far off the depth is: the panel, the truth it is judged by, and the column of the table of blocks."""
+"""Accuracy of the depth: the panel, the ground truth, and the error column of the block table."""
 
 from __future__ import annotations
 
@@ -16,19 +16,23 @@ from .ground_truth import TruthDialog, TruthPresenter, TruthSource, frame_with
 from .hold_out import HiddenPresenter
 from .panel import AccuracyPanel
 
-# Commands on the truth, and on judging without one.
+# Commands for ground truth, and for evaluation without it.
 
 COMMANDS = (
     Command(
-        "load_truth", "Load &truth…", "ph.check-circle", "", "Take the true depth of the frame, to judge results by"
+        "load_truth",
+        "Load ground &truth…",
+        "ph.check-circle",
+        "",
+        "Load the true depth of the frame, to evaluate results against it",
     ),
-    Command("remove_truth", "Remove truth", "ph.x-circle", "", "Judge the frame by no truth any more"),
+    Command("remove_truth", "Remove ground truth", "ph.x-circle", "", "Remove the ground truth of the frame"),
     Command(
         "test_hidden",
-        "Test on &hidden depth…",
+        "&Hold-out test…",
         "ph.test-tube",
         "",
-        "Hide some of the known depth, complete the frame without it, and see how far off it comes out",
+        "Hide some known depth, complete the frame without it, and compare the result with it",
     ),
 )
 
@@ -37,7 +41,7 @@ _TITLE = "Accuracy"
 
 
 class AccuracyPart(Part):
-    """The panel *Accuracy*, with its commands."""
+    """The panel *Accuracy* and its commands."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -61,7 +65,7 @@ class AccuracyPart(Part):
             (workspace.results_added,),
         )
         desk.refresh.add(
-            "hidden depth",
+            "hold-out",
             self.hidden.show,
             (
                 *(*changed, *shown, workspace.parameters_changed, panel.part_changed),
@@ -78,7 +82,7 @@ class AccuracyPart(Part):
         self._turn_page()
 
     def ask_truth(self) -> None:
-        """Load a truth of the present frame, by the dialog."""
+        """Open the dialog that loads ground truth for the current frame."""
         session = self.desk.workspace.session
         dialog = TruthDialog(session.frame, self._reader, self.desk.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -86,55 +90,55 @@ class AccuracyPart(Part):
         dialog.open()
 
     def load_truth(self, path: str, units: float | None = None) -> bool:
-        """Take the truth of the present frame from a file; False, with a message, if it cannot be."""
+        """Load the ground truth of the current frame from a file; False, with a message, if that fails."""
         session = self.desk.workspace.session
         try:
             frame = frame_with(TruthSource(session.frame, path, units))
         except IlfError as error:
-            self.desk.notes.report("Load truth", error)
+            self.desk.notes.report("Load ground truth", error)
             return False
         self._take_truth(session, frame)
         return True
 
     def remove_truth(self) -> None:
-        """Judge the present frame by no truth."""
+        """Remove the ground truth of the current frame."""
         self.desk.workspace.set_truth(None)
-        self.desk.notes.tell("The truth is removed: the frame is judged by none.")
+        self.desk.notes.tell("Ground truth removed.")
 
     def ask_test(self) -> None:
-        """Test on hidden depth, by the dialog; what comes is shown."""
+        """Open the dialog of the hold-out test, and the panel for its results."""
         self.desk.panels.reveal(_TITLE)
         self.panel.turn_to(hidden=True)
         self.hidden.ask()
 
     def under_way(self) -> list[UnderWay]:
-        """The test on hidden depth, if one is under way."""
+        """The hold-out test in progress, if any."""
         session = self.hidden.testing
-        return [] if session is None else [UnderWay(f"a test of {session.name} on hidden depth", session)]
+        return [] if session is None else [UnderWay(f"a hold-out test of {session.name}", session)]
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread of it is left."""
+        """Stop permanently before the window closes. True if all threads have ended."""
         return all([self.truth.shutdown(), self.hidden.shutdown(), self._reader.shutdown()])
 
     def _take_truth(self, session: Session, frame: RGBDFrame) -> None:
         workspace = self.desk.workspace
         if session not in workspace.sessions:
             return
-        workspace.show_session(session)  # another may have been opened meanwhile
+        workspace.show_session(session)  # another frame may have been opened meanwhile
         workspace.set_truth(frame.truth, None if frame.inputs is None else frame.inputs.truth)
         self.desk.panels.reveal(_TITLE)
 
     def _turn_page(self) -> None:
-        """What there is to be seen; the commands that there is something for."""
+        """Select the page of the panel, and enable the commands."""
         workspace = self.desk.workspace
         has_truth = workspace.has_session and workspace.session.frame.truth is not None
         self.panel.turn_to(hidden=workspace.has_session and not has_truth)
         no_frame = "" if workspace.has_session else "Open a frame first."
         self.desk.actions.allow(no_frame, "load_truth", "test_hidden")
-        self.desk.actions.allow(no_frame or ("" if has_truth else "This frame has no truth."), "remove_truth")
+        self.desk.actions.allow(no_frame or ("" if has_truth else "This frame has no ground truth."), "remove_truth")
 
     def _tell_errors(self) -> None:
-        """What the table of blocks says."""
+        """Update the errors in the table of blocks."""
         workspace = self.desk.workspace
         if not workspace.has_session:
             return

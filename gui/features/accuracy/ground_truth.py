@@ -1,4 +1,4 @@
-"""Errors against the frame's truth: judged off the GUI's thread, for the panel and for the table of blocks."""
+"""Errors against ground truth, computed in a worker thread, for the panel and for the table of blocks."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from ..documents.file_dialogs import ReadingDialog
 from .panel import NO_FRAME, AccuracyPanel
 from .rows import Answer, Entry, Judge, Question, truth_rows
 
-# The dialog that loads a truth: which file, in which units, and what that makes of it.
+# The dialog that loads ground truth: file, units and preview.
 
 _FOLDER_KEY = "truth/folder"
 _AUTOMATIC = "Automatic (those of the depth, if both are whole numbers)"
 _UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "256 (KITTI)")
-_NOTHING_CHOSEN = "Choose depth of the same pixels that is known to be right: a 16-bit or float image, or NPY."
+_NOTHING_CHOSEN = "Select the true depth of the same pixels: a 16-bit or float image, or NPY."
 
 
 class TruthSource(NamedTuple):
-    """A file with the truth of a frame, and its units per metre if they are stated."""
+    """A file with the ground truth of a frame, and its units per metre if given."""
 
     frame: RGBDFrame
     path: str
@@ -41,35 +41,35 @@ class TruthSource(NamedTuple):
 
 
 def frame_with(source: TruthSource) -> RGBDFrame:
-    """The frame with the truth of the file; called off the GUI's thread."""
+    """Return the frame with the ground truth of the file; called in a worker thread."""
     return with_truth_file(source.frame, source.path, source.units)
 
 
 class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
-    """Choose a truth, and see what it is before it is taken.
+    """Dialog to select a ground truth file, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
     questions : LatestQuestion
-        Which reads a `TruthSource`.
+        Reads a `TruthSource`.
     """
 
     def __init__(
         self, frame: RGBDFrame, questions: LatestQuestion[TruthSource, RGBDFrame], parent: QWidget | None = None
     ) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
-        title = f"Load Truth for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Truth", _FOLDER_KEY, questions, parent)
+        title = f"Load Ground Truth for {frame.name}"
+        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Ground truth", _FOLDER_KEY, questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the true depth")
-        self.load_button.setToolTip("Judge the frame's results by this truth")
+        self.load_button.setToolTip("Evaluate the frame's results against this ground truth")
         self.units = QComboBox(editable=True)
         self.units.addItems([_AUTOMATIC, *_UNITS])
         self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.units.setToolTip(
-            "How many file units make one metre. Automatic: as the frame's depth, if both are whole numbers; otherwise "
-            "1000 for whole numbers and 1 for floating-point depth."
+            "File units per metre. Automatic: those of the frame's depth if both are whole numbers; otherwise 1000 for "
+            "whole numbers and 1 for floating-point depth."
         )
         self.units.editTextChanged.connect(self.schedule)
         self.setMinimumWidth(600)
@@ -85,12 +85,12 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
         self.message.say(described(found), "good")
 
     def _form(self) -> QGridLayout:
-        self.file_button.setToolTip("Choose the file with the true depth")
+        self.file_button.setToolTip("Select the file with the true depth")
         grid = QGridLayout()
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(8)
         grid.setColumnStretch(1, 1)
-        for row, (text, field) in enumerate((("&Truth", self.path), ("&Units per metre", self.units))):
+        for row, (text, field) in enumerate((("Ground &truth", self.path), ("&Units per metre", self.units))):
             label = PlainLabel(text)
             label.setBuddy(field)
             grid.addWidget(label, row, 0)
@@ -101,28 +101,28 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
     def browse(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
         path, _ = QFileDialog.getOpenFileName(
-            self, "Choose truth", last_folder(_FOLDER_KEY), f"Depth ({patterns});;All files (*)"
+            self, "Select ground truth", last_folder(_FOLDER_KEY), f"Depth ({patterns});;All files (*)"
         )
         self.choose(path)
 
 
 def described(frame: RGBDFrame) -> str:
-    """How much of a frame its truth says, in words; of a sample of its pixels."""
+    """Describe the coverage and deviation of a frame's ground truth, from a sample of its pixels."""
     if frame.truth is None:
-        return "There is no truth."
+        return "There is no ground truth."
     truth, depth = sample(frame.truth), sample(frame.depth)
     known, missing = np.isfinite(truth), np.isnan(depth)
     share = known[missing].mean() if missing.any() else known.mean()
-    text = f"It is known at {share:.0%} of the pixels{' without depth' if missing.any() else ''}"
+    text = f"Known at {share:.0%} of the pixels{' without depth' if missing.any() else ''}"
     both = known & ~missing
     if not both.any():
         return f"{text}."
     off = float(np.median(np.abs(truth[both] - depth[both])))
-    return f"{text}, and {1000 * off:.1f} mm from the known depth (median)."
+    return f"{text}; median deviation from the known depth: {1000 * off:.1f} mm."
 
 
 def _units(text: str) -> float | None:
-    """Of the field; None for automatic."""
+    """Units per metre from the text of the field; None for automatic."""
     if text.strip() in ("", _AUTOMATIC):
         return None
     try:
@@ -134,18 +134,18 @@ def _units(text: str) -> float | None:
     return units
 
 
-_NO_TRUTH = "No truth: load one, or test on hidden depth."
-_NO_RESULT = "Run the filter: there is nothing to judge yet."
-_JUDGING = "Judging…"
+_NO_TRUTH = "No ground truth: load it, or run a hold-out test."
+_NO_RESULT = "No result to evaluate yet: run the filter."
+_JUDGING = "Evaluating…"
 
 
 class TruthPresenter(QObject):
-    """The page of the truth.
+    """Presenter of the ground truth page.
 
     Signals
     -------
     judged()
-        The blocks' errors are other ones.
+        The errors of the blocks changed.
     """
 
     judged = Signal()
@@ -156,20 +156,20 @@ class TruthPresenter(QObject):
         self._panel = panel
         self._questions = LatestQuestion[Question, Answer](Judge(), self)
         self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: desk.notes.report("Judging against the truth", error))
+        self._questions.failed.connect(lambda _, error: desk.notes.report("Evaluation against ground truth", error))
         self._answered: Session | None = None
         self._told: RGBDFrame | None = None
-        """The frame that it has been said of where its truth comes from."""
+        """The frame whose ground truth source is shown."""
         self.blocks: dict[int, float] = {}
-        """Label -> RMSE [m] of the present results."""
+        """Label -> RMSE [m] of the current results."""
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is to come."""
+        """Whether an evaluation is in progress."""
         return self._questions.busy
 
     def show(self) -> None:
-        """Judge what there is now, if there is a truth to judge by."""
+        """Evaluate the current results, if there is ground truth."""
         workspace = self._desk.workspace
         session = workspace.session if workspace.has_session else None
         if session is not self._answered:
@@ -185,7 +185,7 @@ class TruthPresenter(QObject):
             self._forget()
             self._panel.show_truth([], _NO_TRUTH if frame.truth is None else _NO_RESULT)
             return
-        entries = [Entry("Present", completion, frame)]
+        entries = [Entry("Current", completion, frame)]
         areas = self._areas(session)
         if self._panel.isVisible():
             for kept in session.compared:
@@ -202,7 +202,7 @@ class TruthPresenter(QObject):
         self._questions.ask(question)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _areas(self, session: Session) -> dict[str, tuple[int, ...] | Box | None]:
@@ -220,7 +220,9 @@ class TruthPresenter(QObject):
             self._told = frame
             file = None if frame.inputs is None else frame.inputs.truth
             name = "given" if file is None else Path(file.path).name
-            text = f"{session.name} has no truth." if frame.truth is None else f"Truth: {name}. {described(frame)}"
+            text = f"{session.name} has no ground truth."
+            if frame.truth is not None:
+                text = f"Ground truth: {name}. {described(frame)}"
             self._panel.say_source(text, "" if file is None else file.path)
 
     def _take(self, question: Question, answer: Answer) -> None:

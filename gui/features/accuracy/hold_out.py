@@ -1,4 +1,4 @@
-"""The test on hidden depth: asked for by the dialog, made in the background, kept with its frame."""
+"""The hold-out test: started in a dialog, run in the background, stored with its frame."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf._runtime.formatting import counted
 from ilf.data.parameters import PRESETS
 from ilf.evaluation.evaluation import Step
 from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
@@ -33,30 +34,30 @@ from .hold_out_tests import PRESENT, Candidate, HiddenOutcome, outcome_steps
 from .panel import AccuracyPanel
 from .rows import hidden_rows
 
-# The dialog that starts a test on hidden depth: what is hidden, how often, and what is tested.
+# The dialog that starts a hold-out test: pattern, seeds and candidates.
 
 _PATTERN_KEY, _SEEDS_KEY = "hidden_test/pattern", "hidden_test/seeds"
 _SEEDS, _MOST_SEEDS = 3, 20
-_ABOUT = {"areas": "Areas, like the holes that cameras leave", "random": "Random pixels"}
+_ABOUT = {"areas": "Areas, like holes in sensor depth", "random": "Random pixels"}
 
 
 class HiddenTestDialog(QDialog):
-    """Pattern, number of seeds, and candidates with a tick each.
+    """Dialog of the hold-out test: pattern, number of seeds, and candidates with a tick each.
 
     Parameters
     ----------
     frame_name : str
     candidates : sequence of (Candidate, bool)
-        What can be tested, and whether it is ticked at first.
+        What can be tested, and whether it is initially ticked.
     """
 
     def __init__(self, frame_name: str, candidates: Sequence[tuple[Candidate, bool]], parent: QWidget) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Test {frame_name} on Hidden Depth")
+        self.setWindowTitle(f"Hold-out Test of {frame_name}")
         about = Message(lines=2)
         about.say(
-            "Some of the known depth is hidden, the blocks are completed without it, and what comes out is compared "
-            "with it. All that is ticked is judged on the same pixels."
+            "Hides some known depth, completes the blocks without it, and compares the result with it. All ticked "
+            "candidates are evaluated on the same pixels."
         )
         self.pattern = QComboBox()
         self.pattern.setToolTip("Which known depth is hidden")
@@ -67,11 +68,9 @@ class HiddenTestDialog(QDialog):
         self.seeds = QSpinBox(
             minimum=1, maximum=_MOST_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS, int)))
         )
-        self.seeds.setToolTip(
-            "How often other depth is hidden; the errors are pooled. The same number, the same pixels."
-        )
+        self.seeds.setToolTip("Number of random hold-outs; errors are pooled. The same number gives the same pixels.")
         self.candidates = QListWidget()
-        self.candidates.setToolTip("What is tested; tick what you want to compare")
+        self.candidates.setToolTip("Candidates; tick those to test and compare")
         self._offered = [candidate for candidate, _ in candidates]
         for candidate, ticked in candidates:
             item = QListWidgetItem(candidate.name, self.candidates)
@@ -81,7 +80,7 @@ class HiddenTestDialog(QDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
         self.test_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.test_button.setText("&Test")
-        self.test_button.setToolTip("Test what is ticked, in the background; the panel Accuracy shows what comes")
+        self.test_button.setToolTip("Test the ticked candidates in the background; the panel Accuracy shows the errors")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         self.candidates.itemChanged.connect(lambda _: self._describe())
@@ -91,7 +90,7 @@ class HiddenTestDialog(QDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Hide", self.pattern)
         form.addRow("&Seeds", self.seeds)
-        label = PlainLabel("&What is tested")
+        label = PlainLabel("&Candidates")
         label.setBuddy(self.candidates)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 14, 14, 14)
@@ -106,11 +105,11 @@ class HiddenTestDialog(QDialog):
         self._describe()
 
     def test(self) -> HiddenTest:
-        """Which depth is hidden."""
+        """The selected test."""
         return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
 
     def chosen(self) -> list[Candidate]:
-        """What is ticked."""
+        """The ticked candidates."""
         items = (self.candidates.item(number) for number in range(self.candidates.count()))
         pairs = zip(self._offered, items, strict=True)
         return [candidate for candidate, item in pairs if item.checkState() == Qt.CheckState.Checked]
@@ -124,21 +123,21 @@ class HiddenTestDialog(QDialog):
         count, seeds = len(self.chosen()), self.seeds.value()
         self.test_button.setEnabled(count > 0)
         runs = count * seeds
-        self.amount.setText(f"{runs} run{'s' * (runs != 1)}" if count else "Tick at least one.")
+        self.amount.setText(counted(runs, "run") if count else "Tick at least one candidate.")
 
 
-_NOT_TESTED = "Not tested yet: Test on hidden depth… says how far off known depth comes out when it is hidden."
-_OUTDATED = "Outdated: blocks or depth have changed since. Test again."
-_OTHER_VALUES = "The present values are other ones by now."
+_NOT_TESTED = "Not tested yet. The hold-out test hides known depth and measures the error of its completion."
+_OUTDATED = "Outdated: blocks or depth have changed. Test again."
+_OTHER_VALUES = "The current values differ from those tested. Test again."
 
 
 class HiddenPresenter(QObject):
-    """The page of hidden depth.
+    """Presenter of the hold-out page.
 
     Signals
     -------
     tested()
-        What is known of the blocks on hidden depth has changed.
+        The hold-out errors of the blocks changed.
     """
 
     tested = Signal()
@@ -153,28 +152,28 @@ class HiddenPresenter(QObject):
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
-        self.worker.cancelled.connect(lambda: self._end("The test on hidden depth was cancelled."))
+        self.worker.cancelled.connect(lambda: self._end("The hold-out test was cancelled."))
         panel.cancelled.connect(self.worker.cancel)
         desk.workspace.sessions_changed.connect(self._leave_closed)
 
     @property
     def testing(self) -> Session | None:
-        """The frame that is being tested."""
+        """The frame being tested."""
         return self._testing
 
     @property
     def outcome(self) -> HiddenOutcome | None:
-        """The test of the present frame, if it has been made."""
+        """The test outcome of the current frame, if any."""
         workspace = self._desk.workspace
         return self._outcomes.get(workspace.session) if workspace.has_session else None
 
     def ask(self) -> None:
-        """Test, by the dialog."""
+        """Open the dialog, and start the test when it is accepted."""
         workspace = self._desk.workspace
         if not workspace.has_session:
             return
         if self.worker.busy:
-            self._desk.notes.tell("A test on hidden depth is under way already.")
+            self._desk.notes.tell("A hold-out test is already in progress.")
             return
         session = workspace.session
         present = session.run(session.common)
@@ -184,7 +183,7 @@ class HiddenPresenter(QObject):
         dialog.open()
 
     def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HiddenTest) -> None:
-        """Test some candidates; `present` is the frame with its blocks and values as they are."""
+        """Test some candidates; `present` is the frame with its current blocks and values."""
         if self.worker.busy:
             return
         self._testing = session
@@ -193,7 +192,7 @@ class HiddenPresenter(QObject):
         self.show()
 
     def show(self) -> None:
-        """What is known of the present frame."""
+        """Show the hold-out errors of the current frame."""
         workspace, outcome = self._desk.workspace, self.outcome
         chosen = workspace.chosen
         self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
@@ -203,11 +202,11 @@ class HiddenPresenter(QObject):
             return
         text, tone = _described(outcome, workspace.session)
         label = chosen if self._panel.over_chosen else 0
-        empty = "Choose a block to see its errors." if self._panel.over_chosen and not chosen else ""
+        empty = "Select a block to see its errors." if self._panel.over_chosen and not chosen else ""
         self._panel.show_hidden([] if empty else hidden_rows(outcome, label), text, tone, empty)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self.worker.shutdown()
 
     def _take_steps(self, batch: list[Step]) -> None:
@@ -227,7 +226,7 @@ class HiddenPresenter(QObject):
 
     def _fail(self, error: Exception) -> None:
         self._end("")
-        self._desk.notes.report("Test on hidden depth", error)
+        self._desk.notes.report("Hold-out test", error)
 
     def _end(self, text: str) -> None:
         self._testing = None
@@ -238,13 +237,13 @@ class HiddenPresenter(QObject):
         self.tested.emit()
 
     def _leave_closed(self) -> None:
-        """Nothing goes on for a frame that is no longer open."""
+        """Cancel the test if its frame was closed."""
         if self._testing is not None and self._testing not in self._desk.workspace.sessions:
             self.worker.cancel()
 
 
 def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
-    """What can be tested, and whether it is ticked at first: the present values, and the runs that are compared."""
+    """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
     found = [(Candidate(PRESENT, present), True)]
     found += [(Candidate.of(kept), kept in session.compared) for kept in session.kept_runs]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
@@ -254,10 +253,10 @@ def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
 
 
 def _described(outcome: HiddenOutcome, session: Session) -> tuple[str, str]:
-    """What was tested when, and whether it still holds; and the tone to say it in."""
+    """Describe the test, when it was made and whether it is still valid; and return the tone of the message."""
     seeds = len(outcome.test.seeds)
     pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
-    text = f"Hidden: {pattern}, {seeds} seed{'s' * (seeds != 1)}, at {outcome.when:%H:%M}."
+    text = f"Held out: {pattern}, {counted(seeds, 'seed')}, at {outcome.when:%H:%M}."
     if not outcome.holds_for(session):
         return f"{text} {_OUTDATED}", "warning"
     if outcome.of_present is not None and not outcome.has_values_of(session):

@@ -1,4 +1,4 @@
-"""What was tested on hidden depth: candidates, what came of each, and whether it still holds."""
+"""Hold-out tests: candidates, their results, and whether these are still valid."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from ...state.results import same_guide, same_mask
 from ...state.session import Session
 from ...work.jobs import spare_cores
 
-PRESENT = "Present values"
+PRESENT = "Current values"
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What is tested.
+    """Candidate of a hold-out test.
 
     Attributes
     ----------
     name : str
     run : Run
     kept : KeptRun or None
-        Whose row gets the error.
+        Stored run whose row shows the error.
     kept_as : Run or None
-        What that was made of when it was chosen: the row of a drag goes on to other values.
+        Its run when it was selected: the row of a slider drag changes to other values.
     """
 
     name: str
@@ -42,13 +42,13 @@ class Candidate:
 
     @classmethod
     def of(cls, kept: KeptRun) -> Self:
-        """A kept run, of all its blocks."""
+        """Candidate of a stored run, with all its blocks."""
         return cls(kept.name, replace(kept.run, only=None, dense=False), kept, kept.run)
 
 
 @dataclass(frozen=True, eq=False)
 class Tested:
-    """What came of a candidate: over all blocks, and label of the present map -> Judgement."""
+    """Result of a candidate: over all blocks, and label of the current map -> Judgement."""
 
     candidate: Candidate
     whole: Judgement
@@ -58,14 +58,14 @@ class Tested:
 
 @dataclass(frozen=True, eq=False)
 class HiddenOutcome:
-    """A test that has been made.
+    """Outcome of a hold-out test.
 
     Attributes
     ----------
     test : HiddenTest
     present : Run
-        The frame, blocks and values as they were.
-    tested : tuple of Tested
+        Frame, blocks and values at the time of the test.
+    tested : tuple
     when : datetime
     """
 
@@ -75,7 +75,7 @@ class HiddenOutcome:
     when: datetime
 
     def holds_for(self, session: Session) -> bool:
-        """Whether blocks and depth are still what was tested."""
+        """Whether blocks and depth are unchanged since the test."""
         run = self.present
         return (
             np.array_equal(session.labels, run.blocks)
@@ -86,18 +86,18 @@ class HiddenOutcome:
 
     @property
     def of_present(self) -> Tested | None:
-        """What came of the values as they were; None if they were not tested."""
+        """Result of the values at the time of the test; None if they were not tested."""
         return next((one for one in self.tested if one.candidate.run is self.present), None)
 
     def has_values_of(self, session: Session) -> bool:
-        """Whether the values are still those that were tested, as far as they have any effect."""
+        """Whether the values have the same effect as at the time of the test."""
         return all(self._has_values_of(session, label) for label in session.counts())
 
     def _has_values_of(self, session: Session, label: int) -> bool:
         return self.present.parameters_of(label).same_effect(session.parameters_of(label, session.common))
 
     def errors_of(self, session: Session) -> dict[int, float]:
-        """Label -> RMSE [m] of the blocks whose values are still those that were tested."""
+        """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""
         found = self.of_present
         if found is None or not self.holds_for(session):
             return {}
@@ -111,13 +111,13 @@ class HiddenOutcome:
 def outcome_steps(
     candidates: Sequence[Candidate], present: Run, test: HiddenTest
 ) -> Generator[Step, None, HiddenOutcome]:
-    """Test all candidates on the same hidden depth, a step at a time; called off the GUI's thread."""
+    """Test all candidates on the same hold-out, step by step; called in a worker thread."""
     results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
     tested = tuple(_tested(candidate, found, present) for candidate, found in zip(candidates, results, strict=True))
     return HiddenOutcome(test, present, tested, datetime.now())
 
 
 def _tested(candidate: Candidate, found: HiddenResult, present: Run) -> Tested:
-    # blocks are those of now, also for a run that had others
+    # evaluate by the current blocks, also for a run with other blocks
     judged = replace(found.judged, labels=present.blocks)
     return Tested(candidate, found.whole, judged.blocks, found.coverage)

@@ -1,4 +1,4 @@
-"""The panel that says how far off the depth is: against the truth, or on hidden depth."""
+"""The accuracy panel: errors against ground truth, or of hold-out tests."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ...widgets.work_row import WorkRow
 from . import rows as texts
 from .rows import NumberTable, Row
 
-NO_FRAME = "Open a frame to judge it."
+NO_FRAME = "Open a frame to evaluate it."
 
 
 class AccuracyPanel(QWidget):
-    """Shows and reports wishes.
+    """The panel *Accuracy*: shows errors and emits the user's requests.
 
     Signals
     -------
     looked_at()
-        It can be seen again: what changed meanwhile is to be judged.
+        The panel became visible: evaluate what changed meanwhile.
     pixels_changed()
-        The user wants filled pixels judged, or all.
+        The user selected filled pixels, or all.
     part_changed()
-        The user wants the test on hidden depth for all blocks, or for the chosen one.
+        The user selected the hold-out errors of all blocks, or of the selected one.
     cancelled()
-        The user wants the test to end.
+        The user cancelled the test.
     """
 
     looked_at = Signal()
@@ -48,12 +48,12 @@ class AccuracyPanel(QWidget):
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
             buttons.addWidget(button)
         buttons.addStretch(1)
-        self.work = WorkRow("test on hidden depth")
+        self.work = WorkRow("hold-out test")
         self.work.cancelled.connect(self.cancelled)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
-        self.tabs.addTab(self._truth_page(), "Truth")
-        self.tabs.addTab(self._hidden_page(), "Hidden depth")
+        self.tabs.addTab(self._truth_page(), "Ground truth")
+        self.tabs.addTab(self._hidden_page(), "Hold-out")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 6, 4, 4)
         layout.setSpacing(6)
@@ -66,56 +66,56 @@ class AccuracyPanel(QWidget):
     def _truth_page(self) -> QWidget:
         self.pixels = QComboBox()
         self.pixels.addItems(["Filled pixels", "All pixels"])
-        self.pixels.setToolTip("Judge what was filled in, or also the depth that was known before")
+        self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
         self.pixels.activated.connect(lambda _: self.pixels_changed.emit())
         columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.WITHIN]
-        self.truth_table = NumberTable("Errors against the truth", columns)
-        return _page("&Judge", self.pixels, None, self.truth_table)
+        self.truth_table = NumberTable("Errors against ground truth", columns)
+        return _page("&Evaluate", self.pixels, None, self.truth_table)
 
     def _hidden_page(self) -> QWidget:
         self.part = QComboBox()
-        self.part.addItems(["All blocks", "Chosen block"])
-        self.part.setToolTip("Show the errors of all blocks together, or of the chosen block")
+        self.part.addItems(["All blocks", "Selected block"])
+        self.part.setToolTip("Show the errors of all blocks together, or of the selected block")
         self.part.activated.connect(lambda _: self.part_changed.emit())
         self.tested = Message()
         columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.PIXELS]
-        self.hidden_table = NumberTable("Errors on hidden depth", columns)
-        return _page("&Over", self.part, self.tested, self.hidden_table)
+        self.hidden_table = NumberTable("Hold-out errors", columns)
+        return _page("Errors &of", self.part, self.tested, self.hidden_table)
 
     @property
     def every(self) -> bool:
-        """Whether all pixels are to be judged, and not only filled ones."""
+        """Whether all pixels are evaluated, not only filled ones."""
         return self.pixels.currentIndex() == 1
 
     @property
     def over_chosen(self) -> bool:
-        """Whether the test is wanted for the chosen block."""
+        """Whether the errors of the selected block are shown."""
         return self.part.currentIndex() == 1
 
     def say_source(self, text: str, path: str = "") -> None:
-        """Where the truth comes from, or that there is none; `path` is the file's."""
+        """Show the source of the ground truth, or that there is none; `path` is the file."""
         self.source.say(text)
         self.source.setToolTip(as_it_is(path))
 
     def show_truth(self, rows: Sequence[Row], empty: str) -> None:
-        """Errors against the truth; without any, why."""
+        """Show errors against ground truth, or the reason why there are none."""
         self.truth_table.set_rows(rows, empty)
         self.pixels.setEnabled(bool(rows))
 
     def show_hidden(self, rows: Sequence[Row], text: str, tone: str, empty: str) -> None:
-        """What was tested on hidden depth, and how; without any, why."""
+        """Show hold-out errors and the settings of the test, or the reason why there are none."""
         self.tested.setVisible(bool(text))
         self.tested.say(text, tone)
         self.hidden_table.set_rows(rows, empty)
         self.part.setEnabled(bool(rows))
 
     def set_chosen(self, name: str) -> None:
-        """What the chosen block is called; "" for none."""
+        """Set the name of the selected block; "" for none."""
         with QSignalBlocker(self.part):
-            self.part.setItemText(1, f"{name} only" if name else "Chosen block (none is chosen)")
+            self.part.setItemText(1, f"{name} only" if name else "Selected block (none selected)")
 
     def turn_to(self, hidden: bool) -> None:
-        """Show the page of the test on hidden depth, or that of the truth."""
+        """Show the page of the hold-out test, or of the ground truth."""
         self.tabs.setCurrentIndex(int(hidden))
 
     def showEvent(self, event: QShowEvent) -> None:

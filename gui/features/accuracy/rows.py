@@ -1,4 +1,4 @@
-"""Judgements as rows of the panel's tables."""
+"""Evaluation against ground truth, and errors as rows of the panel's tables."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from ...state.session import Session
 from ...widgets.basics import as_it_is, paint_hint
 from .hold_out_tests import HiddenOutcome, Tested
 
-# Judgements in words: millimetres and shares, for the tables of the panel.
+# Texts of errors: millimetres and shares, for the tables of the panel.
 
 RMSE = ("RMSE", "Root mean square error in millimetres: large errors count most")
 MAE = ("MAE", "Mean absolute error in millimetres")
-MEDIAN = ("Med.", "Median of the absolute errors in millimetres: half of the pixels are closer")
+MEDIAN = ("Med.", "Median of the absolute errors in millimetres: half of the pixels are below")
 WITHIN = (
     "Within",
-    "Share of the filled pixels whose error is within their expected error; about 68 % is as it should be",
+    "Share of the filled pixels whose error is within their expected error; about 68 % is expected",
 )
-PIXELS = ("Pixels", "Over how many pixels the errors are")
+PIXELS = ("Pixels", "Number of evaluated pixels")
 
 
 def errors(judgement: Judgement) -> tuple[str, str, str]:
@@ -50,7 +50,7 @@ def within(judgement: Judgement) -> str:
 
 
 def thousands(count: int) -> str:
-    """A number of pixels, in short.
+    """Short text of a number of pixels.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def thousands(count: int) -> str:
 
 
 def best_of(judgements: Sequence[Judgement]) -> set[int]:
-    """Which have the smallest RMSE, if there are others. Who fills less than the rest is judged on less, and is none.
+    """Indices of the smallest RMSE, if the others differ; those with fewer evaluated pixels are excluded.
 
     Examples
     --------
@@ -74,21 +74,21 @@ def best_of(judgements: Sequence[Judgement]) -> set[int]:
     return best if len(best) < len(known) else set()
 
 
-# Judging results against the frame's truth, off the GUI's thread: for the frame, blocks and a rectangle.
+# Evaluation of results against ground truth, in a worker thread: for the frame, blocks and a rectangle.
 
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """A result that is judged: the present one, or that of a run.
+    """A result to evaluate: the current one, or that of a run.
 
     Attributes
     ----------
     name : str
     completion : Completion
     frame : RGBDFrame
-        That it is of.
+        Frame of the result.
     colour : (int, int, int) or None
-        Of the run.
+        Colour of the run.
     """
 
     name: str
@@ -99,23 +99,23 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What is to be judged.
+    """Request for an evaluation.
 
     Attributes
     ----------
     session : Session
     truth : ndarray of float32, shape (H, W)
         [m], NaN = unknown.
-    entries : tuple of Entry
-        The first is the present result.
+    entries : tuple
+        The first is the current result.
     labels : ndarray of int32, shape (H, W)
-        The label map as it is now.
+        The current label map.
     areas : mapping of str to (tuple of int or Box or None)
-        What a part of the frame is called -> labels of blocks, a rectangle, or None for all of it.
+        Name of a part of the frame -> labels of blocks, a rectangle, or None for all of it.
     every : bool
-        Whether known pixels count, too.
+        Whether known pixels also count.
     with_expected : bool
-        Whether the share within the expected error is wanted, which takes longer.
+        Whether to compute the share within the expected error, which takes longer.
     """
 
     session: Session
@@ -129,14 +129,14 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What was asked for.
+    """Result of an evaluation.
 
     Attributes
     ----------
     areas : mapping of str to tuple of Judgement
-        Part of the frame -> a Judgement for each entry, over what all of them have filled.
+        Part of the frame -> a Judgement for each entry, over the pixels that all of them have filled.
     blocks : mapping of int to Judgement
-        Label -> Judgement of all that the present result has filled.
+        Label -> Judgement of all pixels that the current result has filled.
     """
 
     areas: Mapping[str, tuple[Judgement, ...]] = field(default_factory=dict)
@@ -144,13 +144,13 @@ class Answer:
 
 
 class Judge:
-    """Answers questions, one at a time. What it has found of a completion's expected error it keeps as long as that."""
+    """Evaluates requests, one at a time; caches the expected error of each completion as long as that exists."""
 
     def __init__(self) -> None:
         self._expected: WeakKeyDictionary[Completion, NDArray[np.float32]] = WeakKeyDictionary()
 
     def __call__(self, question: Question) -> Answer:
-        """Judge; called off the GUI's thread."""
+        """Evaluate; called in a worker thread."""
         present = question.entries[0]
         areas = {}
         shared = shared_pixels([entry.completion for entry in question.entries], every=question.every)
@@ -181,7 +181,7 @@ def _inside(area: tuple[int, ...] | Box | None, labels: NDArray[np.int32]) -> ND
     return inside
 
 
-# A small table of numbers: rows in groups, the best marked.
+# A small table of numbers: rows in groups, with the best marked.
 
 _SWATCH = 10
 _ROW_PAD = 6
@@ -191,7 +191,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True)
 class Row:
-    """One row.
+    """One row of the table.
 
     Attributes
     ----------
@@ -201,9 +201,9 @@ class Row:
     hint : str
         Tooltip.
     colour : (int, int, int) or None
-        Of the run that it is of.
+        Colour of its run.
     is_best : bool
-        Whether it is the best of its group.
+        Whether it is the best row of its group.
     """
 
     name: str
@@ -214,7 +214,7 @@ class Row:
 
 
 class NumberTable(QTreeWidget):
-    """Rows under headings; copied with Ctrl+C as text that spreadsheets take."""
+    """Table of numbers with group headings; Ctrl+C copies tab-separated text."""
 
     def __init__(self, name: str, columns: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -243,18 +243,18 @@ class NumberTable(QTreeWidget):
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """What is shown."""
+        """Rows shown."""
         return self._rows
 
     def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
-        """Show other rows; without any, `empty` says why."""
+        """Show other rows; `empty` is the text shown without rows."""
         wanted = tuple(rows)
         if (wanted, empty) != (self._rows, self._empty):
             self._rows, self._empty = wanted, empty
             self._fill()
 
     def text(self) -> str:
-        """The table, or what is selected of it, cells separated by tabs."""
+        """The selected rows, or all, as tab-separated text."""
         chosen = [self.indexOfTopLevelItem(item) for item in self.selectedItems()]
         rows = [self._rows[number] for number in sorted(chosen)] or list(self._rows)
         head = [self.headerItem().text(number) for number in range(self.columnCount())]
@@ -309,7 +309,7 @@ def _swatch(colour: tuple[int, int, int]) -> QIcon:
 
 
 def truth_rows(answer: Answer, entries: Sequence[Entry]) -> list[Row]:
-    """Parts of the frame, each with a row for every result; of one result alone, a row for each part."""
+    """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
     rows = []
     for name, judged in answer.areas.items():
         if len(entries) == 1:
@@ -323,7 +323,7 @@ def truth_rows(answer: Answer, entries: Sequence[Entry]) -> list[Row]:
 
 
 def hidden_rows(outcome: HiddenOutcome, label: int) -> list[Row]:
-    """What was tested, over all blocks or over one."""
+    """Rows of the tested candidates, over all blocks or over one."""
     judged = [one.blocks.get(label, Judgement()) if label else one.whole for one in outcome.tested]
     best = best_of(judged)
     return [
@@ -334,15 +334,15 @@ def hidden_rows(outcome: HiddenOutcome, label: int) -> list[Row]:
 
 def _row(name: str, judged: Judgement, is_best: bool, colour: tuple[int, int, int] | None, what: str) -> Row:
     if not judged.pixels:
-        hint = f"{what}: no pixel is known in both result and truth."
+        hint = f"{what}: no pixel has both a result and ground truth."
     else:
-        hint = f"{what}: {judged.pixels:,} pixels, on average {1000 * judged.bias:+.2f} mm off."
+        hint = f"{what}: {judged.pixels:,} pixels, mean error {1000 * judged.bias:+.2f} mm."
         hint += " Smallest RMSE of all." if is_best else ""
     return Row(name, (*errors(judged), within(judged)), hint, colour, is_best)
 
 
 def _hidden_row(tested: Tested, judged: Judgement, is_best: bool) -> Row:
-    came_back = f"{tested.coverage:.1%} of the hidden depth came back at all."
+    came_back = f"{tested.coverage:.1%} of the held-out depth was filled."
     hint = f"{tested.candidate.name}: {judged.pixels:,} pixels. {came_back}"
     hint += " Smallest RMSE of all." if is_best else ""
     if judged.within is not None:

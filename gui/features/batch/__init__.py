@@ -1,1 +1,1 @@
-"""Many frames of the list, completed in the background into a folder each."""
+"""Batches: frames of the list, completed in the background, each into its own folder."""

@@ -1,4 +1,4 @@
-"""The dialog that asks which frames are completed where, and shows how far that is and what has come."""
+"""The batch dialog: frames, folder and options, progress, and results."""
 
 from __future__ import annotations
 
@@ -37,22 +37,22 @@ from ...widgets.tables import Index, RowModel
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
 
-# What has come of the frames of a batch, a row each.
+# Results of the frames of a batch, a row each.
 
 _HEADERS = (
     ("Frame", "Its name in the batch"),
-    ("Status", "Whether it was completed"),
-    ("Missing", "Share of the pixels without depth, before and after"),
+    ("Status", "Whether the frame was completed"),
+    ("Missing", "Share of pixels without depth, before and after"),
     (f"{MEDIAN_NAME} [mm]", MEDIAN_MEANING),
-    ("Seconds", "How long it took"),
-    ("Message", "Why it failed, or what there is to know of the result"),
+    ("Seconds", "Run time"),
+    ("Message", "Reason for a failure, or notes on the result"),
 )
 _FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
 _WIDTHS = (150, 84, 110, 196, 70)
 
 
 class OutcomeModel(RowModel[FrameOutcome]):
-    """Rows of outcomes, in the order in which they came."""
+    """Model of outcomes, in order of arrival."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(len(_HEADERS), parent)
@@ -73,7 +73,7 @@ class OutcomeModel(RowModel[FrameOutcome]):
         return looks[column]
 
     def add(self, outcomes: list[FrameOutcome]) -> None:
-        """More have come."""
+        """Append outcomes."""
         first = len(self.rows)
         self.beginInsertRows(QModelIndex(), first, first + len(outcomes) - 1)
         self.rows += outcomes
@@ -103,7 +103,7 @@ class OutcomeModel(RowModel[FrameOutcome]):
 
 
 class OutcomeTable(QTableView):
-    """The rows.
+    """Table of the outcomes.
 
     Signals
     -------
@@ -117,7 +117,7 @@ class OutcomeTable(QTableView):
         super().__init__()
         self.outcomes = OutcomeModel(self)
         self.setModel(self.outcomes)
-        self.setAccessibleName("What has come of the frames")
+        self.setAccessibleName("Results of the frames")
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setShowGrid(False)
@@ -134,7 +134,7 @@ class OutcomeTable(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if not self.outcomes.rows:
-            paint_hint(self, "What comes of each frame is listed here; a double-click opens it.")
+            paint_hint(self, "Results will be listed here; double-click a result to open it.")
 
 
 def _alignment(column: int) -> Qt.AlignmentFlag:
@@ -154,17 +154,17 @@ _SIZE = QSize(760, 620)
 
 
 class BatchDialog(QDialog):
-    """Shows and reports wishes; what is completed is the part's. It may be closed while frames are being completed.
+    """Dialog of a batch; emits the user's requests. It may be closed while frames are being completed.
 
     Signals
     -------
     begun()
-        The user wants what is chosen to be completed.
+        The user started the batch.
     cancelled()
     opened(object)
-        The user wants to see what came of a frame.
+        The user opened the outcome of a frame.
     results_wished()
-        The user wants the completed frames in the list.
+        The user requested the completed frames in the list.
     """
 
     begun = Signal()
@@ -179,35 +179,33 @@ class BatchDialog(QDialog):
         self.resize(_SIZE)
         about = Message(lines=3)
         about.say(
-            "Completes frames from their files, each into a folder of its own, with the present values of Filter and "
-            "Extraction and the kinds of files that the last export had. Blocks edited here have no part in it. "
-            "Begun again, it does what is not done yet; manifest.csv says what came of each frame."
+            "Completes frames from their files, each into its own folder, with the current values of Filter and "
+            "Extraction and the file types of the last export. Blocks edited in this window are not used. Starting "
+            "again resumes the batch; manifest.csv lists the result of each frame."
         )
         self.scope = QComboBox()
-        self.scope.setToolTip("Which frames of the list are completed")
+        self.scope.setToolTip("Frames of the list to complete")
         self._scopes = QStandardItemModel(self)
         self.scope.setModel(self._scopes)
         self.scope.addItem("", ALL_FRAMES)
         self.scope.addItem("", CHOSEN_FRAMES)
         self.folder = QLineEdit()
-        self.folder.setToolTip("Each frame has a folder in it; what others have begun there goes on")
+        self.folder.setToolTip("Each frame gets a subfolder; a batch already in the folder is resumed")
         browse = QPushButton("Browse…", autoDefault=False)
-        browse.setToolTip("Choose the folder of the results")
+        browse.setToolTip("Select the folder for the results")
         browse.clicked.connect(self._browse)
         self.jobs = QSpinBox(minimum=1, maximum=available_cores(), value=spare_cores())
-        self.jobs.setToolTip("Frames that are completed at the same time; they share the cores")
+        self.jobs.setToolTip("Number of frames completed at the same time; they share the cores")
         self.sheet = QCheckBox("Contact sheet")
-        self.sheet.setToolTip("One picture of all frames, with their names; the same colour is the same depth in all")
+        self.sheet.setToolTip("One picture of all frames, with their names, in one depth colour range")
         self.video = QCheckBox("Video")
-        self.video.setToolTip("Colour, measured and completed depth of all frames, one after the other")
+        self.video.setToolTip("Colour, measured and completed depth of all frames in sequence")
         self.retry = QCheckBox("Failed frames")
-        self.retry.setToolTip("Try those again that failed before")
-        self.anew = QCheckBox("Frames of other settings or files")
-        self.anew.setToolTip(
-            "Complete those anew that were completed with other values, or whose files have changed since"
-        )
+        self.retry.setToolTip("Retry frames that failed before")
+        self.anew = QCheckBox("Frames with changed settings or files")
+        self.anew.setToolTip("Complete frames again whose settings or files have changed since")
         self.state = Message(lines=2)
-        self.work = WorkRow("batch", "frames that are done stay, the others are done when it is begun again")
+        self.work = WorkRow("batch", "completed frames stay, and starting again resumes the batch")
         self.table = OutcomeTable()
         self.table.opened.connect(self.opened)
 
@@ -217,7 +215,7 @@ class BatchDialog(QDialog):
         self.start_button.setToolTip("Complete the frames, in the background")
         self.show_button = buttons.addButton("Open &results", QDialogButtonBox.ButtonRole.ActionRole)
         self.show_button.setAutoDefault(False)
-        self.show_button.setToolTip("Put the completed frames into the list")
+        self.show_button.setToolTip("Add the completed frames to the list")
         self.show_button.clicked.connect(self.results_wished)
         buttons.accepted.connect(self.begun)
         buttons.rejected.connect(self.reject)
@@ -234,7 +232,7 @@ class BatchDialog(QDialog):
         form.addRow(label, _row(self.folder, browse))
         form.addRow("&Processes", self.jobs)
         form.addRow("Also write", _row(self.sheet, self.video))
-        form.addRow("Again", _row(self.retry, self.anew))
+        form.addRow("Redo", _row(self.retry, self.anew))
         self.folder.setAccessibleName("Folder of the results")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 14, 14, 14)
@@ -248,26 +246,26 @@ class BatchDialog(QDialog):
         self._allow()
 
     def set_frames(self, count: int, chosen: int) -> None:
-        """How many frames the list has, and how many of its rows are chosen."""
+        """Set the number of frames in the list and of selected rows."""
         self.scope.setItemText(0, f"All frames of the list: {count}")
-        self.scope.setItemText(1, f"The chosen rows of the list: {chosen}")
+        self.scope.setItemText(1, f"Selected rows of the list: {chosen}")
         self._scopes.item(1).setEnabled(chosen > 0)
         if not chosen:
             self.scope.setCurrentIndex(0)
 
     def begin(self) -> None:
-        """Frames are being completed."""
+        """Show that the batch has started."""
         self._keep()
         self._busy = True
         self.table.outcomes.set_rows([])
         self.retry.setChecked(False)
         self.anew.setChecked(False)
-        self.state.say("Looking at what is there…")
+        self.state.say("Checking existing results…")
         self.work.begin()
         self._allow()
 
     def end(self, text: str, tone: str = "muted") -> None:
-        """They are done, or will not be."""
+        """Show that the batch has ended, with a message."""
         self._busy = False
         self.work.end()
         self.state.say(text, tone)
@@ -280,7 +278,7 @@ class BatchDialog(QDialog):
         self.show_button.setEnabled(not self._busy and bool(folder) and _has_results(Path(folder)))
 
     def _browse(self) -> None:
-        path = QFileDialog.getExistingDirectory(self, "Folder of the results", self.folder.text())
+        path = QFileDialog.getExistingDirectory(self, "Folder for the results", self.folder.text())
         if path:
             self.folder.setText(path)
 
@@ -298,7 +296,7 @@ class BatchDialog(QDialog):
 
 
 def _has_results(folder: Path) -> bool:
-    """Whether a frame has been completed into it, also if the batch has not come to its end."""
+    """Whether the folder contains a completed frame, even of an unfinished batch."""
     return any(folder.glob(f"*/{RECORD_FILE}"))
 
 

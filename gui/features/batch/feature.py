@@ -1,4 +1,4 @@
-"""Batches of the list's frames: one at a time, in the background."""
+"""Batches of frames of the list: one batch at a time, in the background."""
 
 from __future__ import annotations
 
@@ -36,33 +36,33 @@ COMMANDS = (
         "&Batch…",
         "ph.film-strip",
         "",
-        "Complete many frames of the list from their files, in the background, each into a folder of its own",
+        "Complete many frames of the list from their files, in the background, each into its own folder",
     ),
 )
 
 
-# A batch, step by step, in any thread.
+# A batch, step by step, for any thread.
 
 
 @dataclass(frozen=True)
 class BatchWish:
-    """What the user wants done.
+    """Settings of a batch.
 
     Attributes
     ----------
     frames : tuple of BatchFrame
-        All of the list.
+        All frames of the list.
     only : tuple of BatchFrame
-        Those that are to be completed.
+        Frames to complete.
     folder : Path
-        For the results.
+        Folder for the results.
     settings : BatchSettings
     jobs : int
-        Processes.
+        Number of processes.
     retry_failed, anew : bool
-        As `open_batch` takes them.
+        As in `open_batch`.
     sheet, video : bool
-        Whether a contact sheet and a video are made of the previews.
+        Whether to write a contact sheet and a video of the previews.
     """
 
     frames: tuple[BatchFrame, ...]
@@ -78,20 +78,20 @@ class BatchWish:
 
 @dataclass(frozen=True)
 class Opened:
-    """What there is of a batch before it begins."""
+    """An opened batch, before its first frame."""
 
     batch: Batch
 
 
 def batch_steps(wish: BatchWish) -> Generator[Opened | FrameOutcome, None, list[FrameOutcome]]:
-    """Complete the frames: what there was, then what comes of each; returns what there is at the end.
+    """Complete the frames: yield the opened batch, then the outcome of each frame; return all outcomes.
 
-    However it ends, the manifest says what there is.
+    The manifest is written however the batch ends.
 
     Raises
     ------
     IlfError
-        As `open_batch` and `Batch.outcomes` do, or if a picture cannot be made.
+        As from `open_batch` and `Batch.outcomes`, or if a picture cannot be written.
     """
     batch = open_batch(
         wish.frames, wish.folder, wish.settings, only=wish.only, anew=wish.anew, retry_failed=wish.retry_failed
@@ -115,7 +115,7 @@ def _pictures(wish: BatchWish) -> Sequence[Callable[[Path, Sequence[FrameOutcome
 
 
 class BatchPart(Part):
-    """*File > Batch…*: the dialog, and what it starts."""
+    """The command *File > Batch…*: its dialog and the batch."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -125,7 +125,7 @@ class BatchPart(Part):
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
-        self.worker.cancelled.connect(lambda: self._end("Cancelled: begun again, it does what is not done yet."))
+        self.worker.cancelled.connect(lambda: self._end("Cancelled. Start again to resume."))
         self._folder = Path()
         self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
         for signal in (desk.workspace.entries.added, desk.workspace.entries.removed):
@@ -134,7 +134,7 @@ class BatchPart(Part):
 
     @cached_property
     def dialog(self) -> BatchDialog:
-        """Made when it is first opened."""
+        """The dialog, created on first use."""
         dialog = BatchDialog(self.desk.window)
         dialog.begun.connect(self.start)
         dialog.cancelled.connect(self.worker.cancel)
@@ -143,7 +143,7 @@ class BatchPart(Part):
         return dialog
 
     def ask(self) -> None:
-        """Ask which frames are completed where, by the dialog; or show how far that is."""
+        """Open the dialog, for a new batch or for the progress of the current one."""
         if not self.worker.busy:
             self.dialog.set_frames(len(self._frames()), len(self._chosen()))
         self.dialog.show()
@@ -151,7 +151,7 @@ class BatchPart(Part):
         self.dialog.activateWindow()
 
     def start(self) -> None:
-        """Complete what the dialog says."""
+        """Start the batch with the settings of the dialog."""
         if self.worker.busy:
             return
         dialog, entries = self.dialog, self._frames()
@@ -175,11 +175,11 @@ class BatchPart(Part):
         self.worker.start(lambda: batch_steps(wish))
 
     def under_way(self) -> Sequence[UnderWay]:
-        """The batch, if one is under way."""
+        """The batch in progress, if any."""
         return [UnderWay("a batch of frames")] if self.worker.busy else []
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread is left."""
+        """Stop permanently before the window closes. True if all threads have ended."""
         ended = self.worker.shutdown()
         if "dialog" in vars(self):
             self.dialog.close()
@@ -231,7 +231,7 @@ class BatchPart(Part):
             self.desk.notes.report("The batch stopped", error)
 
     def _open_outcome(self, outcome: FrameOutcome) -> None:
-        """Open what came of a frame as a run; one that failed, as the frame that it is."""
+        """Open the run of a completed frame; show the message of a failed one."""
         record = self._folder / outcome.folder / RECORD_FILE
         if outcome.status is FrameStatus.COMPLETED and record.exists():
             self.desk.loader.open_run(record)

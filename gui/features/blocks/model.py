@@ -1,4 +1,4 @@
-"""What the table of blocks shows: one row per block, as text, icons, colours and sort keys."""
+"""Model of the table of blocks: one row per block, as text, icons, colours and sort keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ...widgets.tables import ICON_SIZE, Index, RowModel
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
 
-# state -> icon, and the name of its colour in theme.Colours
+# state -> icon, name of its colour in theme.Colours
 _STATES = {
     "ready": ("ph.circle", "muted"),
     "queued": ("ph.clock", "muted"),
@@ -36,7 +36,7 @@ _STATES = {
 
 @dataclass(frozen=True)
 class BlockRow:
-    """What the table shows of one block.
+    """Row of the table for one block.
 
     Attributes
     ----------
@@ -53,16 +53,16 @@ class BlockRow:
     detail : str
         Tooltip of the state.
     iterations : int
-        Done so far.
+        Number of iterations so far.
     sigma_i : float
-        Of the last iteration [m]; NaN where there was none.
+        Deviation of the last iteration [m]; NaN if there was none.
     visible, locked : bool
     own : str
-        Which parameters of the filter have values of the block's own, in words; "" for none.
+        Names of the block's own parameters; "" for none.
     look : str
-        Why the block, which came from another frame, needs a look; "" if it does not.
+        Why a propagated block needs checking; "" if it does not.
     error : float
-        Root mean square error [m]; NaN where it is not known.
+        Root mean square error [m]; NaN if unknown.
     """
 
     label: int
@@ -104,18 +104,18 @@ OPTIONAL = {
     Column.SIGMA: "Deviation \u03c3",
     Column.PIXELS: "Pixels",
 }
-"""Columns that the user can do without, and what they are called where that is chosen."""
+"""Columns that the user can hide, and their names in the column menu."""
 HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 
 _HEADERS = {
-    Column.VISIBLE: ("", "Shown in the views. Click the eye; Show or hide does it for all chosen blocks."),
+    Column.VISIBLE: ("", "Shown in the views. Click the eye to change it; Show or hide applies to selected blocks."),
     Column.LOCKED: ("", "Locked blocks cannot be edited. Click the lock to change it."),
-    Column.COLOUR: ("", "Colour in the views and plots. Click to choose another."),
+    Column.COLOUR: ("", "Colour in the views and plots. Click to change it."),
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
-    Column.PIXELS: ("Pixels", "Size of the block in pixels."),
-    Column.MISSING: ("Missing", "Defect rate: the share of the block's pixels without depth."),
+    Column.PIXELS: ("Pixels", "Number of pixels of the block."),
+    Column.MISSING: ("Missing", "Defect rate: share of the block's pixels without depth."),
     Column.ERROR: ("Error", "Root mean square error in millimetres"),
-    Column.STATE: ("", "What became of the block in the last run. Point at an icon to read it."),
+    Column.STATE: ("", "State of the block after the last run. Point at an icon for details."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
     Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
 }
@@ -130,7 +130,7 @@ class BlockModel(RowModel[BlockRow]):
     Signals
     -------
     renamed(int, str)
-        Label and the name that the user typed; the row itself changes by `set_rows` only.
+        Label and the name that the user typed; rows change only by `set_rows`.
     """
 
     renamed = Signal(int, str)
@@ -138,7 +138,7 @@ class BlockModel(RowModel[BlockRow]):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(len(Column), parent)
         self.error_source = ""
-        """What errors are against, in words; "" where none is known."""
+        """Reference of the errors, in words; "" if there is none."""
         self.set_palette(parent.palette())
 
     def set_palette(self, palette: QPalette) -> None:
@@ -203,7 +203,7 @@ class BlockModel(RowModel[BlockRow]):
             if column == Column.STATE:
                 return as_it_is("\n".join(filter(None, (_look(row), row.state, row.detail))))
             if column == Column.NAME and (row.own or row.look):
-                own = f"Has values of its own: {row.own}" if row.own else ""
+                own = f"Own parameters: {row.own}" if row.own else ""
                 return as_it_is("\n".join(filter(None, (_look(row), own))))
             return self._hint(column)
         return None
@@ -219,8 +219,8 @@ class BlockModel(RowModel[BlockRow]):
         hint = _HEADERS[column][1]
         if column != Column.ERROR:
             return hint
-        known = f"{hint}, against {self.error_source}." if self.error_source else f"{hint}: not known."
-        return f"{known} The panel Accuracy loads a truth, or tests on hidden depth."
+        known = f"{hint}, against {self.error_source}." if self.error_source else f"{hint}: unknown."
+        return f"{known} Load ground truth or run a hold-out test in the panel Accuracy."
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
         if column == Column.VISIBLE:
@@ -240,7 +240,7 @@ class BlockModel(RowModel[BlockRow]):
 
 
 def _look(row: BlockRow) -> str:
-    return f"Carried here, and needs a look: {row.look}" if row.look else ""
+    return f"Propagated block, needs checking: {row.look}" if row.look else ""
 
 
 def _text(row: BlockRow, column: Column) -> str:
@@ -290,7 +290,7 @@ def _tinted(palette: QPalette, colour: QColor) -> QPalette:
 
 
 def _plain(icon: QIcon) -> QIcon:
-    """The icon in the same colours whether its row is selected or not."""
+    """Return the icon with the same colours in selected rows."""
     pixmap = icon.pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
     plain = QIcon(pixmap)
     plain.addPixmap(pixmap, QIcon.Mode.Selected)

@@ -1,4 +1,4 @@
-"""Brings the blocks of the present frame to their table, and what is done there to the workspace."""
+"""Shows the blocks of the current frame in the table, and applies edits there to the workspace."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import QMenu
 
+from ilf._runtime.formatting import counted
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
@@ -22,11 +23,11 @@ from ...work.runs import RunController
 from .model import BlockRow
 from .table import BlockTable
 
-# What the window shows of blocks: the rows of their table.
+# The rows of the table of blocks.
 
 
 def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
-    """Of the present frame, one row per block that has pixels, or is chosen to be painted."""
+    """Rows of the current frame: one per block that has pixels, or is selected for painting."""
     results = session.valid_results()
     counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
     queued = runs.queued
@@ -49,7 +50,7 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
             iterations, sigma = outcome.iterations, outcome.sigma_i
             detail = _detail(result, values if outdated else None)
         elif label in session.results.kept:
-            state, detail, iterations, sigma = "edited", "The block has changed since it was run.", 0, math.nan
+            state, detail, iterations, sigma = "edited", "The block has changed since its last run.", 0, math.nan
         else:
             state, detail, iterations, sigma = "ready", "", 0, math.nan
         rows.append(
@@ -74,38 +75,41 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
 
 
 def _look(session: Session, label: int) -> str:
-    """Why a block that came from another frame needs a look; "" if it does not."""
+    """Why a propagated block needs checking; "" if it does not."""
     if label not in session.to_check:
         return ""
-    return session.notes.reasons.get(label, f"it comes from {session.notes.carried_from or 'another frame'}")
+    return session.notes.reasons.get(label, f"propagated from {session.notes.carried_from or 'another frame'}")
 
 
 def _detail(result: BlockResult, wanted: Parameters | None) -> str:
-    """What became of a block, whose result is of other values than those that are wanted, unless these are None."""
+    """Describe the result of a block; `wanted` are the current values if they differ from the result's, else None."""
     outcome = result.outcome
     lines = []
     if wanted is not None:
         waits = wanted.correction and result.parameters.replace(correction=True).same_effect(wanted)
-        what = "waits for the learned correction" if waits else "is of other values than are set now"
+        what = "waits for the learned correction" if waits else "was computed with other values"
         lines.append(f"The result, {outcome.status}, {what}.")
     lines += [outcome.message] if outcome.message else []
     if outcome.iterations:
-        lines.append(f"{outcome.iterations} iterations in {outcome.stages} stages, {outcome.recovered} pixels filled.")
+        lines.append(
+            f"{counted(outcome.iterations, 'iteration')} in {counted(outcome.stages, 'stage')}, "
+            f"{counted(outcome.recovered, 'pixel')} filled."
+        )
     lines += result.notes
     return "\n".join(lines)
 
 
 _COLOURS = 1000
-"""Numbers that shuffled colours start from."""
+"""Upper limit of the start number of shuffled colours."""
 
 
 class BlocksPresenter(QObject):
-    """The table of blocks with its menu.
+    """Presenter of the table of blocks and its menu.
 
     Parameters
     ----------
     commands : sequence of QAction or None
-        Entries of the menu on blocks; None separates them.
+        Entries of the context menu; None is a separator.
     """
 
     def __init__(
@@ -124,7 +128,7 @@ class BlocksPresenter(QObject):
         table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
 
     def show(self) -> None:
-        """A row per block, and the chosen ones selected."""
+        """Update the rows and the selection."""
         if self._workspace.has_session:
             session = self._workspace.session
             rows = block_rows(session, self._runs)
@@ -136,7 +140,7 @@ class BlocksPresenter(QObject):
             self._table.set_rows([])
 
     def show_menu(self, place: QPoint) -> None:
-        """Commands on the chosen blocks."""
+        """Show the context menu of the selected blocks."""
         menu = QMenu(self._table)
         for command in self._commands:
             if command is None:
@@ -147,7 +151,7 @@ class BlocksPresenter(QObject):
         menu.deleteLater()
 
     def shuffle_colours(self) -> None:
-        """Other colours for all blocks, far from each other in hue as before, as one undoable step."""
+        """Assign new colours with distinct hues to all blocks, as one undoable step."""
         if not self._workspace.has_session:
             return
         session = self._workspace.session

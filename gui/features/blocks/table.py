@@ -1,4 +1,4 @@
-"""The table of operation blocks: what they are, how they are doing, and which of them are meant."""
+"""The table of operation blocks: properties, state and selection."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from .model import HIDDEN_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICON
 _WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
 _HIDDEN_KEY = "blocks/hidden_columns"
-_NAME_WIDTH = 58  # at least; below, the table scrolls sideways
+_NAME_WIDTH = 58  # minimum; in less width, the table scrolls sideways
 
 
 class BlockTable(QWidget):
-    """Table of blocks. It shows rows and reports wishes; the rows change only by `set_rows`.
+    """Table of blocks. It emits the user's requests; rows change only by `set_rows`.
 
     Signals
     -------
     selectionChanged(list of int)
         Labels in table order, after the user selected.
     renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
-        Label and the wanted value.
+        Label and the new value.
     activated(int)
-        Double click or Enter: show this block.
+        Double-click or Enter: show this block.
     contextMenuRequested(QPoint, list of int)
         Global position and the selected labels.
     """
@@ -77,15 +77,15 @@ class BlockTable(QWidget):
         )
 
     def set_rows(self, rows: Iterable[BlockRow]) -> None:
-        """Show these rows; selection, scroll position and sorting stay, rows that are equal are not touched.
+        """Show these rows; selection, scroll position and sorting stay, equal rows are not updated.
 
-        `selectionChanged` is not emitted: whoever gives the rows knows which are gone.
+        `selectionChanged` is not emitted: the caller knows the removed rows.
         """
         with self._silence():
             self._model.set_rows(sorted(rows, key=lambda row: row.label))
 
     def set_error_source(self, source: str) -> None:
-        """Say what errors are against ("the truth"); "" where none is known."""
+        """Set the reference of the errors ("the truth"); "" if there is none."""
         self._model.error_source = source
 
     def select(self, labels: Iterable[int]) -> None:
@@ -153,7 +153,7 @@ class _BlockView(QTableView):
     shown = Signal(QModelIndex)
 
     def arrange(self) -> None:
-        """Columns, selection and look; once, after the model is set."""
+        """Set up columns, selection and style; call once, after the model is set."""
         lay_out(self, _ICON_WIDTH)
         self.setItemDelegate(SoftRows(ICON_COLUMNS, self))
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -172,7 +172,7 @@ class _BlockView(QTableView):
             self.setColumnHidden(column, column.name in names)
 
     def column_menu(self) -> QMenu:
-        """Which columns are shown, to choose."""
+        """Create the menu that shows and hides columns."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for column, text in OPTIONAL.items():
@@ -213,7 +213,7 @@ class _BlockView(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         current = self.currentIndex()
         if event.key() == Qt.Key.Key_Space:
-            event.ignore()  # it pans the views, and changes no block
+            event.ignore()  # Space pans the views and changes no block
         elif event.key() == Qt.Key.Key_F2 and current.isValid():
             self.edit(current.siblingAtColumn(Column.NAME))
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
@@ -224,7 +224,7 @@ class _BlockView(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            paint_hint(self, "No blocks yet. Extract them from the frame, or paint one.")
+            paint_hint(self, "No blocks yet. Extract blocks from the frame, or paint one.")
 
     def _use_tool(self, event: QMouseEvent) -> bool:
         index = self.indexAt(event.position().toPoint())

@@ -1,4 +1,4 @@
-"""The dialog that loads blocks: from which file or folder, and what becomes of the gaps between them."""
+"""Dialog that loads blocks: from a file or folder, with optional filling of the gaps between them."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from ...work.found_blocks import describe_blocks
 from ...work.latest_question import LatestQuestion
 from .file_dialogs import ReadingDialog
 
-# Blocks from files, as they would be taken, and to files.
+# Blocks from files and to files.
 
 
 @dataclass(frozen=True)
 class BlockSource:
-    """Blocks of a file or folder for a frame; with `filling`, an extraction with these parameters fills their gaps."""
+    """Blocks of a file or folder for a frame; with `filling`, an extraction with these parameters fills the gaps."""
 
     frame: RGBDFrame
     path: str
@@ -36,7 +36,7 @@ class BlockSource:
 
 
 def blocks_from(source: BlockSource) -> LoadedBlocks:
-    """Read the blocks, and fill their gaps if that is asked for; raises InputError as `read_blocks` does."""
+    """Read the blocks, and fill their gaps if requested; raises InputError as `read_blocks` does."""
     frame, filling = source.frame, source.filling
     blocks = read_blocks(source.path, frame.shape, image=_colour_file(frame))
     if filling is None:
@@ -46,7 +46,7 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
 
 
 def save_blocks(path: Path, session: Session, format: str | None) -> None:
-    """Write a frame's blocks, with the names that were given to them; raises ExportError as `write_blocks` does."""
+    """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
     check_not_an_input(session.frame, [path])
     given = {label: info.name for label, info in session.infos.items() if info.name != f"Block {label}"}
     write_blocks(path, session.labels, format=format, names=given, image=_colour_file(session.frame))
@@ -58,21 +58,21 @@ def _colour_file(frame: RGBDFrame) -> str | None:
 
 _FOLDER_KEY = "blocks/folder"
 _NOTHING_CHOSEN = (
-    "Choose a label map (PNG), a labelme or COCO file (JSON), masks of segment-anything (JSON), or a folder of masks, "
-    "a PNG each."
+    "Choose a label map (PNG), a labelme or COCO file (JSON), masks of segment-anything (JSON), or a folder of masks "
+    "(PNG)."
 )
 
 
 class LoadBlocksDialog(ReadingDialog[BlockSource, LoadedBlocks]):
-    """Choose blocks, and see what they are before they are taken.
+    """Dialog to choose blocks, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
     filling : BlockParameters
-        What an extraction for the gaps is made with.
+        Parameters of the extraction for the gaps.
     questions : LatestQuestion
-        Which reads a `BlockSource`.
+        Reads a `BlockSource` in a worker thread.
     """
 
     def __init__(
@@ -87,9 +87,9 @@ class LoadBlocksDialog(ReadingDialog[BlockSource, LoadedBlocks]):
         super().__init__(title, placeholder, _NOTHING_CHOSEN, "Blocks", _FOLDER_KEY, questions, parent)
         self._frame = frame
         self._filling = filling
-        self.fill_gaps = QCheckBox("&Fill gaps by the extraction")
+        self.fill_gaps = QCheckBox("&Fill gaps by extraction")
         self.fill_gaps.setToolTip(
-            "Where the file has no block, take what the extraction finds with the values of the tab Extraction"
+            "Where the file has no block, extract blocks with the parameters of the tab Extraction"
         )
         self.fill_gaps.toggled.connect(self.read)
         self.setMinimumWidth(640)

@@ -1,4 +1,4 @@
-"""Opening, exporting and closing frames, with the dialogs and messages that go with them."""
+"""Opening, exporting and closing frames, with their dialogs and messages."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
 from ilf.data.results import compose
 from ilf.errors import IlfError, InputError
@@ -34,31 +35,29 @@ from .file_dialogs import save_folder
 from .open_frame import OpenFrameDialog
 
 _IMAGES = "PNG image (*.png)"
-_TOO_MANY = (
-    "A colour file and its depth file are opened at a time. For several frames, drop the folder that holds them."
-)
+_TOO_MANY = "Only one colour file and its depth file can be opened at a time. For several frames, drop their folder."
 
 
 class Documents(QObject):
-    """What comes from files and goes to files.
+    """Opening and writing of files.
 
     Parameters
     ----------
     window : QWidget
-        In front of which dialogs open.
+        Parent of the dialogs.
     take_picture : callable
-        Gives what the window shows.
+        Returns a picture of the window.
 
     Signals
     -------
     folder_wished(object)
-        The FrameSource of a folder of frames or a recording, which has been dropped or named: how they are to be read.
+        Request to open the FrameSource of a folder of frames or a recording.
     project_wished(object)
-        A project file, by its Path, has been dropped or named.
+        Request to open a project file, by its Path.
     exported(object)
-        What has been Written by an export.
+        The Written of an export.
     exporting_changed()
-        An export has begun or ended, or more of the project has been saved.
+        An export has started or ended, or the progress of saving the project has changed.
     """
 
     folder_wished = Signal(object)
@@ -88,32 +87,32 @@ class Documents(QObject):
         for ended in (self._exporter.finished, self._exporter.failed):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
-        """Close without asking; for pictures and checks made without a user."""
+        """Whether to close without asking; for headless use."""
         self.saved_share: Callable[[], float | None] = lambda: None
-        """How much of the project that is being saved is written, 0-1; None if none is."""
+        """Returns the written share of the project that is being saved, 0-1; None if none is being saved."""
         self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
+        """Prepares closing of frames: calls `then` once no work would be lost, unless the user cancels."""
         self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
-        """Takes frames out of the list: calls what follows if the user wants it."""
+        """Prepares removal of frames from the list: calls `then` unless the user cancels."""
         self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
         """Closes a frame."""
 
     # opening
 
     def ask_open(self) -> None:
-        """Open a frame by the dialog."""
+        """Open a frame with the dialog."""
         self._open_dialog(None, None)
 
     def open_sample(self) -> None:
-        """Open the bundled room."""
+        """Open the bundled sample frame."""
         try:
             self.open_source(FrameSource(str(asset_path("samples/room"))))
         except IlfError as error:
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frames, folders and recordings of them at once, single files by the dialog,
-        run.json as a run; a project in the place of the present one."""
+        """Open dropped or given paths: folders of frames and recordings at once, single files with the dialog,
+        run.json as a run; a project replaces the current one."""
         projects, folders, records, files = sorted_out(paths)
         if projects:
             self.project_wished.emit(projects[-1])
@@ -127,8 +126,8 @@ class Documents(QObject):
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
     def open_source(self, source: FrameSource) -> None:
-        """Open a frame, or the frames of a folder or a recording; ask first if it would replace the same frame, read in
-        another way, and the work done there, saved or not."""
+        """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
+        with other options, and the work on it."""
         source = source.absolute()
         if source.depth is None and source.frame is None and holds_frames(source.rgb):
             self.folder_wished.emit(source)
@@ -148,7 +147,7 @@ class Documents(QObject):
         dialog.open()
 
     def ask_open_run(self) -> None:
-        """Open a run.json: its frame, blocks and parameters."""
+        """Open the frame, blocks and parameters of a run.json that the user chooses."""
         path, _ = QFileDialog.getOpenFileName(self._window, "Open run", "", "Run record (run.json *.json)")
         if path:
             self._loader.open_run(Path(path))
@@ -156,7 +155,7 @@ class Documents(QObject):
     # blocks
 
     def ask_load_blocks(self) -> None:
-        """Replace the blocks by those of a file or folder, by the dialog."""
+        """Replace the blocks by those of a file or folder, with the dialog."""
         session, filling = self._workspace.session, self._workspace.extraction_parameters
         dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -190,31 +189,31 @@ class Documents(QObject):
             known = {suffix for _, suffix in BLOCK_FORMATS.values()}
             if Path(path).suffix.lower() not in known:
                 path += suffix
-            # a suffix that was typed says more than the filter that it does not fit
+            # a typed suffix takes precedence over the filter
             self.save_blocks(path, format if Path(path).suffix.lower() == suffix else None)
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
-        """Write the blocks, with their names; False, with a message, if the file cannot be written."""
+        """Write the blocks with their names; return False, with a message, if the file cannot be written."""
         session = self._workspace.session
         try:
             save_blocks(Path(path), session, format)
         except IlfError as error:
             self._notes.report("Save blocks", error)
             return False
-        names = "" if path.lower().endswith(".json") else "; a label map holds no names, COCO and labelme do"
-        self._notes.tell(f"Saved {len(session.counts())} blocks to {path}{names}")
+        names = "" if path.lower().endswith(".json") else " (without names: use COCO or labelme for these)"
+        self._notes.tell(f"Saved {counted(len(session.counts()), 'block')} to {path}{names}")
         return True
 
     # closing
 
     def close_frame(self) -> None:
-        """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
+        """Close the current frame, after asking about unsaved work; a saved frame stays in the list."""
         entry = self._workspace.entries.of(self._workspace.session.id)
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
 
     def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
-        """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""
+        """Remove frames from the list, after asking once about the work on them; then call `then`."""
 
         def remove() -> None:
             self._workspace.remove_entries(entries)
@@ -225,7 +224,7 @@ class Documents(QObject):
     # export
 
     def ask_export(self) -> None:
-        """Export by the dialog."""
+        """Export with the dialog."""
         session = self._workspace.session
         completion = session.completion()
         run = session.run(session.common, dense=session.guessed)
@@ -238,9 +237,9 @@ class Documents(QObject):
         dialog.open()
 
     def export(self, folder: Path, options: ExportOptions, told: str = "") -> None:
-        """Write the present frame's results, off the GUI's thread. What has been `told` before is no warning."""
+        """Write the current frame's results in a worker thread. A note that was `told` before is no warning."""
         if self._exporter.busy:
-            self._notes.tell("An export is under way already.")
+            self._notes.tell("An export is in progress. Wait until it has ended.")
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
@@ -260,23 +259,23 @@ class Documents(QObject):
 
     @property
     def exporting(self) -> bool:
-        """Whether an export is under way."""
+        """Whether an export is in progress."""
         return self._exporter.busy
 
     def _note_exported(self, written: Written) -> None:
         folder = written.files[0].parent if written.files else ""
-        self._notes.tell(". ".join((f"Exported {len(written.files)} files to {folder}", *written.remarks)))
+        self._notes.tell(". ".join((f"Exported {counted(len(written.files), 'file')} to {folder}", *written.remarks)))
         self._notes.warn("Exported, with warnings", written.notes)
         self.exported.emit(written)
 
     def ask_save_picture(self) -> None:
-        """Save what the window shows."""
+        """Save a picture of the window to a file that the user chooses."""
         path, _ = QFileDialog.getSaveFileName(self._window, "Save picture", "ilf-studio.png", _IMAGES)
         if path:
             self.save_picture(path)
 
     def save_picture(self, path: str) -> bool:
-        """Save what the window shows as PNG; False, with a message, if the file cannot be written."""
+        """Save a picture of the window as PNG; return False, with a message, if the file cannot be written."""
         saved = self._take_picture().save(path, "PNG")
         if saved:
             self._notes.tell(f"Saved {path}")
@@ -285,12 +284,12 @@ class Documents(QObject):
         return saved
 
     def shutdown(self) -> None:
-        """Wait for an export that is under way, before the window closes."""
+        """Wait for a pending export before the window closes."""
         self._block_questions.shutdown()
         self._looks.shutdown()
         self._exporter.shutdown()
 
 
 def _export_folder(session: Session) -> Path:
-    """Where an export goes unless the user says otherwise: beside the last one, or in the working folder."""
+    """Return the default folder of an export: beside the last one, or in the working folder."""
     return save_folder() / output_folder_name(session.name)

@@ -1,4 +1,4 @@
-"""The dialog that asks what to export, and shows what that would write."""
+"""Dialog with the options of an export, and a list of the files that it writes."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf._runtime.formatting import counted
 from ilf.errors import ParameterError
 from ilf.io.depth import UINT16_MAX, coarser_units, png_fit
 from ilf.run.options import ExportOptions
@@ -34,7 +35,7 @@ from ...widgets.basics import Message, PlainLabel, group
 
 _OPTIONS_KEY = "export/options"
 _UNITS_KEY = "export/png_units"
-"""Units of the PNG that were chosen in place of the input's."""
+"""Settings key of PNG units chosen instead of the input's."""
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
 _CLOUD_FORMATS = {
@@ -44,41 +45,41 @@ _CLOUD_FORMATS = {
     "XYZ, no colour": "xyz",
     "XYZRGB": "xyzrgb",
 }
-_MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all that is known": "ply", "OBJ, text": "obj"}
+_MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all attributes": "ply", "OBJ, text": "obj"}
 _AXES = {
     "Camera: x right, y down, z forward": "camera",
     "Y up: x right, y up, z backward": "y-up",
-    "World: where the frame's pose puts it": "world",
+    "World: by the frame's pose": "world",
 }
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
 
 def stored_options() -> ExportOptions:
-    """What was chosen the last time."""
+    """Return the options of the last export."""
     stored = QSettings().value(_OPTIONS_KEY)
     if stored:
         try:
             return ExportOptions(**json.loads(str(stored)))
         except (ValueError, TypeError, RecursionError):
-            # damaged: the defaults are as good a start
+            # damaged: use the defaults
             QSettings().remove(_OPTIONS_KEY)
     return ExportOptions()
 
 
 class ExportDialog(QDialog):
-    """Choose files, formats and units of an export.
+    """Dialog to choose files, formats and units of an export.
 
     Parameters
     ----------
     run : Run
-        What is to be exported.
+        The run to export.
     has_result : bool
-        Whether any block has been run; without it there are no curves and no expected error, and the depth is as it
-        was read.
+        Whether any block has been run; if not, there are no curves and no expected error, and the depth is the input
+        depth.
     folder : str
-        Where the files go unless the user says otherwise.
+        Default target folder.
     behind : str
-        What the results lack, as `behind` says it.
+        Text from `behind` about missing or outdated results.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class ExportDialog(QDialog):
         self.setWindowTitle(f"Export {run.frame.name}")
         inputs = run.frame.inputs
         self._input_units = inputs.depth_units if inputs is not None else 1.0
-        is_whole = self._input_units > 1  # depth in metres has fractions
+        is_whole = self._input_units > 1  # depth in metres is fractional
         self._usual_units = f"{self._input_units if is_whole else ExportOptions().depth_units:.12g}"
         self._run = run
         self._has_intrinsics = run.frame.intrinsics is not None
@@ -102,12 +103,12 @@ class ExportDialog(QDialog):
         self.depth_npy = QCheckBox("NPY, float32 metres")
         self.png_units = QComboBox(editable=True)
         self.png_units.addItems(_PNG_UNITS)
-        self.png_units.setToolTip("PNG values per metre; those of the frame's own depth unless others are chosen")
+        self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
         self.png_note = Message(lines=2)
         self.expected_error = QCheckBox("Expected error as well (expected_error.*)")
         self.expected_error.setToolTip(
-            "Beside every depth file, the expected error of the filled pixels in the same format and units: over many "
-            "frames, about 68 % of the true errors lie within it (guesses are not calibrated)"
+            "The expected error of the filled pixels, in the same format and units as each depth file. Over many "
+            "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)"
         )
         self.guess_note = Message()
         self.cloud = QCheckBox("Write the point cloud")
@@ -120,20 +121,20 @@ class ExportDialog(QDialog):
         self.mesh_format.setAccessibleName("Format of the mesh")
         self.cloud_format.setAccessibleName("Format of the point cloud")
         self.cloud_format.setToolTip(
-            "PLY and PCD say of every point how far off it may be (expected error, 0 where depth was measured), "
-            "whether it was filled, which block it is of, and whether nothing vouches for it. CloudCompare shows these "
-            "as scalar fields, MeshLab the expected error as quality."
+            "PLY and PCD contain for every point its expected error (0 where depth was measured), whether it was "
+            "filled, its block, and whether it is unsupported. CloudCompare shows these as scalar fields, MeshLab the "
+            "expected error as quality."
         )
-        self.mesh_format.setToolTip("A GLB is in metres with y up, whatever axes and unit are chosen for the others")
+        self.mesh_format.setToolTip("GLB is always in metres with y up, independent of the axes and unit below")
         self.normals = QCheckBox("Normals")
-        self.normals.setToolTip("Which way the surface faces at every point; XYZ has no place for it")
-        self.drop_flying = QCheckBox("Without points in mid-air")
-        self.drop_flying.setToolTip("Leave out points between two surfaces, on none of them; the depth files keep them")
+        self.normals.setToolTip("Surface normal of every point; not available in XYZ")
+        self.drop_flying = QCheckBox("Remove flying points")
+        self.drop_flying.setToolTip("Leave out points between two surfaces; the depth files keep them")
         self.axes.addItems([text for text, axes in _AXES.items() if axes != "world" or run.frame.pose is not None])
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")
-        self.run_record = QCheckBox("Record of the run, needed to replay it (run.json)")
+        self.run_record = QCheckBox("Run record, needed for a replay (run.json)")
         self.message = Message(lines=3)
         self._build()
         self._restore()
@@ -141,17 +142,17 @@ class ExportDialog(QDialog):
         self._refresh()
 
     def set_depth(self, depth: NDArray[np.floating]) -> None:
-        """Depth to be exported [m], (H, W), NaN = missing; the note about what fits into 16 bits comes from it."""
+        """Set the depth to export [m], (H, W), NaN = missing; used for the note on the range of 16 bits."""
         self._depth = depth
         self.guess_note.say(self._guess_text(depth))
         self._refresh()
 
     def folder(self) -> str:
-        """Target folder; it need not exist yet."""
+        """Return the target folder; it need not exist yet."""
         return self.folder_path.text().strip()
 
     def options(self) -> ExportOptions:
-        """What is chosen, without what cannot be written for this frame.
+        """Return the chosen options, without those that are not possible for this frame.
 
         Raises
         ------
@@ -175,7 +176,7 @@ class ExportDialog(QDialog):
         )
 
     def accept(self) -> None:
-        """Remember the choices. What this frame made impossible stays as it was chosen for another."""
+        """Store the options. Options that are not possible for this frame keep their stored choice."""
         choices = asdict(self.options())
         choices["curves"] = self.curves.isChecked()
         choices["expected_error"] = self.expected_error.isChecked()
@@ -219,7 +220,7 @@ class ExportDialog(QDialog):
         cloud.addWidget(self.drop_flying)
         if not self._has_intrinsics:
             reason = Message()
-            reason.say("The frame has no camera intrinsics. Open it again with a preset or numbers.", "warning")
+            reason.say("The frame has no camera intrinsics. Open it again with a camera preset or numbers.", "warning")
             cloud.addWidget(reason)
         cloud.addStretch(1)
 
@@ -291,7 +292,7 @@ class ExportDialog(QDialog):
         self.run_record.setChecked(options.run_record)
 
     def _refresh(self) -> None:
-        """Everything that follows from the choices."""
+        """Update everything that depends on the options."""
         self.png_units.setEnabled(self.depth_png.isChecked())
         self.cloud.setEnabled(self._has_intrinsics)
         self.mesh.setEnabled(self._has_intrinsics)
@@ -321,20 +322,22 @@ class ExportDialog(QDialog):
             self.message.say(*self._plan(names, folder))
 
     def _plan(self, names: tuple[str, ...], folder: Path) -> tuple[str, str]:
-        """What the export would do to the folder, and in which tone to say it."""
-        lines = [f"Writes {', '.join(names)}." if folder.is_dir() else f"Makes the folder, writes {', '.join(names)}."]
+        """Return what the export would write, and the tone of the message."""
+        lines = [
+            f"Writes {', '.join(names)}." if folder.is_dir() else f"Creates the folder, writes {', '.join(names)}."
+        ]
         replaced = [name for name in names if (folder / name).exists()]
         if replaced:
             lines.append(f"Replaces in this folder: {', '.join(replaced)}.")
         if not self._has_result:
-            lines.append("No block has been run as it is now: the depth is exported as it was read.")
+            lines.append("No block has been run in its current state: the input depth is exported.")
         elif self._behind:
             lines.append(self._behind)
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
 
     def _guess_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.dense:
-            return "What no block could complete is guessed; guessed.png shows where."
+            return "Pixels that no block could complete are extrapolated; guessed.png shows where."
         frame = self._run.frame
         missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
         outside = (
@@ -346,9 +349,7 @@ class ExportDialog(QDialog):
             [f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing."] if outside else []
         )
         if missing:
-            lines.append(
-                f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
-            )
+            lines.append(f"{missing:.1%} of the pixels stay missing. To fill them all: Run > Extrapolate the rest.")
         return "\n".join(lines)
 
     def _png_note(self, units: float) -> tuple[str, str]:
@@ -357,11 +358,12 @@ class ExportDialog(QDialog):
             return coarser, "warning"
         if np.isnan(fit.deepest):
             return f"Steps of {1000 / units:.3g} mm.", "muted"
-        needs = f"at most {fit.deepest:.2f} m → {fit.largest}"
+        needs = f"maximum {fit.deepest:.2f} m → {fit.largest}"
         if not fit.clipped:
             return f"Steps of {1000 / units:.3g} mm; {needs}, fits.", "muted"
         return (
-            f"{needs.capitalize()}, over {UINT16_MAX}: clips {fit.clipped} pixels. Use fewer units per metre.",
+            f"{needs.capitalize()}, over {UINT16_MAX}: clips {counted(fit.clipped, 'pixel')}. "
+            "Use fewer units per metre.",
             "warning",
         )
 
@@ -390,18 +392,19 @@ class ExportDialog(QDialog):
 
 
 def behind(session: Session) -> str:
-    """What the results of a frame lack of its blocks and values as they are now, in words; "" for nothing."""
+    """Describe which blocks of a frame lack up-to-date results; "" for none."""
     counts = session.counts()
     without = len(counts.keys() - session.valid_results().keys())
     otherwise = len(session.changed_blocks()) - without
     sentences = []
     if without:
         sentences.append(
-            f"Not run as they are now, so that what they miss stays missing: {without} of {len(counts)} blocks."
+            f"Not run in their current state, so that their missing depth stays missing: {without} of {len(counts)} "
+            "blocks."
         )
     if otherwise:
-        sentences.append(f"Run with other values than are set now: {otherwise} of {len(counts)} blocks.")
-    return " ".join([*sentences, "Run what has changed first (F5)."] if sentences else [])
+        sentences.append(f"Run with other parameters than the current ones: {otherwise} of {len(counts)} blocks.")
+    return " ".join([*sentences, "Run them first (F5)."] if sentences else [])
 
 
 def _show(combo: QComboBox, values: dict[str, str], value: str) -> None:

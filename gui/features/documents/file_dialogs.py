@@ -1,4 +1,4 @@
-"""What dialogs share that load one file: it is read off the GUI's thread, and shown before it is taken."""
+"""Base of dialogs that load one file: the file is read in a worker thread and previewed."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from ...widgets.basics import Message, PlainLabel, as_it_is
 from ...widgets.notices import Notes, error_text
 from ...work.latest_question import LatestQuestion
 
-# A picture of what a dialog is about to open.
+# Preview picture of a dialog.
 
 _SIZE = QSize(304, 204)
 
 
 class Preview(QFrame):
-    """A picture in a box of fixed size, with its name below."""
+    """Picture in a box of fixed size, with its name below."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class Preview(QFrame):
         )
 
     def show_depth(self, depth: NDArray[np.generic] | None) -> None:
-        """Show depth (H, W) in any unit by its colours, missing pixels black, or nothing."""
+        """Show depth (H, W) in any unit with a colour map, missing pixels black, or nothing."""
         if depth is None:
             self.show_rgb(None)
             return
@@ -84,11 +84,11 @@ _DELAY_MS = 200
 
 
 class FileSource(Protocol):
-    """What is to be read."""
+    """A file to read."""
 
     @property
     def path(self) -> str:
-        """The file."""
+        """Path of the file."""
         ...
 
 
@@ -97,18 +97,18 @@ Found = TypeVar("Found")
 
 
 class ReadingDialog(QDialog, Generic[Source, Found]):
-    """Choose a file, and see what it is before it is taken. Load is enabled only while what is chosen has been read.
+    """Base of dialogs to choose a file, with a preview. *Load* is enabled once the chosen file has been read.
 
-    The focus is at the button that opens a file, and goes on to Load with what was chosen there.
+    The focus is on the button *File*, and moves to *Load* after a file was chosen there.
 
     Parameters
     ----------
     title, placeholder, nothing_chosen, shown : str
-        Of the window, of the field for the path, what is said while that is empty, and of the preview.
+        Title of the window, placeholder of the path, message while the path is empty, and title of the preview.
     folder_key : str
-        Where the settings have the folder that was chosen from last.
+        Settings key of the folder used last.
     questions : LatestQuestion
-        Which reads what `source` gives.
+        Reads what `source` returns, in a worker thread.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self.file_button = QPushButton("File…")
         self.file_button.clicked.connect(lambda _=False: self.browse())
         self._browsed = False
-        """Whether what is being read was browsed to, and not typed."""
+        """Whether the path was chosen in the file dialog, not typed."""
         self.preview = Preview(shown)
         self.message = Message(lines=5)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
@@ -157,19 +157,19 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self._column.addWidget(buttons)
 
     def source(self, path: str) -> Source:
-        """What is to be read of a path; InputError if something beside it is wrong."""
+        """Return the source of a path; InputError if another input of the dialog is wrong."""
         raise NotImplementedError
 
     def browse(self) -> None:
-        """Ask for a file, and `choose` it."""
+        """Open the file dialog, and `choose` the selected file."""
         raise NotImplementedError
 
     def show_found(self, found: Found) -> None:
-        """Show what has been read, and say what it is."""
+        """Show the content that was read, with a description."""
         raise NotImplementedError
 
     def ask(self, *above: QLayout | QWidget) -> None:
-        """Put what is to be chosen above the preview, and begin."""
+        """Insert the inputs above the preview, and start reading."""
         for place, part in enumerate(above):
             if isinstance(part, QWidget):
                 self._column.insertWidget(place, part)
@@ -179,9 +179,9 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self.read()
 
     def found(self) -> Found:
-        """What was read; only to be asked for once it was."""
+        """Return the content that was read; RuntimeError before that."""
         if self._found is None:
-            raise RuntimeError("nothing has been read")
+            raise RuntimeError("no file has been read")
         return self._found
 
     def done(self, result: int) -> None:
@@ -190,7 +190,7 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         super().done(result)
 
     def read(self) -> None:
-        """Read what is chosen now, and say what it is."""
+        """Read the chosen file and describe it."""
         self._delay.stop()
         self._forget()
         path = self.path.text().strip()
@@ -206,12 +206,12 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self._questions.ask(self._wanted)
 
     def schedule(self) -> None:
-        """Read in a moment: more may be typed until then."""
+        """Read after a short delay, because more may be typed."""
         self._forget()
         self._delay.start()
 
     def choose(self, path: str) -> None:
-        """Take a path that was browsed to; "" for none."""
+        """Set a path from the file dialog; "" for none."""
         if path:
             QSettings().setValue(self._folder_key, str(Path(path).parent))
             self.path.setText(path)
@@ -238,31 +238,31 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
             self.message.say(error_text(error).replace(f"{Path(source.path).parent}/", ""), "error")
 
 
-# Where files go that the user saves.
+# Saving of files.
 
 
 def save_folder() -> Path:
-    """Where files go unless the user says otherwise: beside the last export, or into the working folder."""
+    """Return the default folder for files: beside the last export, or the working folder."""
     last = QSettings().value("export/folder")
     folder = Path(str(last)) if last else Path.cwd()
     return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 
 
 def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
-    """The file to write, with the suffix of the chosen one of some kinds ("Table (*.csv);;…") if none was typed; "" if
-    the user does not want to."""
+    """Ask for the file to write. The suffix of the selected kind ("Table (*.csv);;…") is added if none was typed;
+    return "" if the user cancels."""
     path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
     if path and not Path(path).suffix and "*" in kind:
         path += kind.split("*", 1)[1].rstrip(")")
-        if Path(path).exists():  # the dialog has asked about the name without the suffix
-            text = f"{path} is there already. Write over it?"
+        if Path(path).exists():  # the dialog asked about the name without the suffix
+            text = f"{path} exists already. Overwrite it?"
             if QMessageBox.question(window, title, as_it_is(text)) != QMessageBox.StandardButton.Yes:
                 return ""
     return path
 
 
 def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
-    """Write a file and say so; False, with what went wrong said, if it cannot be written."""
+    """Write a file and report it; return False, with an error message, if it cannot be written."""
     try:
         write()
     except IlfError as error:

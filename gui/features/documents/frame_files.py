@@ -1,4 +1,4 @@
-"""Which depth file belongs to a colour file, and the other way round, by the names that people give them."""
+"""Matching of colour and depth files by their usual names."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 
 GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in GUIDE_SUFFIXES)});;All files (*)"
-"""What a file dialog offers for a guide."""
+"""File dialog filter for guides."""
 
 RECORDING_FILES = f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
-"""The same for recordings."""
+"""File dialog filter for recordings."""
 
 _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)
 
 
 def depth_beside(colour: Path) -> Path | None:
-    """The depth file that seems to belong to a colour file; None if there is none."""
+    """Return the depth file that probably belongs to a colour file; None if there is none."""
     return _partner(colour, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)
 
 
 def colour_beside(depth: Path) -> Path | None:
-    """The colour file that seems to belong to a depth file; None if there is none."""
+    """Return the colour file that probably belongs to a depth file; None if there is none."""
     return _partner(depth, _DEPTH_WORDS, _COLOUR_WORDS, COLOUR_SUFFIXES)
 
 

@@ -1,4 +1,4 @@
-"""The dialog that opens a frame: which files, in which units, seen by which camera."""
+"""Dialog that opens a frame: files, depth encoding and camera intrinsics."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _NO_DEPTH = "Choose the depth file that belongs to this colour image."
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
 
-_AUTOMATIC = "Automatic (from meta.json, or by the kind of file)"
+_AUTOMATIC = "Automatic (from meta.json, or by file type)"
 _FROM_META, _NUMBERS, _FILE = (
     "From meta.json, or none (needed for point clouds only)",
     "Numbers: fx, fy, cx, cy",
@@ -56,21 +56,21 @@ _FROM_META, _NUMBERS, _FILE = (
 
 
 class OpenFrameDialog(QDialog):
-    """Choose a frame, a folder of frames or a recording, and see what it is before it is opened.
+    """Dialog to choose a frame, a folder of frames or a recording, with a preview.
 
-    Open is enabled only while `ilf.io.load_frame` takes what is chosen, or nothing speaks against its having frames.
+    *Open* is enabled only if `ilf.io.load_frame` can read the chosen files, or the folder or recording may have frames.
 
     Parameters
     ----------
     looks : LatestQuestion
-        Which takes the `FirstLook` into a folder of frames or a recording.
+        Computes the `FirstLook` of a folder of frames or a recording in a worker thread.
     """
 
     def __init__(self, looks: LatestQuestion[FrameSource, FirstLook], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._looks = looks
         self._wanted: FrameSource | None = None
-        """What is looked into."""
+        """Source whose `FirstLook` is pending."""
         looks.answered.connect(self._show_first)
         looks.failed.connect(self._refuse_several)
         self.setWindowTitle("Open Frame")
@@ -84,25 +84,27 @@ class OpenFrameDialog(QDialog):
         self.encoding.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in MEANINGS.items())])
         self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.encoding.setToolTip(
-            "How the values of the file become metres: a name, or how many file units make one metre. Automatic: what "
-            "meta.json says; without it millimetres for whole numbers and metres for floating-point depth."
+            "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
+            "meta.json; without it, millimetres for integer depth and metres for floating-point depth."
         )
-        self.invalid = QLineEdit(placeholderText="None but zero; 65535 in 7-Scenes")
-        self.invalid.setToolTip("The value of the file that stands for missing depth, beside zero; 0 if there is none.")
+        self.invalid = QLineEdit(placeholderText="Zero only; 65535 in 7-Scenes")
+        self.invalid.setToolTip(
+            "The value of the file that means missing depth, in addition to zero; 0 if there is none."
+        )
         self.min_confidence = QLineEdit(placeholderText="None: all depth counts")
         self.min_confidence.setToolTip(
-            "Depth of a lower confidence counts as missing, where there is a map of it: 2 for what ARKit calls high."
+            "Depth of lower confidence counts as missing, if the frame has a confidence map (2 = ARKit high)."
         )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
         self.camera_text = QLineEdit()
-        self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
+        self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.message = Message(lines=7)
-        self.follow_button = QPushButton("Read it that way", autoDefault=False)
-        self.follow_button.setToolTip("Take the depth encoding or the invalid value that the message proposes.")
+        self.follow_button = QPushButton("Apply suggestion", autoDefault=False)
+        self.follow_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
         policy = self.follow_button.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)  # the dialog must not jump while one types
+        policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
         self.follow_button.setSizePolicy(policy)
         self.follow_button.clicked.connect(self._follow)
         self._doubts: tuple[Doubt, ...] = ()
@@ -138,9 +140,9 @@ class OpenFrameDialog(QDialog):
         self.read()
 
     def set_files(self, rgb: str, depth: str | None = None) -> None:
-        """Choose files as if by hand: two files in either order, one file, a folder, or a recording.
+        """Set the files: two files in either order, one file, a folder, or a recording.
 
-        The other file of a pair is proposed where only one is given.
+        The other file of a pair is proposed if only one is given.
         """
         if depth is None:
             self._choose(Path(rgb), _looks_like_depth(Path(rgb)))
@@ -149,13 +151,13 @@ class OpenFrameDialog(QDialog):
             self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
 
     def request(self) -> FrameSource:
-        """What to open.
+        """Return the source to open.
 
         Raises
         ------
         InputError
-            If files are not chosen yet, there is no such depth encoding, or the invalid value, the least confidence or
-            intrinsics are not numbers.
+            If files are missing, the depth encoding is unknown, or the invalid value, the minimum confidence or
+            the intrinsics are not numbers.
         """
         colour, depth = self._paths()
         is_whole = _is_whole(colour)
@@ -170,7 +172,7 @@ class OpenFrameDialog(QDialog):
         )
 
     def read(self) -> None:
-        """Read what is chosen now, and say what it is."""
+        """Read the chosen files and describe them."""
         self._reading_delay.stop()
         self._wanted = None
         self._looks.forget()
@@ -181,7 +183,7 @@ class OpenFrameDialog(QDialog):
             return
         try:
             if not (depth or _is_whole(colour)):
-                read_colour(colour)  # what is wrong with it is told before more is asked for
+                read_colour(colour)  # reports an error of this file before asking for the other one
                 self._refuse(_NO_DEPTH, "muted")
                 return
             source = self.request()
@@ -203,11 +205,11 @@ class OpenFrameDialog(QDialog):
         self.open_button.setEnabled(True)
 
     def _look_into(self, source: FrameSource) -> None:
-        """Find out what frames there are; until then it can be opened, and it will be found out then."""
+        """List the frames in a worker thread; meanwhile the source can be opened already."""
         if source.guide is not None:
-            raise InputError("A guide is of one frame. Leave it out here, and load one for each frame.")
+            raise InputError("A guide belongs to a single frame. Clear it here, and load a guide for each frame later.")
         self._show_nothing()
-        self.message.say("Looking for its frames…", "text")
+        self.message.say("Listing frames…", "text")
         self.open_button.setEnabled(True)
         self._wanted = source
         self._looks.ask(source)
@@ -215,12 +217,12 @@ class OpenFrameDialog(QDialog):
     def _show_first(self, source: FrameSource, look: FirstLook) -> None:
         if source != self._wanted:
             return
-        frames = f"{counted(len(look.listing.sources), 'frame')} for the list."
+        frames = f"{counted(len(look.listing.sources), 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
         if look.frame is None:
-            self.message.say(f"{text}\nThe first cannot be read: {look.problem}", "warning")
+            self.message.say(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")
         else:
-            self._show(look.frame, f"{text} The first:\n{_reading(look.frame)}", look.doubts)
+            self._show(look.frame, f"{text} First frame:\n{_reading(look.frame)}", look.doubts)
 
     def _refuse_several(self, source: FrameSource, error: Exception) -> None:
         if source == self._wanted:
@@ -261,7 +263,7 @@ class OpenFrameDialog(QDialog):
             (1, "&Depth", self.depth_path),
             (2, "Depth &encoding", self.encoding),
             (3, "In&valid value", self.invalid),
-            (4, "&Least confidence", self.min_confidence),
+            (4, "&Min. confidence", self.min_confidence),
             (5, "Camera &intrinsics", self.camera),
             (7, "&Guide", self.guide_path),
         ):
@@ -278,7 +280,7 @@ class OpenFrameDialog(QDialog):
         return grid
 
     def _propose(self, doubts: Iterable[Doubt]) -> None:
-        """Offer to do what speaks against the reading proposes."""
+        """Offer to apply the suggestions of plausibility warnings."""
         self._doubts = tuple(doubt for doubt in doubts if doubt.encoding is not None or doubt.invalid is not None)
         self.follow_button.setVisible(bool(self._doubts))
 
@@ -334,7 +336,7 @@ class OpenFrameDialog(QDialog):
             self.guide_path.setText(path)
 
     def _choose(self, path: Path, is_depth: bool) -> None:
-        """Take one chosen path, and propose its partner where the other field does not hold one already."""
+        """Set one chosen path, and propose its partner; without a partner, the other field stays."""
         QSettings().setValue(_FOLDER_KEY, str(path.parent))
         if path.is_dir():
             self._set_paths(str(path), "")
@@ -355,7 +357,7 @@ class OpenFrameDialog(QDialog):
         return self.colour_path.text().strip(), self.depth_path.text().strip()
 
     def _encoding(self) -> tuple[float | None, str | None]:
-        """Units per metre where they are given as a number, and the name of an encoding."""
+        """Return the units per metre if a number was entered, and the name of an encoding."""
         text = self.encoding.currentText().strip()
         chosen = None if text == _AUTOMATIC else text.partition(" (")[0]
         try:
@@ -371,7 +373,7 @@ class OpenFrameDialog(QDialog):
         return _number(self.invalid, "The invalid value must be a number of the depth file, such as 65535")
 
     def _min_confidence(self) -> float | None:
-        return _number(self.min_confidence, "The least confidence must be a number of the map, such as 2")
+        return _number(self.min_confidence, "The minimum confidence must be a number of the confidence map, such as 2")
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
         choice, text = self.camera.currentText(), self.camera_text.text().strip()
@@ -379,7 +381,7 @@ class OpenFrameDialog(QDialog):
             return None
         if choice == _FILE:
             if not text:
-                raise InputError("Choose the JSON file that holds the intrinsics.")
+                raise InputError("Choose the JSON file with the intrinsics.")
             return text
         if choice != _NUMBERS:
             return choice
@@ -392,7 +394,7 @@ class OpenFrameDialog(QDialog):
         return fx, fy, cx, cy
 
     def _refuse(self, text: str, tone: str) -> None:
-        """Say why it cannot be opened, and still show what can be shown."""
+        """Show why the frame cannot be opened, with a preview of what can be read."""
         self.open_button.setEnabled(False)
         colour, depth = self._paths()
         files = colour, depth, self.guide_path.text().strip()
@@ -408,19 +410,19 @@ class OpenFrameDialog(QDialog):
 
 
 def _reading(frame: RGBDFrame) -> str:
-    """What the frame is, in one line of numbers and one about what it can do."""
+    """Describe a frame: depth, size and encoding in the first line, then guide and intrinsics."""
     known = frame.depth[frame.known]
     height, width = frame.shape
     encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
     first = (
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
-        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, at {encoding}."
+        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, {encoding}."
     )
     if frame.guide is not None:
         said = np.isfinite(frame.guide.values[~frame.known])
-        first += f"\nThe guide says something of {100 * said.mean() if said.size else 100:.0f} % of what is missing."
+        first += f"\nThe guide covers {100 * said.mean() if said.size else 100:.0f} % of the missing pixels."
     if frame.intrinsics is None:
-        return f"{first}\nWithout intrinsics there will be no point cloud."
+        return f"{first}\nNo intrinsics: a point cloud is not possible."
     camera = frame.intrinsics
     return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
 
@@ -430,7 +432,7 @@ def _outside(frame: RGBDFrame) -> str:
 
 
 def _attempt(read: Callable[[], _Result]) -> _Result | None:
-    """What can be read for a preview beside a message that says already why the frame cannot be opened."""
+    """Return what can be read for a preview, else None; the message contains the error already."""
     try:
         return read()
     except IlfError:
@@ -438,7 +440,7 @@ def _attempt(read: Callable[[], _Result]) -> _Result | None:
 
 
 def _number(field: QLineEdit, demand: str) -> float | None:
-    """What a field says, None if it is empty; InputError, which begins with what it must be, if that is no number."""
+    """Return the number in a field, None if it is empty; InputError, starting with `demand`, if it is no number."""
     text = field.text().strip()
     try:
         return float(text) if text else None
@@ -451,7 +453,7 @@ def _is_folder(path: str) -> bool:
 
 
 def _is_whole(path: str) -> bool:
-    """Whether nothing else need be chosen with it."""
+    """Whether a path needs no second file."""
     return _is_folder(path) or is_recording(path)
 
 

@@ -1,4 +1,4 @@
-"""Says what is not as it was when a run was recorded: when it is opened, and when it has been run again."""
+"""Reports differences to a recorded run, when it is opened and when it has been run again."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from ...widgets.notices import Notes
 
 
 class ReplayPresenter(QObject):
-    """Brings what a record says of its run to the user."""
+    """Reports the comparison of a run with its record."""
 
     def __init__(self, notes: Notes) -> None:
         super().__init__(notes)
         self._notes = notes
 
     def show_differences(self, session: Session) -> None:
-        """A session has been opened from a record: say which input, network, version or output differs, if any."""
+        """Report which input, network, version or output of a session opened from a record differs, if any."""
         if session.again is not None:
-            self._notes.warn(f"{session.name}: not all is as it was recorded", session.again.differences)
+            self._notes.warn(f"{session.name}: differences to the run record", session.again.differences)
 
     def show_verdict(self, session: Session) -> None:
-        """A run has ended: if it is the recorded one, say whether it came out as recorded."""
+        """If the run that has ended is the recorded one, report whether its result equals the record."""
         completion = session.completion()
         if session.again is None or completion is None or not _is_again(session, session.again.run, completion):
             return
         verdict = session.again.verdict(completion)
         if verdict:
-            self._notes.warn(f"{session.name}: the run did not come out as recorded", verdict)
+            self._notes.warn(f"{session.name}: the result differs from the run record", verdict)
         else:
-            self._notes.tell(f"{session.name}: the run came out as recorded.")
+            self._notes.tell(f"{session.name}: the result equals the run record.")
 
 
 def _is_again(session: Session, recorded: Run, completion: Completion) -> bool:
-    """Whether the completion is of the very run that was recorded: its blocks with their drawn borders, the depth that
-    was distrusted then, its guide and its parameters."""
+    """Whether the completion is of the recorded run: the same blocks with drawn borders, invalid mask, guide and
+    parameters."""
     if session.guessed != recorded.dense or not np.array_equal(session.labels, recorded.blocks):
         return False
     drawn, distrusted = session.notes.drawn, session.frame.distrusted

@@ -1,4 +1,4 @@
-"""The menu of the paper's experiments, and their window once it is needed."""
+"""The menu of the paper's experiments, and their window, created on first use."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from .window import ExperimentsWindow
 
 _LOAD_AFTER_MS = 1500
-"""The first frame comes first."""
+"""Delay [ms], so that the first frame is shown before."""
 
 
 class ExperimentsMenu(QMenu):
-    """An entry per experiment, and one for all. What runs them is loaded when the menu is opened, if not before.
+    """Menu with an entry per experiment and one for all. Opening it loads the experiments if needed.
 
     Signals
     -------
     message(str)
-        What is to be said of a run while its window is closed.
+        Status of a run while its window is closed.
     """
 
     message = Signal(str)
@@ -36,7 +36,7 @@ class ExperimentsMenu(QMenu):
         self._end = self.addSeparator()
         self._filled = False
         all_quick = self.addAction("Run all (&quick)")
-        all_quick.setToolTip("Run every experiment with few points, and show how they stand beside the paper")
+        all_quick.setToolTip("Run every experiment with few points, and compare the results with the paper")
         all_quick.triggered.connect(lambda _=False: self._shown().run_all_quick())
         self.aboutToShow.connect(self.fill)
         self._loader = Worker(self)
@@ -44,11 +44,11 @@ class ExperimentsMenu(QMenu):
         self._loading.timeout.connect(lambda: self._loader.start(_load))
 
     def load_soon(self) -> None:
-        """Load what the entries need after a while, off the GUI's thread, so that the menu opens at once."""
+        """Load the experiments after a delay, in a worker thread, so that the menu opens immediately."""
         self._loading.start()
 
     def fill(self) -> None:
-        """Add the experiments' entries, if they are not there yet."""
+        """Add the entries of the experiments, once."""
         if self._filled:
             return
         from ilf.lab.experiments.registry import EXPERIMENTS
@@ -67,7 +67,7 @@ class ExperimentsMenu(QMenu):
         return self.window_ is not None and self.window_.runner.busy
 
     def shutdown(self) -> bool:
-        """Close the window and stop what it runs. True if that has ended."""
+        """Close the window and stop its run. True if it has ended."""
         self._loading.stop()
         self._loader.shutdown()
         if self.window_ is None:
@@ -77,7 +77,7 @@ class ExperimentsMenu(QMenu):
         return ended
 
     def _shown(self) -> ExperimentsWindow:
-        """The window, in front."""
+        """Show the window in front and return it."""
         if self.window_ is None:
             from .window import ExperimentsWindow
 
@@ -93,4 +93,4 @@ class ExperimentsMenu(QMenu):
 
 def _load() -> Generator[None, None, None]:
     yield None
-    import_module("ilf.experiments")
+    import_module("ilf.lab.experiments")

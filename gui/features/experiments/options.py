@@ -1,4 +1,4 @@
-"""What a user chooses before a run: how thorough, which frames, the seed, and where results go."""
+"""Options of a run: quick or full, frames, seed, and folder for the results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ilf.lab.experiments.experiment import Settings
 from ...widgets.basics import last_folder
 
 QUICK_FOLDER = "quick"
-"""Where quick results lie in the results folder, so that they never take the place of full ones."""
+"""Subfolder of quick results, so that they never replace full ones."""
 
 Slot = Callable[[], None]
 
@@ -32,12 +32,12 @@ _FOLDER_KEY, _DATA_KEY = "experiments/folder", "experiments/last_data"
 
 
 class ExperimentOptions(QWidget):
-    """A form.
+    """Form with the options of a run.
 
     Signals
     -------
     folder_changed()
-        Results lie elsewhere now: another folder, or quick instead of full.
+        The results folder changed: another folder, or quick instead of full.
     """
 
     folder_changed = Signal()
@@ -45,8 +45,8 @@ class ExperimentOptions(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.thoroughness = QComboBox()
-        self.thoroughness.addItems(["Quick: a check, few points", "Full: numbers to rely on"])
-        self.thoroughness.setToolTip("Full runs take minutes to hours. Both keep their results, beside each other.")
+        self.thoroughness.addItems(["Quick: a check with few points", "Full: reliable numbers"])
+        self.thoroughness.setToolTip("Full runs take minutes to hours. Quick and full results are stored separately.")
         self.thoroughness.currentIndexChanged.connect(lambda _: self.folder_changed.emit())
         self.data = QLineEdit(placeholderText="The bundled sample", clearButtonEnabled=True)
         self.data.setAccessibleName("Frames")
@@ -56,12 +56,12 @@ class ExperimentOptions(QWidget):
         )
         self.limit = QSpinBox(maximum=100_000)
         self.limit.setSpecialValueText("all")
-        self.limit.setToolTip("Take the first so many frames only")
+        self.limit.setToolTip("Maximum number of frames, from the first")
         self.seed = QSpinBox(maximum=2**31 - 1)
-        self.seed.setToolTip("What noise and hidden pixels follow from: the same seed, the same numbers")
+        self.seed.setToolTip("Seed of noise and held-out pixels: the same seed gives the same numbers")
         self.folder = QLineEdit(str(QSettings().value(_FOLDER_KEY, "")) or _usual_folder())
-        self.folder.setAccessibleName("Folder of the results")
-        self.folder.setToolTip(f"Where results are kept; those of quick runs in '{QUICK_FOLDER}' below it")
+        self.folder.setAccessibleName("Folder for the results")
+        self.folder.setToolTip(f"Folder for the results; quick runs use its subfolder '{QUICK_FOLDER}'")
         self.folder.editingFinished.connect(self._take_folder)
         self._known_folder = self.folder.text()
 
@@ -73,21 +73,21 @@ class ExperimentOptions(QWidget):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("Run", self.thoroughness)
         form.addRow("Frames", _stacked(self.data, (("Folder…", self._ask_data_folder), ("File…", self._ask_data_file))))
-        form.addRow("Frames at most", self.limit)
+        form.addRow("Max. frames", self.limit)
         form.addRow("Seed", self.seed)
-        form.addRow("Results", _beside(self.folder, "…", "Choose another folder for results", self._ask_folder))
+        form.addRow("Results", _beside(self.folder, "…", "Select another folder for results", self._ask_folder))
 
     @property
     def quick(self) -> bool:
-        """Whether the run is to be a quick one."""
+        """Whether a quick run is selected."""
         return self.thoroughness.currentIndex() == 0
 
     def set_quick(self, quick: bool) -> None:
-        """Choose a quick or a full run."""
+        """Select a quick or a full run."""
         self.thoroughness.setCurrentIndex(0 if quick else 1)
 
     def settings(self) -> Settings:
-        """What is chosen."""
+        """The selected settings."""
         data = self.data.text().strip()
         return Settings(
             data=Path(data).expanduser() if data else None,
@@ -97,7 +97,7 @@ class ExperimentOptions(QWidget):
         )
 
     def results_folder(self) -> Path:
-        """Where results of such runs lie."""
+        """Folder of the results of such runs."""
         folder = Path(self.folder.text()).expanduser()
         return folder / QUICK_FOLDER if self.quick else folder
 

@@ -1,4 +1,4 @@
-"""What an experiment gave: its figures, the paper beside it, its rows."""
+"""View of the result of an experiment: figures, comparison with the paper, and rows."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ from ilf.lab.experiments.report import inline, paragraphs, shown
 from ...base import theme
 from ...widgets.basics import Message, PlainLabel, as_it_is
 
-# A figure on white paper, as wide as there is room for, and what it shows below it.
+# A figure on white paper, fitted to the width, with its caption below.
 
 _PAPER = QColor("#ffffff")
 _EDGE = 10
-"""Paper around the figure."""
+"""Margin around the figure [px]."""
 
 _NARROWEST = 200
 
 
 class FigureView(QScrollArea):
-    """Shows a PNG file. Figures are drawn for white paper; in the dark they keep it.
+    """View of a PNG file. Figures are drawn for white paper, also in the dark theme.
 
     Signals
     -------
     zoom_wished()
-        A double-click: large instead of fitting, or back.
+        A double-click: actual size instead of fitted, or back.
     """
 
     zoom_wished = Signal()
@@ -82,11 +82,11 @@ class FigureView(QScrollArea):
 
     @property
     def readable(self) -> bool:
-        """Whether the file is a picture."""
+        """Whether the file could be read as a picture."""
         return not self.paper.image.isNull()
 
     def set_whole(self, whole: bool) -> None:
-        """Show the figure pixel by pixel, to be scrolled, or as wide as the view."""
+        """Show the figure in actual size, scrollable, or fitted to the width."""
         self._whole = whole
         self._fit()
 
@@ -97,14 +97,14 @@ class FigureView(QScrollArea):
 
     def _fit(self) -> None:
         margins = self._column.contentsMargins()
-        # room for the scroll bar always: its coming and going would change the width that decides whether it comes
+        # always leave room for the scroll bar: otherwise showing it would change the fit, and so whether it is needed
         room = self.width() - self.verticalScrollBar().sizeHint().width() - margins.left() - margins.right()
         self.paper.fit(None if self._whole else max(room, _NARROWEST))
-        self._column.invalidate()  # it holds heights for the old width, and a fixed size alone does not tell it
+        self._column.invalidate()  # its cached heights are for the old width; a fixed size does not invalidate them
 
 
 class _Paper(QWidget):
-    """The figure itself."""
+    """The figure."""
 
     double_clicked = Signal()
 
@@ -112,10 +112,10 @@ class _Paper(QWidget):
         super().__init__()
         self.image = image
         self._scaled = QPixmap()
-        self.setToolTip("Double-click: actual size, and back")
+        self.setToolTip("Double-click: actual size or fitted")
 
     def fit(self, width: int | None) -> None:
-        """Take a width at most, or the figure's own."""
+        """Set the maximum width, or None for the figure's own."""
         own = self.image.width() + 2 * _EDGE
         width = own if width is None else min(width, own)
         height = round((width - 2 * _EDGE) * self.image.height() / max(self.image.width(), 1)) + 2 * _EDGE
@@ -124,7 +124,7 @@ class _Paper(QWidget):
             self._scaled = QPixmap()
 
     def event(self, event: QEvent) -> bool:
-        """Scale anew for a screen with other pixels."""
+        """Rescale for another device pixel ratio."""
         if event.type() == QEvent.Type.DevicePixelRatioChange:
             self._scaled = QPixmap()
         return super().event(event)
@@ -134,7 +134,7 @@ class _Paper(QWidget):
         self.double_clicked.emit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paper with rounded corners and a thin edge, and the figure in the screen's own pixels."""
+        """Draw the paper with rounded corners and a thin edge, and the figure in device pixels."""
         if self._scaled.isNull():
             size = (self.size() - QSize(2 * _EDGE, 2 * _EDGE)) * self.devicePixelRatioF()
             smooth = Qt.TransformationMode.SmoothTransformation
@@ -155,11 +155,11 @@ class _Paper(QWidget):
 _WIDEST = 220
 
 _SHARES = ("defect_rate",)
-"""Columns of shares, shown in per cent."""
+"""Columns of shares, shown as percentages."""
 
 
 class RowTable(QTableView):
-    """Rows with a column per name; a click on a heading sorts."""
+    """Table of rows with a column per name; click a heading to sort."""
 
     def __init__(self, rows: Sequence[Row], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -217,7 +217,7 @@ class _RowModel(QAbstractTableModel):
 
 
 class _Sorted(QSortFilterProxyModel):
-    """Numbers by size, everything else as text; nothing comes first."""
+    """Sorts empty cells first, then numbers, then text."""
 
     def lessThan(self, left: QModelIndex | QPersistentModelIndex, right: QModelIndex | QPersistentModelIndex) -> bool:
         return _order(left.data(Qt.ItemDataRole.UserRole)) < _order(right.data(Qt.ItemDataRole.UserRole))
@@ -239,12 +239,12 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 class ResultView(QWidget):
-    """One experiment: what it is, and its result in tabs where there is one.
+    """View of one experiment: description, and its result in tabs if there is one.
 
     Signals
     -------
     save_wished(object)
-        The Path of the PNG file of the figure that is seen.
+        Path of the PNG file of the visible figure.
     """
 
     save_wished = Signal(object)
@@ -263,7 +263,7 @@ class ResultView(QWidget):
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.currentChanged.connect(lambda _: self._show_tools())
-        self._zoom = self._tool("Actual size: the figure in its own pixels (double-click)")
+        self._zoom = self._tool("Actual size (double-click)")
         self._zoom.setCheckable(True)
         self._zoom.toggled.connect(self._set_whole)
         self._save = self._tool("Save this figure as PNG or SVG…")
@@ -296,7 +296,7 @@ class ResultView(QWidget):
         return button
 
     def show_experiment(self, experiment: Experiment, result: StoredResult | None, folder: Path) -> None:
-        """Show an experiment and, if there is one, its result, whose figures lie in the folder."""
+        """Show an experiment and its result, if there is one, with figures from the folder."""
         kept = self.tabs.currentIndex() if self._result and self._result.experiment == experiment.name else 0
         self._result = result
         self._title.setText(f"{experiment.title} ({experiment.source})")
@@ -313,13 +313,13 @@ class ResultView(QWidget):
         self._text.setFrameShape(QFrame.Shape.NoFrame)
         self._text.document().setDocumentMargin(14)
         self._write_text()
-        self.tabs.addTab(self._text, "Beside the paper")
+        self.tabs.addTab(self._text, "Comparison with the paper")
         self.tabs.addTab(RowTable(result.rows), f"Rows ({len(result.rows)})")
         self.tabs.setCurrentIndex(min(kept, self.tabs.count() - 1))
         self._show_tools()
 
     def say(self, state: str) -> None:
-        """Say something else where there is no result."""
+        """Set the text shown without a result."""
         self.empty.say(state)
 
     def _add_figure(self, path: Path, caption: str, name: str) -> None:
@@ -367,7 +367,7 @@ class ResultView(QWidget):
         self._save.setIcon(theme.icon("ph.floppy-disk", self.palette()))
 
     def changeEvent(self, event: QEvent) -> None:
-        """Icons and text in the colours of another theme."""
+        """Update icons and text for another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_result"):
             self._draw_icons()
@@ -375,7 +375,7 @@ class ResultView(QWidget):
 
 
 def _page(result: StoredResult, colours: theme.Colours) -> str:
-    """What the paper says beside what came out, and what to know about the run."""
+    """HTML page: comparison of the paper with the result, and notes on the run."""
     comparisons = EXPERIMENTS[result.experiment].compare(result.rows)
     first, *others = paragraphs(result)
     muted, border, warning = (colour.name() for colour in (colours.muted, colours.grid, colours.warning))
@@ -390,7 +390,7 @@ def _page(result: StoredResult, colours: theme.Colours) -> str:
         + "</tr>"
         for item in comparisons
     )
-    quick = f'<p style="color: {warning};"><b>A quick run: its numbers are not to be relied on.</b></p>'
+    quick = f'<p style="color: {warning};"><b>Quick run: the numbers are not reliable.</b></p>'
     notes = "".join(f"<p>{inline(note)}</p>" for note in (first, *others))
     return (
         f"{quick if result.quick else ''}"

@@ -1,4 +1,4 @@
-"""Running experiments from the window: some at a time, one after the other."""
+"""Running experiments from the window, one after the other."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from ilf.lab.experiments.sources import find_sources
 
 from ...work.jobs import Worker
 
-# Experiments run in a process of their own: the window stays fluid, and they can be stopped at any moment.
+# Experiments run in a separate process: the window stays responsive, and they can be stopped at any time.
 
 _POLL_S = 0.1
-"""Longest time until a wish to stop is noticed."""
+"""Maximum delay of a cancellation [s]."""
 
 
 @dataclass(frozen=True)
 class Writing:
-    """An experiment has been run; its files are being written."""
+    """Message: an experiment has ended; its files are being written."""
 
     experiment: str
 
 
 @dataclass(frozen=True)
 class Written:
-    """An experiment's files are all there."""
+    """Message: all files of an experiment have been written."""
 
     experiment: str
 
@@ -53,19 +53,19 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
     ----------
     names : sequence of str
     settings : Settings
-        `jobs` must be 1: a process that may be stopped has no others below it.
+        `jobs` must be 1: a process that may be terminated must not have child processes.
     folder : Path
-        Made if it is not there.
+        Created if it does not exist.
 
     Yields
     ------
     Progress, Writing, Written or None
-        None when there has been nothing to say for a while.
+        None if there is no news within the polling interval.
 
     Raises
     ------
     IlfError, OSError
-        What the run ended on. A process that breaks off without a word is an IlfError too.
+        The error that ended the run. A crashed process also raises IlfError.
     """
     context = ProcessContext()
     receiving, sending = context.Pipe(duplex=False)
@@ -91,11 +91,11 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
         process.join()
         if process.exitcode:
             raise IlfError(
-                f"The process that ran the experiments broke off (exit code {process.exitcode}). Memory may have run "
-                "out: close other programs, or choose a quick run or fewer frames."
+                f"The process of the experiments ended unexpectedly (exit code {process.exitcode}). Memory may have "
+                "run out: close other programs, or select a quick run or fewer frames."
             )
     finally:
-        receiving.close()  # so that a process that goes on to write ends right after it
+        receiving.close()  # so that a process that is writing files ends right after them
         if not writing:
             process.terminate()
         process.join()
@@ -108,7 +108,7 @@ def _work(
 ) -> None:
     live_by(lifeline.recv_bytes)
     try:
-        # what is wrong with data or folder is said before anything is run
+        # report errors of data or folder before any run
         if any(EXPERIMENTS[name].needs_frames for name in names):
             find_sources(settings)
         _check_writable(made_folder(folder))
@@ -119,7 +119,7 @@ def _work(
             write_result(result, EXPERIMENTS[name], folder)
             connection.send(Written(name))
     except BrokenPipeError:
-        return  # nobody waits for it any more
+        return  # the receiver has closed
     except (IlfError, OSError) as error:
         connection.send(error)
     except Exception as error:
@@ -131,22 +131,22 @@ def _check_writable(folder: Path) -> None:
     try:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise ExportError(f"{folder} cannot be written into: {cause(error)}. Choose another folder.") from error
+        raise ExportError(f"Cannot write to {folder}: {cause(error)}. Choose another folder.") from error
 
 
 class ExperimentRunner(QObject):
-    """Starts and cancels; says how far it is.
+    """Starts and cancels experiments, and reports their progress.
 
     Signals
     -------
     changed()
         `present`, `waiting` or `progress` has changed.
     written(str)
-        The files of an experiment are there.
+        The files of an experiment have been written.
     ended(str)
         The run is over: "finished", "cancelled" or "failed".
     failed(str, object)
-        The experiment that broke, or "", and the exception; `ended` has come before.
+        The experiment that failed, or "", and the exception; emitted after `ended`.
     """
 
     changed = Signal()
@@ -156,7 +156,7 @@ class ExperimentRunner(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._worker = Worker(self, finishes=True)  # its end is that of the process
+        self._worker = Worker(self, finishes=True)  # it ends with the process
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._end("finished"))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
@@ -167,7 +167,7 @@ class ExperimentRunner(QObject):
         self.names: tuple[str, ...] = ()
         """All experiments of the run."""
         self.present = ""
-        """The one that is being run."""
+        """The running experiment."""
         self.progress: Progress | None = None
         self.writing = False
         self.stopping = False
@@ -175,30 +175,30 @@ class ExperimentRunner(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a run is under way."""
+        """Whether a run is in progress."""
         return self._worker.busy
 
     @property
     def waiting(self) -> set[str]:
-        """Experiments of the run that have not begun."""
+        """Experiments of the run that have not started."""
         return set(self.names) - self._done - {self.present}
 
     def start(self, names: Sequence[str], settings: Settings, folder: Path) -> None:
-        """Run experiments; RuntimeError if a run is under way."""
+        """Run experiments; RuntimeError if a run is in progress."""
         self._worker.start(lambda: run_apart(names, settings, folder))
         self._forget()
         self.names = tuple(names)
         self.changed.emit()
 
     def cancel(self) -> None:
-        """Stop at once; experiments that are done keep their files."""
+        """Stop immediately; completed experiments keep their files."""
         if self.busy:
             self.stopping = True
             self._worker.cancel()
             self.changed.emit()
 
     def shutdown(self) -> bool:
-        """Cancel and wait for the process. True if it has ended; no signal follows."""
+        """Cancel and wait for the process, without further signals. True if it has ended."""
         ended = self._worker.shutdown()
         self._forget()
         return ended

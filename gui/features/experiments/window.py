@@ -1,4 +1,4 @@
-"""The window of the paper's experiments: a list of them, what to run and how, and what came out."""
+"""The window of the paper's experiments: list, options, progress and results."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ _FIGURE_KINDS = {"PNG image (*.png)": ".png", "SVG drawing (*.svg)": ".svg"}
 
 
 class ExperimentsWindow(QWidget):
-    """Runs experiments and shows what lies in the results folder, from whichever run.
+    """Window that runs experiments and shows all results of the results folder.
 
     Signals
     -------
     message(str)
-        What is to be said of a run while this window is closed.
+        Status of a run while this window is closed.
     """
 
     message = Signal(str)
@@ -100,9 +100,9 @@ class ExperimentsWindow(QWidget):
         self.list.currentItemChanged.connect(lambda *_: self._show_chosen())
 
     def _left_side(self) -> QWidget:
-        self.run_button = _button("Run", "Run the chosen experiment", self.run_chosen)
+        self.run_button = _button("Run", "Run the selected experiment", self.run_chosen)
         self.run_all_button = _button("Run all", "Run every experiment, one after the other", self.run_all)
-        self.cancel_button = _button("Cancel", "Stop; experiments that are done keep their results", self.runner.cancel)
+        self.cancel_button = _button("Cancel", "Stop; completed experiments keep their results", self.runner.cancel)
         self.progress = QProgressBar()
         self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(False)
@@ -127,10 +127,8 @@ class ExperimentsWindow(QWidget):
         self.told = QLabel()
         self.told.setOpenExternalLinks(True)
         self.told.setMinimumWidth(0)
-        self.open_button = _button("Open results folder", "Show the files of the results", self._open_folder)
-        self.report_button = _button(
-            "Write report…", "Write one HTML page of all results that are shown here", self._ask_report
-        )
+        self.open_button = _button("Open results folder", "Open the folder with the result files", self._open_folder)
+        self.report_button = _button("Write report…", "Write all results shown here as one HTML page", self._ask_report)
         side = QWidget()
         column = QVBoxLayout(side)
         column.setContentsMargins(0, 0, 0, 0)
@@ -149,15 +147,15 @@ class ExperimentsWindow(QWidget):
 
     @property
     def chosen(self) -> str:
-        """The experiment that is chosen in the list."""
+        """The experiment selected in the list."""
         return str(self.list.currentItem().data(Qt.ItemDataRole.UserRole))
 
     def choose(self, name: str) -> None:
-        """Show an experiment."""
+        """Select an experiment."""
         self.list.setCurrentItem(self._items[name])
 
     def run_chosen(self) -> None:
-        """Run the experiment that is chosen."""
+        """Run the selected experiment."""
         self._run([self.chosen])
 
     def run_all(self) -> None:
@@ -191,7 +189,7 @@ class ExperimentsWindow(QWidget):
     # showing
 
     def refresh(self) -> None:
-        """Read what lies in the results folder."""
+        """Read the results from the results folder."""
         self._results = _stored(self.options.results_folder(), list(EXPERIMENTS))
         self._show_chosen()
         self._show_state()
@@ -203,19 +201,19 @@ class ExperimentsWindow(QWidget):
         self.view.say(self._without_result())
 
     def _without_result(self) -> str:
-        """What is said of the chosen experiment while there is no result of it."""
+        """Text of the selected experiment while it has no result."""
         found = self._results.get(self.chosen)
         if self.chosen == self.runner.present:
             return f"Running: {self._count()}"
         if self.chosen in self.runner.waiting:
-            return "Waits for its turn."
+            return "Waiting."
         if isinstance(found, IlfError):
             return str(found)
         kind = "quick" if self.options.quick else "full"
         return f"There is no {kind} result in {self.options.results_folder()} yet. Run it."
 
     def _show_state(self) -> None:
-        """What is being run, and how every experiment stands."""
+        """Show the progress and the state of every experiment."""
         runner, busy = self.runner, self.runner.busy
         for name, item in self._items.items():
             icon, tone, state = self._standing(name)
@@ -230,7 +228,7 @@ class ExperimentsWindow(QWidget):
         self.open_button.setEnabled(self.options.results_folder().is_dir())
         progress = runner.progress
         self.progress.setVisible(busy)
-        # without a number of steps the bar just moves
+        # without a number of steps the bar is indeterminate
         self.progress.setRange(0, progress.total if progress is not None and not runner.writing else 0)
         self.progress.setValue(progress.done if progress is not None else 0)
         self.state.setVisible(busy)
@@ -256,7 +254,7 @@ class ExperimentsWindow(QWidget):
         return ", ".join(filter(None, (f"{progress.done} of {progress.total}", self._pace.text())))
 
     def _standing(self, name: str) -> tuple[str, str, str]:
-        """Icon, tone and words for an experiment's state."""
+        """Icon, tone and text of an experiment's state."""
         found = self._results.get(name)
         if name == self.runner.present:
             return "ph.play-circle", "accent", self._count()
@@ -269,7 +267,7 @@ class ExperimentsWindow(QWidget):
         return "ph.check-circle", "good", f"{'quick' if found.quick else 'full'}, {found.seconds:.0f} s"
 
     def _icon(self, name: str, tone: str) -> QIcon:
-        """In one of the theme's colours, and in that of the text where it is chosen."""
+        """Icon in one of the theme's colours; in the text colour if selected."""
         palette, size = QPalette(self.palette()), self.list.iconSize()
         icon = QIcon()
         for mode, colour in (
@@ -292,7 +290,7 @@ class ExperimentsWindow(QWidget):
             self.write_report(_with_suffix(path, ".html"))
 
     def write_report(self, path: Path) -> None:
-        """Write the report of the results that are shown."""
+        """Write the report of the results shown."""
         try:
             write_report(self.options.results_folder(), path)
         except IlfError as error:
@@ -301,7 +299,7 @@ class ExperimentsWindow(QWidget):
             self._tell_written(path)
 
     def _ask_save_figure(self, source: Path) -> None:
-        # without an ending, so that the kind that is chosen decides
+        # without suffix, so that the selected file type decides
         start = str(Path.home() / source.stem)
         typed, kind = QFileDialog.getSaveFileName(self, "Save figure", start, ";;".join(_FIGURE_KINDS))
         if not typed:
@@ -309,17 +307,17 @@ class ExperimentsWindow(QWidget):
         path = Path(typed)
         if path.suffix.lower() not in _FIGURE_KINDS.values():
             path = Path(typed + _FIGURE_KINDS[kind])
-            # the dialog has asked about what was typed only
+            # the dialog has only checked the typed name
             if path.exists() and not self._may_replace(path):
                 return
         self.save_figure(source, path)
 
     def _may_replace(self, path: Path) -> bool:
-        answer = QMessageBox.question(self, "Save figure", as_it_is(f"{path} is there already. Replace it?"))
+        answer = QMessageBox.question(self, "Save figure", as_it_is(f"{path} already exists. Replace it?"))
         return answer == QMessageBox.StandardButton.Yes
 
     def save_figure(self, source: Path, path: Path) -> None:
-        """Save a figure of the results, as PNG or, if that is the ending, as SVG."""
+        """Save a figure of the results, as SVG if that is the suffix, otherwise as PNG."""
         suffix = ".svg" if path.suffix.lower() == ".svg" else ".png"
         try:
             write_bytes(path, source.with_suffix(suffix).read_bytes())
@@ -344,22 +342,22 @@ class ExperimentsWindow(QWidget):
     # events
 
     def changeEvent(self, event: QEvent) -> None:
-        """Icons in the colours of another theme."""
+        """Update icons for another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "told"):
             self._show_state()
 
     def shutdown(self) -> bool:
-        """Cancel a run and wait for its end. True if it has ended."""
+        """Cancel the run and wait for its end. True if it has ended."""
         ended = self.runner.shutdown()
         self._show_state()
         return ended
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """A run goes on without its window; it ends with the program."""
+        """Close the window; a run continues until the program ends."""
         super().closeEvent(event)
         if self.runner.busy:
-            self.message.emit("The experiments go on. Open their window again to follow or cancel them.")
+            self.message.emit("The experiments continue. Open their window again to follow or cancel them.")
 
 
 def _button(text: str, hint: str, slot: Callable[[], object]) -> QPushButton:
@@ -370,12 +368,12 @@ def _button(text: str, hint: str, slot: Callable[[], object]) -> QPushButton:
 
 
 def _with_suffix(path: str, suffix: str) -> Path:
-    """A path as it was typed, with an ending if it has none."""
+    """Path as typed, with the suffix added if it has none."""
     return Path(path) if Path(path).suffix else Path(path + suffix)
 
 
 def _stored(folder: Path, names: Sequence[str]) -> dict[str, StoredResult | IlfError]:
-    """The results that lie in a folder; of those that cannot be read, why."""
+    """Read the results in a folder; unreadable ones map to their error."""
     found: dict[str, StoredResult | IlfError] = {}
     for name in names:
         path = folder / f"{name}.json"

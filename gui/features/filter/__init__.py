@@ -1,1 +1,1 @@
-"""The filter's parameters: panel, presets, for all frames or this one."""
+"""Parameters of the filter: panel, presets, shared by all frames or for a single one."""

@@ -1,4 +1,4 @@
-"""The filter's panel: preset, whose parameters are shown, the form, the run buttons."""
+"""The panel of the filter: preset, scope of the parameters, form, run buttons."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, likeness
 from ...base import theme
 from ...widgets.parameter_form import ParameterForm
 
-# Which frames the common values are of: all, or the present one.
+# Which frames share the common parameters: all, or only the current one.
 
 
 class Sharing(StrEnum):
-    """Which frames have the common values of the present one."""
+    """Which frames share the common parameters of the current one."""
 
-    EACH = "Each has its own"
+    EACH = "Separate for each frame"
     ALL = "All frames"
-    ALONE = "This frame alone"
+    ALONE = "This frame only"
 
 
 _HINTS = {
-    Sharing.EACH: "Every frame has values of its own; the next one that is opened begins with those of this one",
-    Sharing.ALL: "What is set here goes for all frames of the list, but for those with values of their own",
-    Sharing.ALONE: "This frame has values of its own, while the others have those of all frames",
+    Sharing.EACH: "Every frame has its own parameters; a frame that is opened next starts with those of this one",
+    Sharing.ALL: "These parameters apply to all frames of the list except those with parameters of their own",
+    Sharing.ALONE: "This frame has its own parameters; the others share theirs",
 }
 
 
 class FramesRow(QWidget):
-    """Says which frames the values are of, and lets it be chosen.
+    """Row that shows which frames the parameters apply to, and changes it.
 
     Parameters
     ----------
     actions : iterable of QAction
-        What can be done beside while a frame has its own values.
+        Further commands while a frame has its own parameters.
 
     Signals
     -------
     chosen(object)
-        The user wants this `Sharing`.
+        The user has chosen this `Sharing`.
     """
 
     chosen = Signal(object)
@@ -51,7 +51,7 @@ class FramesRow(QWidget):
     def __init__(self, actions: Iterable[QAction]) -> None:
         super().__init__()
         self.box = QComboBox()
-        self.box.setAccessibleName("Frames that the values are of")
+        self.box.setAccessibleName("Frames that the parameters apply to")
         for number, sharing in enumerate(Sharing):
             self.box.addItem(sharing.value, sharing)
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
@@ -69,7 +69,7 @@ class FramesRow(QWidget):
         self.show_sharing(Sharing.EACH)
 
     def show_sharing(self, sharing: Sharing) -> None:
-        """Which frames the values are of."""
+        """Show which frames the parameters apply to."""
         self.box.setCurrentIndex(self.box.findData(sharing))
         self.box.setToolTip(_HINTS[sharing])
         model = self.box.model()
@@ -79,20 +79,18 @@ class FramesRow(QWidget):
             button.setVisible(sharing is Sharing.ALONE)
 
 
-# The choice of a preset: the built-in ones, those of the user, and what can be done with these.
+# The list of presets: built-in ones and the user's, with the commands on the latter.
 
-_ABOUT = (
-    "best: follows edges and noise. paper: as the text describes it. released-code: as the authors' program does it."
-)
+_ABOUT = "best: adapts to edges and noise. paper: as described in the paper. released-code: as in the authors' program."
 
 
 class PresetBox(QWidget):
-    """Says which preset some parameters are, or come from, and chooses another.
+    """List that shows the preset of some parameters, or the preset they are based on, and selects another.
 
     Signals
     -------
     chosen(str)
-        Name of the preset that the user chose.
+        Name of the preset that the user has selected.
     """
 
     chosen = Signal(str)
@@ -119,7 +117,7 @@ class PresetBox(QWidget):
         self._style()
 
     def set_commands(self, commands: Sequence[QAction]) -> None:
-        """Offer what can be done with presets of one's own."""
+        """Show these commands on the user's presets in the menu."""
         menu = QMenu(self.menu_button)
         menu.addActions(list(commands))
         self.menu_button.setMenu(menu)
@@ -135,7 +133,7 @@ class PresetBox(QWidget):
         return {**self._own, **PRESETS}.get(name, PRESETS[DEFAULT_PRESET])
 
     def set_own(self, own: Mapping[str, Parameters]) -> None:
-        """Offer these presets of the user beside the built-in ones."""
+        """List these presets of the user beside the built-in ones."""
         present = self.names.currentData()
         self._own = dict(own)
         self.names.clear()
@@ -146,13 +144,13 @@ class PresetBox(QWidget):
         for name in own:
             self.names.addItem(name, name)
         self.names.setCurrentIndex(max(self.names.findData(present), 0))
-        self.names.setToolTip(_ABOUT + (" Below the line: your own." if own else ""))
+        self.names.setToolTip(_ABOUT + (" Below the line: your own presets." if own else ""))
 
     def show_parameters(self, parameters: Parameters, base: str) -> str:
-        """Show which preset these are, or else that they are `base`, changed; the preset's name is returned."""
+        """Show the preset of these parameters, or else `base` as changed; return the name of the preset."""
         known = {**PRESETS, **self._own}
         base = base if base in known else likeness(parameters, known).preset
-        # of presets with the same values, the one that was chosen
+        # of presets with the same values, the selected one
         same = [name for name, values in known.items() if values == parameters]
         shown = base if base in same or not same else same[0]
         for name in known:
@@ -171,16 +169,16 @@ class PresetBox(QWidget):
 
 
 class FilterPanel(QWidget):
-    """Parameters of all blocks or of the chosen ones.
+    """Panel with the parameters of all blocks or of the selected ones.
 
     Signals
     -------
     edited(object)
-        The user set other Parameters, one by one.
+        The user has edited the Parameters.
     preset_chosen(object)
-        The user chose a preset's Parameters.
+        The user has selected a preset with these Parameters.
     scope_changed()
-        The user asked for the parameters of all blocks or of the chosen ones.
+        The user has switched between the parameters of all blocks and those of the selected ones.
     """
 
     edited = Signal(object)
@@ -199,9 +197,9 @@ class FilterPanel(QWidget):
         self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
         self.presets.chosen.connect(self._choose_preset)
         self._scope = QComboBox()
-        self._scope.addItems(["All blocks", "Chosen blocks"])
-        self._scope.setAccessibleName("Values for")
-        self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen ones alone")
+        self._scope.addItems(["All blocks", "Selected blocks"])
+        self._scope.setAccessibleName("Parameters for")
+        self._scope.setToolTip("Whether the parameters below apply to all blocks, or to the selected ones only")
         self._scope.activated.connect(self.scope_changed)
         self.form = ParameterForm(Parameters)
         self.form.changed.connect(self.edited)
@@ -216,7 +214,7 @@ class FilterPanel(QWidget):
         for button, action in zip(self._own_buttons, own_actions, strict=True):
             button.setDefaultAction(action)
             scope.addWidget(button)
-        choices.addRow("Values for", scope)
+        choices.addRow("Parameters for", scope)
         self.frames = FramesRow(frame_actions)
         choices.addRow("Frames", self.frames)
         buttons = QHBoxLayout()
@@ -227,7 +225,7 @@ class FilterPanel(QWidget):
             if action is run_actions[0]:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             else:
-                button.setAutoRaise(True)  # else one cannot see which are switched on
+                button.setAutoRaise(True)  # shows which ones are switched on
             buttons.addWidget(button)
         buttons.addStretch()
         layout = QVBoxLayout(self)
@@ -238,26 +236,27 @@ class FilterPanel(QWidget):
 
     @property
     def for_chosen(self) -> bool:
-        """Whether the values are those of the chosen blocks."""
+        """Whether the parameters are those of the selected blocks."""
         return self._scope.currentIndex() == 1
 
     def set_scope(self, chosen: bool) -> None:
-        """Show the values of the chosen blocks, or of all."""
+        """Show the parameters of the selected blocks, or of all."""
         self._scope.setCurrentIndex(int(chosen))
         self.scope_changed.emit()
 
     def show_parameters(
         self, parameters: Parameters, common: Parameters, chosen: Sequence[str], of_all: Parameters | None = None
     ) -> None:
-        """Show values, those of the chosen blocks against the common ones; `chosen` are the chosen blocks' names.
+        """Show parameters, those of the selected blocks relative to the common ones; `chosen` are the names of the
+        selected blocks.
 
-        With `of_all`, the common values are this frame's own, and are shown against those of all frames.
+        With `of_all`, the common parameters are this frame's own, and are shown relative to those of all frames.
         """
         model = self._scope.model()
         if isinstance(model, QStandardItemModel):
             model.item(1).setEnabled(bool(chosen))
-        names = {0: "Chosen blocks", 1: f"{chosen[0]} only" if chosen else ""}
-        self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} chosen blocks"))
+        names = {0: "Selected blocks", 1: f"{chosen[0]} only" if chosen else ""}
+        self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} selected blocks"))
         if not chosen:
             self._scope.setCurrentIndex(0)
         scope = self.for_chosen
@@ -273,7 +272,7 @@ class FilterPanel(QWidget):
         self.form.set_parameters(parameters)
 
     def note_base(self, name: str) -> None:
-        """The values that show are those of this preset from now on, as it has just got them or its name."""
+        """Set the preset that the shown parameters are based on."""
         self._bases[self.for_chosen] = name
 
     def _choose_preset(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Brings the filter's parameters to their panel, and what is set there to the workspace and to the chosen blocks."""
+"""Shows the parameters of the filter in their panel, and applies changes to the workspace and the selected blocks."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .panel import FilterPanel
 
 
 class FilterPresenter(QObject):
-    """Parameters of all blocks, or of the chosen ones, which are solved anew as they change.
+    """Presenter of the parameters of all blocks, or of the selected ones, which are completed again on changes.
 
     Parameters
     ----------
     live : QAction
-        Whether chosen blocks are to be solved anew; the choice is remembered.
+        Whether selected blocks are completed again on changes; the setting is stored.
 
     Signals
     -------
     message(str)
-        Something that needs no answer.
+        A message that needs no answer.
     """
 
     message = Signal(str)
@@ -43,12 +43,12 @@ class FilterPresenter(QObject):
 
     @property
     def shown(self) -> Parameters:
-        """The values that the panel shows: those of all blocks, or of the first chosen one."""
+        """The parameters that the panel shows: those of all blocks, or of the first selected one."""
         common = self._workspace.parameters
         return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_chosen else common
 
     def show(self) -> None:
-        """The parameters of all blocks, or of the chosen ones: the first of them."""
+        """Show the parameters of all blocks, or of the first selected one."""
         workspace = self._workspace
         chosen = workspace.session.selected if workspace.has_session else []
         names = [workspace.session.info(label).name for label in chosen]
@@ -57,7 +57,7 @@ class FilterPresenter(QObject):
         self._panel.show_parameters(self.shown, workspace.parameters, names, of_all)
 
     def take(self, parameters: Parameters) -> None:
-        """A value set in the form goes to all blocks or to the chosen ones, which are solved anew if it is wanted."""
+        """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
         if self._for_chosen:
             self._workspace.set_own(own_values(parameters, self.shown), self._workspace.session.selected)
         else:
@@ -65,7 +65,7 @@ class FilterPresenter(QObject):
         self._resolve()
 
     def set_values(self, values: OwnValues, label: int = 0) -> None:
-        """Some values go to all blocks, or to one, which need not be chosen, as if they were set in the form."""
+        """Apply some parameters to all blocks or to one (selected or not), as if they were edited in the form."""
         workspace = self._workspace
         if label:
             workspace.set_own(values, [label])
@@ -76,23 +76,23 @@ class FilterPresenter(QObject):
             self._resolve()
 
     def take_preset(self, parameters: Parameters) -> None:
-        """The same with all values of a preset; what blocks have of their own stays, and that is said."""
+        """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
         if self._for_chosen:
             self._workspace.set_parameters(parameters, self._workspace.session.selected)
         else:
             self._workspace.set_parameters(parameters)
             left = _left_alone(self._workspace.session) if self._workspace.has_session else ""
             if left:
-                self.message.emit(f"Values of their own stay: {left}.")
+                self.message.emit(f"Per-block parameters are kept: {left}.")
         self._resolve()
 
     def reset_own(self) -> None:
-        """The chosen blocks have no values of their own any more."""
+        """Remove the per-block parameters of the selected blocks."""
         self._workspace.reset_own(self._workspace.session.selected)
         self._resolve()
 
     def copy_own(self) -> None:
-        """The other chosen blocks get the very own values of the first one."""
+        """Copy the per-block parameters of the first selected block to the others."""
         first, *others = self._workspace.session.selected
         self._workspace.copy_own(first, others)
         self._resolve()
@@ -110,7 +110,7 @@ class FilterPresenter(QObject):
 
 
 def _left_alone(session: Session) -> str:
-    """Which blocks have which values of their own, in words."""
+    """Describe which blocks have which per-block parameters."""
     there = session.counts()
     return "; ".join(
         f"{session.info(label).name} ({', '.join(parameter_labels(values))})"

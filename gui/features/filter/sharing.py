@@ -1,4 +1,4 @@
-"""Parameters for all frames or for this one: the choice in the filter's panel, and its commands."""
+"""Parameters shared by all frames or for the current one: row in the filter panel, and commands."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .panel import FramesRow, Sharing
 
 
 class SharingPresenter(QObject):
-    """Says which frames the common values are of, and changes it, each time as one undoable step of the present frame.
+    """Presenter of which frames share the parameters; every change is one undoable step of the current frame.
 
     Signals
     -------
     message(str)
-        Something that needs no answer.
+        A message that needs no answer.
     """
 
     message = Signal(str)
@@ -33,7 +33,7 @@ class SharingPresenter(QObject):
 
     @property
     def sharing(self) -> Sharing:
-        """Which frames have the values of the present one."""
+        """Which frames share the parameters of the current one."""
         workspace = self._workspace
         if not workspace.shared.on:
             return Sharing.EACH
@@ -41,20 +41,26 @@ class SharingPresenter(QObject):
         return Sharing.ALONE if own else Sharing.ALL
 
     def show(self) -> None:
-        """Say it, and what can be done."""
+        """Show the sharing, and enable its commands."""
         sharing = self.sharing
         self._row.show_sharing(sharing)
         no_frame = "" if self._workspace.has_session else "Open a frame first."
         self._row.setEnabled(not no_frame)
-        shared = no_frame or ("" if sharing is not Sharing.EACH else "Every frame has values of its own.")
+        shared = no_frame or ("" if sharing is not Sharing.EACH else "Every frame has its own parameters.")
         allow = self._actions.allow
-        allow(no_frame or ("" if sharing is not Sharing.ALL else "They are for all frames."), "share_values")
-        allow(shared or ("" if sharing is Sharing.ALL else "This frame has its own values."), "keep_values")
-        allow(shared or ("" if sharing is Sharing.ALONE else "This frame has the values of all."), "reset_values")
+        allow(
+            no_frame or ("" if sharing is not Sharing.ALL else "The parameters are shared by all frames already."),
+            "share_values",
+        )
+        allow(shared or ("" if sharing is Sharing.ALL else "This frame has its own parameters already."), "keep_values")
+        allow(
+            shared or ("" if sharing is Sharing.ALONE else "This frame uses the shared parameters already."),
+            "reset_values",
+        )
         allow(shared, "part_values")
 
     def choose(self, wanted: Sharing) -> None:
-        """Have the values be of other frames; a frame with its own gets those of all back."""
+        """Change the sharing; a frame with its own parameters gets the shared ones back."""
         present = self.sharing
         if wanted is present:
             return
@@ -66,27 +72,27 @@ class SharingPresenter(QObject):
         do[wanted]()
 
     def share(self) -> None:
-        """The present frame's values are for all frames from now on."""
+        """Share the current frame's parameters with all frames."""
         others = self._workspace.share_parameters()
-        text = "The values of the filter are for all frames now."
+        text = "All frames share the parameters of the filter now."
         if others:
-            text += f" {counted(len(others), 'open frame')} had others; undo brings them back."
+            text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
         self.message.emit(text)
 
     def keep(self) -> None:
-        """The present frame's values are its own from now on."""
+        """Give the current frame its own parameters."""
         self._workspace.keep_own_parameters()
 
     def reset(self) -> None:
-        """The present frame has the values of all again."""
+        """Reset the current frame to the shared parameters."""
         name = self._workspace.session.name
         changed = self._workspace.parameters != self._workspace.shared.values
         self._workspace.reset_to_shared()
         if changed:
-            self.message.emit(f"{name} has the values of all frames again; undo brings its own back.")
+            self.message.emit(f"{name} uses the shared parameters again; undo restores its own.")
 
     def part(self) -> None:
-        """Every frame has values of its own from now on."""
+        """Give every frame its own parameters."""
         self._workspace.part_parameters()
         if any(entry.session is None and entry.has_state for entry in self._workspace.entries):
-            self.message.emit("Frames that are not open have the values with which they were left.")
+            self.message.emit("Frames that are not open keep their last parameters.")

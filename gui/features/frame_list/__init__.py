@@ -1,1 +1,1 @@
-"""The list of frames."""
+"""List of frames."""

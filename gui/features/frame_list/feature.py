@@ -1,4 +1,4 @@
-"""The list of frames: what is shown of it, going through it, and what is done to its frames."""
+"""List of frames: display, navigation, and commands on its frames."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QPoint, QSettings, QTimer, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QMenu
 
+from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
 from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_source import FrameSource
@@ -35,31 +36,37 @@ COMMANDS = (
         "Open &folder of frames…",
         "ph.folders",
         "Ctrl+Shift+F",
-        "List the frames of a folder or sequence, and open the first; the others are read when you come to them",
+        "List the frames of a folder or sequence, and open the first; the others are read when they are shown",
     ),
     Command(
         "open_recording",
         "Open reco&rding…",
         "ph.film-strip",
         "",
-        "List the frames of a recording: a bag of ROS, a recording of a camera; a bag of ROS 2 is a folder of frames",
+        "List the frames of a recording: a ROS bag or a camera recording; a ROS 2 bag is opened as a folder of frames",
     ),
-    Command("next_frame", "&Next frame", "ph.caret-down", "Ctrl+PgDown", "Show the next frame of the list, as shown"),
     Command(
-        "previous_frame", "&Previous frame", "ph.caret-up", "Ctrl+PgUp", "Show the frame before in the list, as shown"
+        "next_frame", "&Next frame", "ph.caret-down", "Ctrl+PgDown", "Show the next frame in the order of the list"
+    ),
+    Command(
+        "previous_frame",
+        "&Previous frame",
+        "ph.caret-up",
+        "Ctrl+PgUp",
+        "Show the previous frame in the order of the list",
     ),
     Command(
         "next_untouched",
         "Next &untouched frame",
         "ph.caret-double-down",
         "Ctrl+Shift+PgDown",
-        "Show the next frame that has not been opened yet",
+        "Show the next frame that has not been worked on",
     ),
-    Command("note_frame", "N&ote on the frame", "ph.note-pencil", "", "Write down what you want to remember of it"),
+    Command("note_frame", "N&ote on the frame", "ph.note-pencil", "", "Write a note on the current frame"),
 )
 
 
-# How many frames stay open: those left longest ago are put away when their state is stored.
+# How many frames stay open: the least recently shown ones are closed once their state is stored.
 
 MOST_OPEN = 8
 _KEY = "frames/most_open"
@@ -68,22 +75,22 @@ Then = Callable[[Exception | None], None]
 
 
 class OpenFrames(QObject):
-    """Puts frames away, so that a long list can be worked through. They come back as they were, without their history.
+    """Closes frames to limit the memory for long lists. They are reopened in the same state, without undo history.
 
-    A frame is put away only if its state is stored as it is, or if nothing has been done to it; never while it is
-    looked at, or runs.
+    A frame is closed only if its current state is stored, or if nothing has been done to it; never while it is shown
+    or running.
 
     Parameters
     ----------
     workspace : Workspace
     is_busy : callable
-        Whether anything is under way on a session.
+        Returns whether work on a session is in progress.
     is_left : callable
-        Whether a session was left before it even had blocks, so that there is nothing to store.
+        Returns whether another frame was shown before a session had blocks, so that there is nothing to store.
     is_stored : callable
-        Whether a state of the frame of an id is stored.
+        Returns whether a state of the frame with an id is stored.
     settle : callable
-        Stores all that has changed, and then calls what it is given: with None if that has been done.
+        Stores all changes, then calls its argument: with None on success, or with the exception.
     """
 
     def __init__(
@@ -103,7 +110,7 @@ class OpenFrames(QObject):
         self._is_stored = is_stored
         self._settle = settle
         self._looked_at: list[Session] = []
-        """The one that is looked at now comes last."""
+        """In the order in which they were shown; the current one is the last."""
         workspace.session_changed.connect(self._look)
         workspace.touched.connect(self._tidy_behind)
         workspace.sessions_changed.connect(self._forget_closed)
@@ -119,12 +126,12 @@ class OpenFrames(QObject):
             self.tidy()
 
     def _tidy_behind(self, session: Session) -> None:
-        """Work has been done on a frame that nobody has looked at, as where blocks are carried through a list."""
+        """Tidy after work on a frame that is not shown, such as propagation through a list."""
         if session not in self._looked_at and len(self._workspace.sessions) > self.most:
             self.tidy()
 
     def tidy(self) -> None:
-        """Put away what is too much, as far as it may be."""
+        """Close surplus frames as far as possible."""
         for session in self._too_many():
             if self._is_left(session) and not session.unsaved and not session.counts():
                 self._workspace.put_away(session, stored=False)
@@ -133,7 +140,7 @@ class OpenFrames(QObject):
             self._settle(lambda error: self._put_away(going) if error is None else None)
 
     def _too_many(self) -> list[Session]:
-        """Frames beyond those that may stay open, the one left longest ago first."""
+        """Return the frames beyond the maximum number, the least recently shown first."""
         sessions = self._workspace.sessions
         never = [session for session in sessions if session not in self._looked_at]
         idle = [
@@ -144,7 +151,7 @@ class OpenFrames(QObject):
         return idle[: max(len(sessions) - self.most, 0)]
 
     def _put_away(self, going: Sequence[tuple[Session, tuple[int, ...]]]) -> None:
-        """These frames are stored as they were; those that have not changed since can go."""
+        """Close the stored frames that have not changed since."""
         still = self._too_many()
         for session, stamp in going:
             if session in still and session.stamp == stamp and self._is_stored(session.id):
@@ -153,11 +160,11 @@ class OpenFrames(QObject):
 
 _FOLDER_KEY = "open/frames"
 _SOON_MS = 120
-"""What the list says as a whole may wait for this long."""
+"""Delay of updates of the whole list [ms]."""
 
 
 class FramesPart(Part):
-    """Brings the frames to their panel, and what is chosen there to the workspace."""
+    """Shows the frames in their panel, and applies the user's choices to the workspace."""
 
     def __init__(self, desk: Desk, panel: FramesPanel) -> None:
         super().__init__(desk)
@@ -174,7 +181,7 @@ class FramesPart(Part):
             self,
         )
         self._wanted: Entry | None = None
-        """The frame that is being opened; the next one is that after it."""
+        """The frame that is being opened; *Next frame* continues from it."""
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self.show)
         desk.actions.add(COMMANDS)
@@ -208,7 +215,7 @@ class FramesPart(Part):
         desk.loader.listed.connect(self._tell_listed)
 
     def _follow(self) -> None:
-        """What changes the list, or what it says of a frame."""
+        """Connect the signals that change the list or its rows."""
         workspace, desk = self.desk.workspace, self.desk
         entries = workspace.entries
         for signal in (entries.added, entries.removed):
@@ -228,7 +235,7 @@ class FramesPart(Part):
         )
 
     def _is_busy(self, session: Session) -> bool:
-        """Whether anything is under way on a frame."""
+        """Whether work on a frame is in progress."""
         desk = self.desk
         return (
             session in desk.runs.running
@@ -236,10 +243,10 @@ class FramesPart(Part):
             or any(way.session is session for way in desk.under_way())
         )
 
-    # what is shown
+    # display
 
     def show(self) -> None:
-        """All of the list: which frames there are, in which order, and how many of which state."""
+        """Update the whole list: frames, order, and counts of the states."""
         self._soon.stop()
         entries = self.desk.workspace.entries
         present, model = self._present(), self.panel.model
@@ -251,7 +258,7 @@ class FramesPart(Part):
             self.panel.bring_in_sight(present)
 
     def _show_present(self) -> None:
-        """The frame that is shown, and what there is to say of it now."""
+        """Update the row of the current frame."""
         present = self._present()
         if present is not None and self.panel.model.row_of(present) < 0:
             self._soon.start()
@@ -281,11 +288,11 @@ class FramesPart(Part):
 
     def _allow(self) -> None:
         entries, actions = self.desk.workspace.entries, self.desk.actions
-        no_other = "" if len(entries) > 1 else "There is no other frame in the list: open more, or a folder of frames."
+        no_other = "" if len(entries) > 1 else "The list has no other frame: open more frames, or a folder of frames."
         actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
         actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
 
-    # going through it
+    # navigation
 
     def open(self, entry: Entry) -> None:
         """Show a frame of the list."""
@@ -294,23 +301,23 @@ class FramesPart(Part):
         self.desk.loader.open_entry(entry)
 
     def turn(self, steps: int) -> None:
-        """Next or previous frame, as the list is shown; after the last comes the first."""
+        """Show the next or previous frame in the order of the list; the first follows the last."""
         shown, row = self._shown()
         if len(shown) > 1:
             self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
 
     def next_untouched(self) -> None:
-        """The next frame that nothing has been done to."""
+        """Show the next frame that has not been worked on."""
         shown, row = self._shown()
         following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
         entry = next(following, None)
         if entry is None:
-            self.desk.notes.tell("All frames that are shown in the list have been opened.")
+            self.desk.notes.tell("All frames shown in the list have been worked on.")
         else:
             self._go_to(entry)
 
     def _shown(self) -> tuple[list[Entry], int]:
-        """The list as it is shown, and the row of the frame that is looked at, or about to be; -1 if it is in none."""
+        """Return the shown entries, and the row of the current frame or the one being opened; -1 if not shown."""
         if self._soon.isActive():
             self.show()
         return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
@@ -319,7 +326,7 @@ class FramesPart(Part):
         self.panel.view.setCurrentIndex(self.panel.model.index_of(entry))
         self.open(entry)
 
-    # what is done to its frames
+    # commands on frames
 
     def ask_folder(self) -> None:
         """Open a folder of frames that the user chooses."""
@@ -338,7 +345,7 @@ class FramesPart(Part):
             self.desk.documents.open_source(FrameSource(chosen))
 
     def write_note(self) -> None:
-        """Let the user write the note on the chosen frame."""
+        """Edit the note on the selected frame."""
         index = self.panel.view.currentIndex()
         entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
         if entry is not None:
@@ -346,7 +353,7 @@ class FramesPart(Part):
             self.panel.write_note(entry)
 
     def remove(self, entries: Sequence[Entry]) -> None:
-        """Take frames out of the list, and close those that are open."""
+        """Remove frames from the list, and close those that are open."""
         row = self.panel.model.row_of(entries[0])
 
         def go_on() -> None:
@@ -360,7 +367,7 @@ class FramesPart(Part):
     def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
         count = len(listing.sources)
         self.desk.panels.offer("Frames")
-        said = f"{how.name}: {count} frame{'s' * (count != 1)}."
+        said = f"{how.name}: {counted(count, 'frame')}."
         self.desk.notes.tell(" ".join((said, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:
@@ -376,7 +383,7 @@ class FramesPart(Part):
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
 
     def _deeds(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
-        """What can be done to the chosen frames: icon, text, and what does it."""
+        """Return the commands on the selected frames: icon, text, handler."""
         first, several = chosen[0], len(chosen) > 1
         paths = "\n".join(entry.key for entry in chosen)
         removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
@@ -392,13 +399,13 @@ class FramesPart(Part):
         ]
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread of it is left."""
+        """Stop permanently before the window closes. True if no thread of the feature is left."""
         self._soon.stop()
         return self.panel.shutdown()
 
 
 def _stored_picture(store: WorkStore, id: str) -> bytes | None:
-    """The small picture that is stored of a frame."""
+    """Return the stored thumbnail of a frame, None if there is none."""
     name = thumbnail_part(id)
     return store.part(name) if store.has_part(name) else None
 

@@ -1,4 +1,4 @@
-"""The frames that are shown of the list, row by row."""
+"""Model of the frame list: texts, rows, filter and order."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from functools import lru_cache
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, Qt
 from PySide6.QtGui import QPixmap
 
+from ilf._runtime.formatting import counted
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.pairing import natural
 
 from ...state.entries import Entry
 from ...widgets.basics import as_it_is
 
-# What the list says of a frame.
+# Texts of a frame in the list.
 
 STAGE_WORDS: dict[str, str] = {
     Stage.UNTOUCHED: "Untouched",
     Stage.EXTRACTED: "Extracted",
-    Stage.CARRIED: "Carried",
+    Stage.CARRIED: "Propagated",
     Stage.EDITED: "Edited",
     Stage.RUN: "Run",
     Stage.FAILED: "Failed",
@@ -29,7 +30,7 @@ STAGE_WORDS: dict[str, str] = {
 
 
 def state_line(entry: Entry) -> str:
-    """How the work on it stands, in a line."""
+    """Describe the state of the work on a frame in one line."""
     summary = entry.summary
     parts = [STAGE_WORDS[summary.stage]]
     if summary.completed:
@@ -41,23 +42,23 @@ def state_line(entry: Entry) -> str:
 
 
 def size_line(summary: FrameSummary) -> str:
-    """How large it is, how much is missing, and whether it has values of its own where others have those of all; "" as
-    long as nobody has read it."""
+    """Describe the size of a frame, its missing share, and whether it has its own parameters; "" before it has been
+    read."""
     size = "" if summary.shape is None else f"{summary.shape[1]} x {summary.shape[0]}"
     missing = "" if summary.missing is None else f"{summary.missing:.1%} missing"
-    own = "own values" if summary.own_parameters else ""
+    own = "own parameters" if summary.own_parameters else ""
     return ", ".join(filter(None, (size, missing, own)))
 
 
 def last_line(entry: Entry) -> str:
-    """What there is room for in its row: the user's note, or why it cannot be opened, or how large it is."""
+    """Return the last line of a row: the user's note, or why the frame cannot be opened, or its size."""
     summary = entry.summary
     problem = summary.problem.replace(entry.key, "").lstrip(" :/\\")
     return summary.note.partition("\n")[0] or problem or size_line(summary)
 
 
 def whole_text(entry: Entry) -> str:
-    """All that there is to say of it, a line each."""
+    """Return the whole description of a frame, a line each."""
     summary = entry.summary
     lines = (
         entry.name,
@@ -65,30 +66,30 @@ def whole_text(entry: Entry) -> str:
         summary.problem,
         size_line(summary),
         f"Note: {summary.note}" if summary.note else "",
-        "Has work that is not saved" if entry.unsaved else "",
+        "Unsaved work" if entry.unsaved else "",
         entry.key,
     )
     return "\n".join(filter(None, lines))
 
 
 def _blocks(count: int) -> str:
-    return f"{count} block{'s' * (count != 1)}"
+    return counted(count, "block")
 
 
 Index = QModelIndex | QPersistentModelIndex
 
 ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
 _MOST_STEPS = 40
-"""Stretches of rows that come or go one by one; beyond, the whole list is taken anew."""
+"""Maximum number of separate row ranges to insert or remove; beyond, the whole list is reset."""
 
 
 class FrameListModel(QAbstractListModel):
-    """Entries in the order in which they are shown.
+    """List model of the shown entries, in their order.
 
     Parameters
     ----------
     picture_of : callable
-        Gives an entry's thumbnail, None as long as there is none.
+        Returns an entry's thumbnail, None while there is none.
     """
 
     def __init__(self, picture_of: Callable[[Entry], QPixmap | None], parent: QObject | None = None) -> None:
@@ -100,33 +101,33 @@ class FrameListModel(QAbstractListModel):
 
     @property
     def present(self) -> Entry | None:
-        """The frame that is shown."""
+        """The current frame."""
         return self._present
 
     def set_present(self, entry: Entry | None) -> None:
-        """Mark another frame as the one that is shown."""
+        """Set the current frame."""
         former, self._present = self._present, entry
         for one in (former, entry):
             if one is not None:
                 self.note_changed(one)
 
     def row_of(self, entry: Entry | None) -> int:
-        """Where an entry stands; -1 if it is not shown."""
+        """Return the row of an entry; -1 if it is not shown."""
         return -1 if entry is None else self._rows.get(entry.id, -1)
 
     def index_of(self, entry: Entry | None) -> QModelIndex:
-        """The same, as views want it."""
+        """Return the model index of an entry; invalid if it is not shown."""
         row = self.row_of(entry)
         return self.index(row, 0) if row >= 0 else QModelIndex()
 
     def note_changed(self, entry: Entry) -> None:
-        """There is something else to say of an entry."""
+        """Report that an entry has changed."""
         index = self.index_of(entry)
         if index.isValid():
             self.dataChanged.emit(index, index)
 
     def set_entries(self, entries: Sequence[Entry]) -> None:
-        """Show these. Rows that stay are the same ones as before, unless too much has changed."""
+        """Show these entries. Unchanged rows are kept unless too much has changed."""
         wanted = list(entries)
         if wanted == self.entries:
             return
@@ -175,7 +176,7 @@ class FrameListModel(QAbstractListModel):
 
 
 def _stretches(rows: Sequence[int]) -> list[tuple[int, int]]:
-    """Rows in rising order as first and last of those that follow each other."""
+    """Group ascending rows into ranges (first, last) of consecutive ones."""
     found: list[tuple[int, int]] = []
     for row in rows:
         if found and found[-1][1] == row - 1:
@@ -185,7 +186,7 @@ def _stretches(rows: Sequence[int]) -> list[tuple[int, int]]:
     return found
 
 
-# Which frames of the list are shown, and in which order. No widgets.
+# Filter and order of the list. No widgets.
 
 STATES: dict[str, str] = {
     "all": "All",
@@ -194,7 +195,7 @@ STATES: dict[str, str] = {
     "check": "To check",
     "unsaved": "Unsaved",
 }
-"""What frames can be chosen by, in words."""
+"""States to filter by -> text."""
 
 ORDERS: dict[str, str] = {
     "list": "In order of the list",
@@ -202,7 +203,7 @@ ORDERS: dict[str, str] = {
     "state": "By state",
     "missing": "Most missing first",
 }
-"""What they can be sorted by, in words."""
+"""Orders -> text."""
 
 _RANKS = {stage: rank for rank, stage in enumerate(Stage)}
 _natural = lru_cache(maxsize=20_000)(natural)
@@ -216,12 +217,12 @@ _KEYS: dict[str, Callable[[Entry], object]] = {
 
 @dataclass(frozen=True)
 class Sieve:
-    """What the user wants to see of the list.
+    """Filter and order of the list, chosen by the user.
 
     Attributes
     ----------
     text : str
-        Words, all of which stand in name or note.
+        Words that must all occur in name or note.
     state : str
         One of `STATES`.
     order : str
@@ -233,7 +234,7 @@ class Sieve:
     order: str = "list"
 
     def shown(self, entries: Iterable[Entry], always: Entry | None = None) -> list[Entry]:
-        """Entries that get through, in their order; one of them may always do so."""
+        """Return the matching entries in the chosen order; the entry `always` is never filtered out."""
         words = self.text.casefold().split()
         through = [
             entry
@@ -246,7 +247,7 @@ class Sieve:
 
 
 def states_of(entry: Entry) -> tuple[str, ...]:
-    """All of `STATES` that an entry is in."""
+    """Return all `STATES` that apply to an entry."""
     summary = entry.summary
     found = ["all", str(summary.stage)]
     found += ["note"] * bool(summary.note) + ["check"] * bool(summary.to_check) + ["unsaved"] * entry.unsaved
@@ -254,7 +255,7 @@ def states_of(entry: Entry) -> tuple[str, ...]:
 
 
 def counts(entries: Iterable[Entry]) -> Counter[str]:
-    """How many entries are in which state."""
+    """Count the entries of each state."""
     return Counter(state for entry in entries for state in states_of(entry))
 
 

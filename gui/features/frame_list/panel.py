@@ -1,4 +1,4 @@
-"""The panel of all frames: what is shown of the list, the list, and the user's note on a frame."""
+"""Panel of all frames: filter, list, and the user's note on a frame."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from .model import ENTRY, ORDERS, STATES, FrameListModel, Sieve
 from .row_painter import RowPainter, close_box, row_height
 from .thumbnails import Thumbnails
 
-# The rows of the frame list, to click and to walk through.
+# The view of the frame list.
 
 
 class FrameView(QTableView):
-    """Clicks on a row's cross take the frame out and do nothing else.
+    """View of the list; a click on the cross of a row only removes the frame.
 
-    A table of one column: unlike a list, it does not ask for every row whenever rows come or go.
+    A table with one column: unlike a list view, it does not query every row when rows are inserted or removed.
 
     Signals
     -------
     opened(object)
-        The entry that was clicked, or that Enter was pressed on.
+        The entry was clicked, or Enter was pressed on it.
     note_wished(object)
-        The entry that is to have a note (F2).
+        Request to edit the note on the entry (F2).
     removal_wished(list)
-        Entries that are to be taken out of the list.
+        Request to remove entries from the list.
     """
 
     opened = Signal(object)
@@ -52,7 +52,7 @@ class FrameView(QTableView):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.hint = ""
-        """What an empty list says."""
+        """Text of an empty list."""
         self._closing = QModelIndex()
         self.setAccessibleName("Frames")
         self.setItemDelegate(RowPainter(self))
@@ -70,26 +70,26 @@ class FrameView(QTableView):
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self._fit_rows()
-        # a click and Enter both mean it, and a style may report one click as both
+        # a click and Enter both open a frame; a style may report one click as both
         self.clicked.connect(self._open)
         self.activated.connect(self._open)
 
     def chosen(self) -> list[Entry]:
-        """The entries of the chosen rows, from top to bottom."""
+        """Return the entries of the selected rows, from top to bottom."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
 
     def show_row(self, index: QModelIndex) -> None:
-        """Have a row in sight, also if rows have come or gone just now."""
+        """Scroll to a row, also if rows have just been inserted or removed."""
         self.executeDelayedItemsLayout()
         self.updateGeometries()
         self.scrollTo(index)
 
     def _open(self, index: QModelIndex) -> None:
-        if len(self.selectedIndexes()) <= 1:  # more are chosen for something else
+        if len(self.selectedIndexes()) <= 1:  # a selection of several frames is for other commands
             self.opened.emit(index.data(ENTRY))
 
     def moveCursor(self, action: QAbstractItemView.CursorAction, keys: Qt.KeyboardModifier) -> QModelIndex:
-        """Home and End are the ends of the list, not of a row."""
+        """Move to the ends of the list, not of the row, by Home and End."""
         ends = {
             QAbstractItemView.CursorAction.MoveHome: 0,
             QAbstractItemView.CursorAction.MoveEnd: self.model().rowCount() - 1,
@@ -97,7 +97,7 @@ class FrameView(QTableView):
         return self.model().index(ends[action], 0) if action in ends else super().moveCursor(action, keys)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Rows are as high as their text."""
+        """Fit the height of the rows to the font."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self._fit_rows()
@@ -106,7 +106,7 @@ class FrameView(QTableView):
         self.verticalHeader().setDefaultSectionSize(row_height(self.fontMetrics()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Delete takes the chosen frames out, F2 asks for a note."""
+        """Remove the selected frames by Delete; edit the note by F2."""
         plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
         if event.key() == Qt.Key.Key_Delete and plain and self.chosen():
             self.removal_wished.emit(self.chosen())
@@ -128,7 +128,7 @@ class FrameView(QTableView):
             self.removal_wished.emit([pressed.data(ENTRY)])
 
     def _cross_at(self, event: QMouseEvent) -> QModelIndex:
-        """The row whose cross is under the mouse at a left click."""
+        """Return the row whose cross is under the mouse at a left click; invalid for none."""
         at = event.position().toPoint()
         index = self.indexAt(at)
         if not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
@@ -143,19 +143,19 @@ class FrameView(QTableView):
 
 _NOTHING_OPEN = "No frames open. Open one, or drop files or a folder of frames here."
 _ROOMY = 240
-"""Height of the panel [px] from which the line of the note is always there."""
-_NONE_SHOWN = "No frame of the list is like this. Press Esc in the line above to see all."
+"""Minimum height of the panel [px] for a permanent line for the note."""
+_NONE_SHOWN = "No frame matches the filter. Press Esc in the line above to show all."
 
 
 class FramesPanel(QWidget):
-    """Shows the list and reports wishes; what is in it is told to it.
+    """Panel that shows the list and emits requests; its owner sets the contents.
 
     Signals
     -------
     sieve_changed()
-        Others are to be shown, or in another order.
+        The filter or the order has changed.
     noted(object, str)
-        An entry, and what the user says of it.
+        An entry, and the user's note on it.
     """
 
     sieve_changed = Signal()
@@ -166,18 +166,18 @@ class FramesPanel(QWidget):
         self.thumbnails = Thumbnails(self)
         self.model = FrameListModel(self.thumbnails.of, self)
         self._noting: Entry | None = None
-        """The frame that the line below is about."""
+        """The frame of the note in the line below."""
         self.text = QLineEdit(placeholderText="Name or note", clearButtonEnabled=True)
-        self.text.setAccessibleName("Show frames with these words")
-        self.text.setToolTip("Show only frames whose name or note has all these words")
-        self.state = _choice(STATES, "Show frames by state", "Show only frames that the work has come so far on")
+        self.text.setAccessibleName("Filter frames by name or note")
+        self.text.setToolTip("Show only frames whose name or note contains all these words")
+        self.state = _choice(STATES, "Filter frames by state", "Show only frames in this state")
         self.order = _OrderButton()
         self.view = FrameView(self)
         self.view.setModel(self.model)
         self.view.hint = _NOTHING_OPEN
         self.note = _NoteLine()
         self.note.setAccessibleName("Note on the frame")
-        self.note.setToolTip("What you want to remember of this frame; it is saved with the project (F2 in the list)")
+        self.note.setToolTip("Note on this frame; it is saved with the project (F2 in the list)")
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
@@ -206,18 +206,18 @@ class FramesPanel(QWidget):
 
     @property
     def sieve(self) -> Sieve:
-        """What the user wants to see."""
+        """Filter and order chosen by the user."""
         return Sieve(self.text.text(), str(self.state.currentData()), self.order.order)
 
     def show_all(self) -> None:
-        """Leave nothing out any more."""
+        """Clear the filter."""
         with QSignalBlocker(self.text), QSignalBlocker(self.state):
             self.text.clear()
             self.state.setCurrentIndex(0)
         self.sieve_changed.emit()
 
     def show_counts(self, counts: Mapping[str, int]) -> None:
-        """How many frames there are of each state."""
+        """Show the number of frames in each state."""
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
         several = counts.get("all", 0) > 1
@@ -225,7 +225,7 @@ class FramesPanel(QWidget):
         self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
 
     def show_present(self, entry: Entry | None) -> None:
-        """Mark the frame that is shown, and have it in sight."""
+        """Mark the current frame and scroll to it."""
         self.model.set_present(entry)
         index = self.model.index_of(entry)
         if index.isValid():
@@ -234,7 +234,7 @@ class FramesPanel(QWidget):
         self._turn_note()
 
     def bring_in_sight(self, entry: Entry | None) -> None:
-        """Have the frame that is shown in sight again: it stands elsewhere in the list now."""
+        """Scroll to the current frame after it has moved in the list."""
         index = self.model.index_of(entry)
         if index.isValid():
             if not self.view.currentIndex().isValid():
@@ -242,7 +242,7 @@ class FramesPanel(QWidget):
             self.view.show_row(index)
 
     def show_note(self) -> None:
-        """The note on the frame, as it is now; not while it is being written."""
+        """Show the note on the frame, unless it is being edited."""
         entry = self._noting
         self._fit_note()
         self.note.setPlaceholderText("" if entry is None else f"Note on {entry.name}")
@@ -250,7 +250,7 @@ class FramesPanel(QWidget):
             self.note.setText("" if entry is None else entry.note)
 
     def write_note(self, entry: Entry) -> None:
-        """Let the user write the note on a frame."""
+        """Edit the note on a frame."""
         self.view.setCurrentIndex(self.model.index_of(entry))
         self._turn_note()
         self.note.show()
@@ -266,7 +266,7 @@ class FramesPanel(QWidget):
         self.show_note()
 
     def _fit_note(self) -> None:
-        """The line of the note takes room where there is some, or where it says something."""
+        """Show the line of the note if there is enough space, if it has text, or if it is being edited."""
         entry, writing = self._noting, self.note.hasFocus()
         self.note.setVisible(entry is not None and (writing or bool(entry.note) or self.height() > _ROOMY))
 
@@ -281,24 +281,24 @@ class FramesPanel(QWidget):
             self.noted.emit(entry, text)
 
     def _give_up_note(self) -> None:
-        """The note stays as it was before it was written."""
+        """Discard the edit of the note."""
         self.note.setModified(False)
         self.view.setFocus()
         self.show_note()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread is left."""
+        """Stop permanently before the window closes. True if no thread is left."""
         self._take_note()
         return self.thumbnails.shutdown()
 
 
 class _NoteLine(QLineEdit):
-    """A line that Escape gives up, and nothing else in the window."""
+    """Line edit in which Escape cancels the edit, and has no other effect in the window."""
 
     given_up = Signal()
 
     def event(self, event: QEvent) -> bool:
-        """Escape is for this line."""
+        """Handle Escape in this line."""
         if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
             event.accept()
             if event.type() == QEvent.Type.KeyPress:
@@ -308,7 +308,7 @@ class _NoteLine(QLineEdit):
 
 
 class _OrderButton(QToolButton):
-    """Chooses the order of the list; marked where it is not the list's own."""
+    """Button with a menu of orders; its icon shows whether the list is sorted."""
 
     changed = Signal()
 
@@ -336,7 +336,7 @@ class _OrderButton(QToolButton):
         self.changed.emit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Icons have the theme's colours."""
+        """Update the icon to the theme's colours."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._look()
@@ -344,7 +344,7 @@ class _OrderButton(QToolButton):
     def _look(self) -> None:
         own = self.order == next(iter(ORDERS))
         self.setIcon(theme.icon("ph.list-numbers" if own else "ph.sort-ascending", self.palette()))
-        self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow the order of the list")
+        self.setToolTip(f"{ORDERS[self.order]}. Next and previous frame follow this order")
 
 
 def _choice(texts: Mapping[str, str], name: str, hint: str) -> QComboBox:

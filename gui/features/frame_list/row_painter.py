@@ -1,4 +1,4 @@
-"""How a row of the frame list looks: thumbnail, name, how the work stands, the user's note."""
+"""Painting of a row of the frame list: thumbnail, name, state of the work, the user's note."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _MARGIN = 7
 _CLOSE_SIZE = 16
 _BAR_WIDTH = 3
 _MARK = 7
-"""Width of the mark of a state [px]."""
+"""Diameter of the mark of a state [px]."""
 
 Index = QModelIndex | QPersistentModelIndex
 
 
 class RowPainter(QStyledItemDelegate):
-    """Paints rows; the one under the mouse has a cross for taking it out."""
+    """Paints rows; the row under the mouse has a cross to remove the frame."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         entry: Entry = index.data(ENTRY)
@@ -40,18 +40,18 @@ class RowPainter(QStyledItemDelegate):
 
 
 def row_height(metrics: QFontMetrics) -> int:
-    """Of all rows [px]."""
+    """Return the height of a row [px]."""
     return max(_THUMBNAIL.height(), 3 * _spacing(metrics)) + 2 * _MARGIN
 
 
 def close_box(row: QRect) -> QRect:
-    """Where the cross of a row is."""
+    """Return the rectangle of the cross in a row."""
     return QRect(row.right() - _MARGIN - _CLOSE_SIZE, row.top() + _MARGIN, _CLOSE_SIZE, _CLOSE_SIZE)
 
 
 def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, present: bool, hovered: bool) -> None:
     tint = option.palette.color(QPalette.ColorRole.Highlight)
-    painter.fillRect(option.rect, option.palette.base())  # over the full colour that tables give to chosen rows
+    painter.fillRect(option.rect, option.palette.base())  # covers the opaque colour of selected rows in tables
     if present:
         painter.fillRect(QRect(option.rect.topLeft(), QSize(_BAR_WIDTH, option.rect.height())), tint)
     if option.state & QStyle.StateFlag.State_Selected or hovered:
@@ -63,7 +63,7 @@ def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, present: bool
 
 
 def _paint_thumbnail(painter: QPainter, option: QStyleOptionViewItem, picture: QPixmap | None) -> None:
-    """The picture in the middle of its box, whole and undistorted; a frame as long as there is none."""
+    """Paint the thumbnail centred in its box with its aspect ratio, or an outline while there is none."""
     box = QRect(option.rect.topLeft() + QPoint(_MARGIN + _BAR_WIDTH, _MARGIN), _THUMBNAIL)
     box.moveTop(option.rect.center().y() - box.height() // 2)
     if picture is None or picture.isNull():
@@ -101,7 +101,7 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
 
 
 def mark_colour(stage: Stage, colours: theme.Colours) -> QColor | None:
-    """The colour of a state; None for a mark without filling."""
+    """Return the colour of a state; None for an outlined mark."""
     return {
         Stage.UNTOUCHED: None,
         Stage.EXTRACTED: colours.accent,

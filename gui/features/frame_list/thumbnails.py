@@ -1,4 +1,4 @@
-"""Small pictures of frames, made in the background when somebody looks at them."""
+"""Thumbnails of frames, made in the background when their rows are visible."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from ...state.entries import Entry
 from ...views.pixel_items import rgb_image
 from ...work.jobs import Worker
 
-# A frame's colour image, small, and read as fast as it can be.
+# Thumbnail of a frame's colour image, decoded at reduced size.
 
 THUMBNAIL_WIDTH = 160
 _REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
 
 
 def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
-    """The colour image of a frame that is not read otherwise: decoded small, to look at.
+    """Read a thumbnail of the colour image of a frame that is not open.
 
     Returns
     -------
     ndarray of uint8, shape (h, width, 3)
-        Red first.
+        RGB.
 
     Raises
     ------
@@ -54,17 +54,19 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
     content = data.tobytes()
     header = image_header(path, content)
     check_pixel_count(path, header.width, header.height)
-    if header.kind == "PNG":  # whose decoder takes as much memory as a damaged length asks for
+    if header.kind == "PNG":  # its decoder would allocate the memory that a damaged length field requests
         check_checksums(path, content)
     flag = next((flag for factor, flag in _REDUCED if header.width >= factor * width), cv2.IMREAD_COLOR)
     image = quietly(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
     if image is None:
-        raise FormatError(f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind.")
+        raise FormatError(
+            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind."
+        )
     return thumbnail_of(np.asarray(image)[..., ::-1], width)
 
 
 def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.uint8]:
-    """A colour image, uint8 (H, W, 3), made `width` pixels wide.
+    """Resize a colour image, uint8 (H, W, 3), to a width of `width` pixels.
 
     Examples
     --------
@@ -77,15 +79,15 @@ def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.
 
 
 MOST_KEPT = 600
-"""Pictures in memory: about 45 MB."""
+"""Maximum number of thumbnails in memory: about 45 MB."""
 
 _MOST_WAITING = 60
-"""Of what is waited for, just the latest: the rest has been scrolled out of sight."""
+"""Maximum number of pending requests; older ones have been scrolled out of view."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Wish:
-    """A picture to be made: of an open frame's colour, or of its files."""
+    """Request for a thumbnail: of an open frame's colour image, or of its files."""
 
     id: str
     rgb: NDArray[np.uint8] | None
@@ -93,18 +95,18 @@ class _Wish:
 
 
 class Thumbnails(QObject):
-    """Pictures by entry.
+    """Thumbnails by entry.
 
     Attributes
     ----------
     stored : callable or None
-        Gives the picture that is stored of the frame of an id, as the bytes of a JPEG; None if there is none. Called
-        off the GUI's thread.
+        Returns the stored thumbnail of the frame with an id as JPEG bytes; None if there is none. Called in a worker
+        thread.
 
     Signals
     -------
     arrived()
-        More pictures are there.
+        More thumbnails are available.
     """
 
     arrived = Signal()
@@ -115,7 +117,7 @@ class Thumbnails(QObject):
         self._made: OrderedDict[str, QPixmap] = OrderedDict()
         self._wishes: OrderedDict[str, _Wish] = OrderedDict()
         self._asked: set[str] = set()
-        """Of what is waited for, and of what is being made."""
+        """Ids of pending thumbnails and of those being made."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._start())
@@ -123,11 +125,11 @@ class Thumbnails(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether pictures are to come."""
+        """Whether thumbnails are pending."""
         return self._worker.busy or bool(self._wishes)
 
     def of(self, entry: Entry) -> QPixmap | None:
-        """The picture of an entry; None if it is yet to be made, and an empty one if it cannot be."""
+        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
         picture = self._made.get(entry.id)
         if picture is not None:
             self._made.move_to_end(entry.id)
@@ -141,11 +143,11 @@ class Thumbnails(QObject):
         return picture
 
     def forget(self, id: str) -> None:
-        """This frame's picture is to be made anew."""
+        """Discard a frame's thumbnail, so that it is made again."""
         self._made.pop(id, None)
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         self._wishes.clear()
         return self._worker.shutdown()
 
@@ -154,7 +156,7 @@ class Thumbnails(QObject):
             self._worker.start(self._make)
 
     def _make(self) -> Generator[tuple[str, QImage], None, None]:
-        """The latest wish first: that is where the user looks."""
+        """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
                 _, wish = self._wishes.popitem()

@@ -1,1 +1,1 @@
-"""Looking closely: the depth along a line, a surface in numbers, distances and angles."""
+"""Inspection: depth profile along a line, statistics of a surface, distances and angles."""

@@ -1,4 +1,4 @@
-"""Looking closely: the depth along a line, a surface in numbers, distances and angles."""
+"""Inspection: depth profile along a line, statistics of a surface, distances and angles."""
 
 from __future__ import annotations
 
@@ -22,57 +22,55 @@ from .measure_panel import MeasurePanel
 from .measuring import MeasurePresenter
 from .profile_panel import ProfilePanel, ProfilePresenter
 
-# Commands on what is looked at closely.
+# Commands of the inspection.
 
 COMMANDS = (
     Command("remove_marks", "Remo&ve line and rectangle", "ph.x", "", "Remove the profile line and the rectangle"),
     Command("save_profile", "Save profile as &table…", "ph.table", "", "Write the depth along the profile line as CSV"),
     Command("save_profile_picture", "Save profile as p&icture…", "ph.image", "", "Write the plot as PNG or SVG"),
-    Command("copy_statistics", "Copy &statistics", "ph.copy", "", "Copy the statistics as a table for other programs"),
-    Command(
-        "copy_measurements", "&Copy measurements", "ph.copy", "", "Copy the measurements as a table for other programs"
-    ),
+    Command("copy_statistics", "Copy &statistics", "ph.copy", "", "Copy the statistics as a tab-separated table"),
+    Command("copy_measurements", "&Copy measurements", "ph.copy", "", "Copy the measurements as a tab-separated table"),
     Command("save_measurements", "Save m&easurements…", "ph.floppy-disk", "", "Write the measurements as CSV"),
     Command(
         "delete_measurements",
         "&Delete measurements",
         "ph.trash",
         "",
-        "Delete the measurements that are chosen in the list, or all if none is",
+        "Delete the measurements selected in the list, or all if none is selected",
     ),
-    Command("restore_measurements", "Take back", "", "", "Have the measurements again that were deleted last"),
+    Command("restore_measurements", "Restore measurements", "", "", "Restore the measurements that were deleted last"),
 )
 
 
-# Profile line, rectangle and measurements over the pictures.
+# Profile line, rectangle and measurements drawn over the views.
 
 _HEIGHT = 5.8
-"""Over the blocks' lines and names, below a tool's preview."""
+"""Z value: above the blocks' lines and names, below a tool's preview."""
 _LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
 _HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
 _END, _PLACE, _DOT, _PAD = 4.0, 4.5, 3.5, 3.0
 _BESIDE = 22.0
-"""How far from its place the middle of a text is [px]."""
+"""Distance of the centre of a text from its place [px]."""
 
 
 @dataclass(frozen=True)
 class Marks:
-    """What is marked, in image coordinates.
+    """Marks over the views, in image coordinates.
 
     Attributes
     ----------
     line : pair of points, optional
         The profile line, from A to B.
     place : (float, float), optional
-        A place on it.
+        A place on the line.
     region : (slice, slice), optional
         Rows and columns of the rectangle.
     chains : sequence of sequence of (float, float)
-        The points that are measured between, straight from one to the next.
+        Points of the measurements, connected by straight lines.
     lengths : sequence of ((float, float), str)
-        What is written on places.
+        Texts at places.
     angles : sequence of ((float, float), (float, float), str)
-        What is written beside places, on the far side of others.
+        Texts beside places, on the side away from a second place.
     """
 
     line: Line | None = None
@@ -83,7 +81,7 @@ class Marks:
     angles: Sequence[tuple[Point, Point, str]] = ()
 
     def extent(self) -> QRectF | None:
-        """What all of the places lie in; None if nothing is marked."""
+        """Return the bounding rectangle of all marks; None if nothing is marked."""
         points: list[Point] = [*(self.line or ()), *([self.place] if self.place else [])]
         points += [point for chain in self.chains for point in chain]
         points += [place for place, _ in self.lengths]
@@ -95,7 +93,7 @@ class Marks:
 
 
 class _MarksItem(ViewItem):
-    """Draws marks with lines, ends and texts of one size on the screen at every zoom."""
+    """Item that draws marks with lines, ends and texts of constant size on the screen."""
 
     def __init__(self) -> None:
         super().__init__(_HEIGHT)
@@ -104,7 +102,7 @@ class _MarksItem(ViewItem):
         self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
 
     def set_marks(self, marks: Marks) -> None:
-        """Draw other marks."""
+        """Set the marks to draw."""
         self._marks = marks
         metrics = QFontMetricsF(self._font)
         texts = [*(text for _, text in marks.lengths), *(text for _, _, text in marks.angles)]
@@ -173,7 +171,7 @@ class _MarksItem(ViewItem):
 
 
 def _away(start: QPointF, end: QPointF, length: float) -> QPointF:
-    """So many pixels in the direction from one point to another."""
+    """Return a vector of a length [px] in the direction from one point to another."""
     way = end - start
     return way * (length / max(math.hypot(way.x(), way.y()), 1e-6))
 
@@ -190,7 +188,7 @@ class InspectMarks:
             cell.view.add_overlay(self._items[name])
 
     def show(self, marks: Marks) -> None:
-        """Draw these, and nothing else."""
+        """Draw these marks only."""
         if marks != self.marks:
             self.marks = marks
             for item in self._items.values():
@@ -211,7 +209,7 @@ def _dot(painter: QPainter, place: QPointF, radius: float, colour: QColor) -> No
 
 
 class InspectPart(Part):
-    """Panels *Profile* and *Measure*, and what is drawn over the pictures with them."""
+    """Panels *Profile* and *Measure*, with their marks over the views."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -254,7 +252,7 @@ class InspectPart(Part):
         self._enable()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread is left."""
+        """Stop permanently before the window closes. True if no thread is left."""
         return self.measure.shutdown()
 
     def _connect_refresh(self) -> None:
@@ -270,7 +268,7 @@ class InspectPart(Part):
         for signal in (line, seen[0]):
             signal.connect(lambda: self.desk.refresh.mark("error"))
         chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
-        # not of previews: a run needs the processor more
+        # not updated for previews, to leave the processor to the run
         add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.results_added,))
         add("measurements", self.measure.show, (*depth, measured, seen[1], self.measure.found), coming)
         tool = self.desk.editor.tool_changed
@@ -280,7 +278,7 @@ class InspectPart(Part):
             panel.hidden.connect(lambda: self.desk.refresh.mark("inspect marks"))
 
     def _show_marks(self) -> None:
-        """What is drawn over the pictures: what the tool is for, or what an open panel is about."""
+        """Draw the marks of the tool and of the open panels over the views."""
         workspace, tool = self.desk.workspace, self.desk.editor.tool_name
         if not workspace.has_session:
             self._show(Marks())
@@ -298,12 +296,12 @@ class InspectPart(Part):
         )
 
     def _show(self, marks: Marks) -> None:
-        """Draw these over the pictures, and what is measured in the cloud."""
+        """Draw marks over the views, and measurements in the cloud."""
         self._marks.show(marks)
         self.desk.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
 
     def _reveal(self, page: int) -> None:
-        """Show the page of statistics, or that of measurements."""
+        """Show the page of the statistics (0) or of the measurements (1)."""
         self.desk.panels.reveal("Measure")
         self.measure_panel.pages.setCurrentIndex(page)
 

@@ -1,4 +1,4 @@
-"""The panel of numbers: statistics of a block or a rectangle, and what has been measured."""
+"""Panel *Measure*: statistics of a block or a rectangle, and measurements."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ from ...widgets.basics import PlainLabel, as_it_is
 # Statistics of raw depth and of the result, side by side.
 
 _ROWS = (
-    ("Pixels", "How many there are"),
-    ("Missing", "Share of them without depth"),
-    ("Mean", "Of the known depth"),
-    ("Median", "Of the known depth"),
+    ("Pixels", "Number of pixels"),
+    ("Missing", "Share of the pixels without depth"),
+    ("Mean", "Mean of the known depth"),
+    ("Median", "Median of the known depth"),
     ("Std. deviation", "Standard deviation of the known depth"),
-    ("Range", "Least and largest known depth"),
+    ("Range", "Minimum and maximum of the known depth"),
     (
         "Noise",
-        "What differs from pixel to pixel, whatever the surface's shape: from the median second difference of "
-        "neighbours. Depth that comes in steps shows less than it has",
+        "Variation from pixel to pixel, independent of the surface's shape: from the median second difference of "
+        "neighbours. Quantised depth shows less noise than it has",
     ),
-    ("Plane RMS", "Root mean square distance from the plane that fits best, without outliers"),
-    ("Outliers", "Share of the known depth that is farther from that plane than 3.5 robust deviations"),
-    ("Tilt", "Angle between that plane's normal and the camera's axis: 0° faces the camera"),
-    ("Quadric RMS", "Root mean square distance from the quadric that fits best, without outliers"),
+    ("Plane RMS", "Root mean square distance from the best-fitting plane, without outliers"),
+    ("Outliers", "Share of the known depth farther from that plane than 3.5 robust standard deviations"),
+    ("Tilt", "Angle between that plane's normal and the camera's axis; 0° faces the camera"),
+    ("Quadric RMS", "Root mean square distance from the best-fitting quadric, without outliers"),
 )
 
 
 class StatisticsTable(QTableWidget):
-    """A row for each number, a column for raw depth and one for the result."""
+    """Table with a row per statistic, a column for raw depth and one for the result."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(len(_ROWS), 2, parent)
@@ -88,19 +88,19 @@ class StatisticsTable(QTableWidget):
                 self.setItem(row, column, item)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """All rows are to be seen: the panel around it scrolls."""
+        """Fit the height to all rows; the panel around the table scrolls."""
         super().showEvent(event)
         self.setFixedHeight(self.verticalHeader().length() + self.horizontalHeader().height() + 2 * self.frameWidth())
 
     def show_statistics(self, raw: SurfaceStatistics | None, result: SurfaceStatistics | None) -> None:
-        """Write numbers; nothing where there are none."""
+        """Show statistics; empty cells for None."""
         for column, found in enumerate((raw, result)):
             texts = [""] * len(_ROWS) if found is None else _texts(found)
             for cells, text in zip(self._cells, texts, strict=True):
                 cells[column].setText(text)
 
     def as_text(self) -> str:
-        """The numbers as lines with tabs between columns."""
+        """Return the table as tab-separated lines."""
         lines = ["\tRaw\tResult"]
         for (name, _), cells in zip(_ROWS, self._cells, strict=True):
             lines.append("\t".join([name, *(cell.text() for cell in cells)]))
@@ -125,40 +125,40 @@ def _texts(found: SurfaceStatistics) -> list[str]:
 
 
 def metres(length: float) -> str:
-    """A length in metres, a dash for none."""
+    """Format a length in metres; a dash for NaN."""
     return f"{length:.3f} m" if math.isfinite(length) else "–"
 
 
 def _millimetres(length: float) -> str:
-    """A small length with its unit, a dash for none."""
+    """Format a small length in millimetres; a dash for NaN."""
     return f"{millimetres(length)} mm" if math.isfinite(length) else UNKNOWN
 
 
 def degrees(angle: float) -> str:
-    """An angle, a dash for none."""
+    """Format an angle in degrees; a dash for NaN."""
     return f"{angle:.1f}°" if math.isfinite(angle) else "–"
 
 
 _LEAST_LIST = 96
 _COLUMNS = (
-    ("", "Measurement, and which of its stretches"),
-    ("Distance", "Straight from point to point"),
-    ("Height", "How much higher the second point lies"),
-    ("Angle", "At the first point of the stretch, to the one before"),
+    ("", "Number of the measurement, and of its segment"),
+    ("Distance", "Straight-line distance of the end points"),
+    ("Height", "Height of the second point above the first"),
+    ("Angle", "Angle at the first point, to the previous segment"),
 )
 
 
 @dataclass(frozen=True)
 class MeasuredRow:
-    """A stretch of a measurement, as it is listed.
+    """Row of the list: one segment of a measurement.
 
     Attributes
     ----------
     chain : int
-        Which measurement it belongs to.
+        Number of the measurement.
     name, distance, height, angle : str
     filled : bool
-        Whether an end of it lies on depth that was filled, not measured.
+        Whether an end point lies on filled depth, not measured depth.
     """
 
     chain: int
@@ -170,23 +170,23 @@ class MeasuredRow:
 
 
 class MeasurePanel(QWidget):
-    """Statistics on one page, measurements on the other.
+    """Panel with a page of statistics and a page of measurements.
 
     Parameters
     ----------
     tools : sequence of QAction
-        What the rectangle and what points are drawn with.
+        Tools for the rectangle and for the points.
     copying, actions : sequence of QAction
-        On the statistics, and on the measurements.
+        Commands on the statistics, and on the measurements.
 
     Signals
     -------
     shown(), hidden()
-        It can be seen again, so that what has come meanwhile is to be drawn; or no longer.
+        The panel has become visible, so that it must be updated; or hidden.
     subject_wished(bool)
-        Whether statistics are wanted of the rectangle, and not of the chosen block.
+        Whether to show statistics of the rectangle instead of the selected block.
     reference_wished(bool)
-        Whether heights are wanted over the chosen block's plane, and not along the image's upright.
+        Whether to measure heights over the selected block's plane instead of along the image's vertical.
     """
 
     shown = Signal()
@@ -203,9 +203,9 @@ class MeasurePanel(QWidget):
     ) -> None:
         super().__init__(parent)
         self.subject = QComboBox()
-        self.subject.addItems(["Chosen block", "Rectangle"])
-        self.subject.setAccessibleName("What statistics are of")
-        self.subject.setToolTip("Statistics of the chosen block, or of the rectangle if there is one")
+        self.subject.addItems(["Selected block", "Rectangle"])
+        self.subject.setAccessibleName("Region of the statistics")
+        self.subject.setToolTip("Statistics of the selected block, or of the rectangle if there is one")
         self.subject.activated.connect(lambda index: self.subject_wished.emit(index == 1))
         self._name = PlainLabel()
         self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -213,11 +213,11 @@ class MeasurePanel(QWidget):
         self._reason, self._message = _note(), _note()
         self._list = _MeasuredList()
         self.reference = QComboBox()
-        self.reference.addItems(["image's upright", "chosen block's plane"])
-        self.reference.setAccessibleName("What heights are measured along")
+        self.reference.addItems(["image vertical", "plane of selected block"])
+        self.reference.setAccessibleName("Reference of heights")
         self.reference.setToolTip(
-            "Heights along the image's upright, or over the plane of the block that is chosen now; "
-            "the camera does not know which way is up in the room"
+            "Heights along the image's vertical, or over the plane of the selected block; "
+            "the camera does not measure the direction of gravity"
         )
         self.reference.activated.connect(lambda index: self.reference_wished.emit(index == 1))
 
@@ -251,32 +251,32 @@ class MeasurePanel(QWidget):
         self._take_theme()
 
     def show_subject(self, of_region: bool, name: str) -> None:
-        """What the statistics are of."""
+        """Show the region of the statistics."""
         with QSignalBlocker(self.subject):
             self.subject.setCurrentIndex(int(of_region))
         self._name.setText(name)
         self._name.setToolTip(as_it_is(name))
 
     def show_statistics(self, raw: SurfaceStatistics | None, result: SurfaceStatistics | None, note: str) -> None:
-        """Numbers, and what there is to say of them."""
+        """Show statistics and a note."""
         self.statistics.show_statistics(raw, result)
         self._reason.setText(note)
         self._reason.setVisible(bool(note))
 
     def show_reference(self, name: str) -> None:
-        """The block whose plane heights are measured over; "" for the image's upright."""
+        """Show the block whose plane is the reference of heights; "" for the image's vertical."""
         with QSignalBlocker(self.reference):
-            self.reference.setItemText(1, f"plane of {name}" if name else "chosen block's plane")
+            self.reference.setItemText(1, f"plane of {name}" if name else "plane of selected block")
             self.reference.setCurrentIndex(int(bool(name)))
 
     def show_measured(self, rows: Sequence[MeasuredRow], message: str) -> None:
-        """The measurements, and what there is to say of them."""
+        """Show the measurements and a message."""
         self._list.show_rows(rows)
         self._message.setText(message)
         self._message.setVisible(bool(message))
 
     def chosen(self) -> set[int]:
-        """Measurements that are chosen in the list."""
+        """Return the numbers of the measurements selected in the list."""
         return self._list.chosen()
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -299,7 +299,7 @@ class MeasurePanel(QWidget):
 
 
 class _MeasuredList(QTableWidget):
-    """A row for every stretch of every measurement."""
+    """Table with a row for every segment of every measurement."""
 
     def __init__(self) -> None:
         super().__init__(0, 4)
@@ -309,7 +309,7 @@ class _MeasuredList(QTableWidget):
             title.setToolTip(help)
             self.setHorizontalHeaderItem(column, title)
         self.setAccessibleName("Measurements")
-        self.setToolTip("Measurements; those that are chosen are deleted first")
+        self.setToolTip("Measurements; Delete removes the selected ones, or all")
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setShowGrid(False)
@@ -344,7 +344,7 @@ class _MeasuredList(QTableWidget):
                 font.setItalic(row.filled)
                 item.setFont(font)
                 item.setText(text)
-                item.setToolTip("An end of it lies on depth that was filled, not measured" if row.filled else "")
+                item.setToolTip("An end point lies on filled depth, not measured depth" if row.filled else "")
 
     def chosen(self) -> set[int]:
         return {self._rows[index.row()].chain for index in self.selectionModel().selectedRows()}

@@ -1,4 +1,4 @@
-"""Brings statistics and measurements of the present frame to their panel, and takes measurements away."""
+"""Statistics and measurements of the current frame: computed, shown in their panel, copied, saved and deleted."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 
 from ilf._runtime.files import write_bytes
+from ilf._runtime.formatting import counted
 from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
 from ilf.evaluation.measuring import CAMERA_UP, NEEDS_CAMERA, Measured, angle_between, measure, measurements_csv
@@ -25,7 +26,7 @@ from ..context import Desk
 from ..documents.file_dialogs import ask_path, save
 from .measure_panel import MeasuredRow, MeasurePanel, degrees, metres
 
-# What has been measured: as rows of a list, as texts over the pictures, as a table for other programs.
+# Measurements as rows of a list, as texts over the views, and as a table for other programs.
 
 Chain = Sequence[Point]
 Length = tuple[Point, str]
@@ -33,7 +34,7 @@ Angle = tuple[Point, Point, str]
 
 
 def measured_rows(chains: Sequence[Chain], found: Sequence[Measured], known: NDArray[np.bool_]) -> list[MeasuredRow]:
-    """A row for every stretch; `known`, bool (H, W), says where depth was measured."""
+    """Return a row per segment; `known`, bool (H, W), is True where depth was measured."""
     rows = []
     for number, (chain, measured) in enumerate(zip(chains, found, strict=True)):
         several = len(chain) > 2
@@ -50,12 +51,12 @@ def measured_rows(chains: Sequence[Chain], found: Sequence[Measured], known: NDA
                 )
             )
         if several:
-            rows.append(MeasuredRow(number, f"{number + 1}  all", metres(measured.length), "", "", False))
+            rows.append(MeasuredRow(number, f"{number + 1}  total", metres(measured.length), "", "", False))
     return rows
 
 
 def texts_of(chains: Sequence[Chain], found: Sequence[Measured]) -> tuple[list[Length], list[Angle]]:
-    """What is written at the middle of every stretch, and what at every corner, outside of it."""
+    """Return the texts at the middle of every segment, and those outside every corner."""
     lengths: list[Length] = []
     angles: list[Angle] = []
     for number, (chain, measured) in enumerate(zip(chains, found, strict=True)):
@@ -73,14 +74,14 @@ def _middle(one: Point, other: Point) -> Point:
     return (one[0] + other[0]) / 2, (one[1] + other[1]) / 2
 
 
-# Statistics that are asked for, and how they are found.
+# Requests for statistics, and their computation.
 
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Depth, and where statistics of it are wanted; nobody changes its arrays any more.
+    """Request for statistics: depth and regions; its arrays are not changed any more.
 
     Attributes
     ----------
@@ -88,7 +89,8 @@ class Question:
         [m]; the second is None if there is no result.
     intrinsics : CameraIntrinsics or None
     subject, other, reference : ndarray of bool, shape (H, W), or None
-        What statistics are of; a second block, for the angle between the two; the block that heights are measured over.
+        Region of the statistics; second block, for the angle between both; block whose plane is the reference of
+        heights.
     """
 
     raw: NDArray[np.float32]
@@ -101,18 +103,18 @@ class Question:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What has been found.
+    """Computed statistics.
 
     Attributes
     ----------
     raw, result : SurfaceStatistics or None
-        Of the subject.
+        Statistics of the subject.
     angle : float or None
-        Between the planes of both blocks [degrees]; None if they were not asked for or have none.
+        Angle between the planes of both blocks [degrees]; None if not requested or not defined.
     up : (float, float, float) or None
-        Normal of the reference; None if it has none.
+        Normal of the reference plane; None if there is none.
     why : str
-        Why there is no angle, or no normal.
+        Why there is no angle or no normal.
     """
 
     raw: SurfaceStatistics | None = None
@@ -123,7 +125,7 @@ class Numbers:
 
 
 def find(question: Question) -> Numbers:
-    """Answer a question, off the GUI's thread."""
+    """Compute the requested statistics; called in a worker thread."""
     present = question.raw if question.result is None else question.result
 
     def of(depth: NDArray[np.float32], mask: Mask) -> SurfaceStatistics:
@@ -153,18 +155,18 @@ def _plane(found: SurfaceStatistics | None) -> PlaneFit:
     return found.plane
 
 
-_NO_SUBJECT = "Choose a block, or draw a rectangle (Ctrl+R)"
+_NO_SUBJECT = "Select a block, or draw a rectangle (Ctrl+R)"
 
 
 class MeasurePresenter(QObject):
-    """Statistics of the chosen block, or of the rectangle if there is one; distances, heights and angles.
+    """Presenter of the statistics of the selected block or the rectangle, and of distances, heights and angles.
 
     Signals
     -------
     found()
-        Numbers have come.
+        Statistics have been computed.
     failed(object)
-        The exception that kept them from being found.
+        The exception raised during the computation.
     """
 
     found = Signal()
@@ -190,11 +192,11 @@ class MeasurePresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether numbers are to come."""
+        """Whether statistics are pending."""
         return self._questions.busy
 
     def ask(self) -> None:
-        """Have the statistics of what is chosen worked out, for those who look at them."""
+        """Request the statistics of the selection if the panel is visible."""
         if not self._panel.isVisible():
             return
         session = self._workspace.session if self._workspace.has_session else None
@@ -224,7 +226,7 @@ class MeasurePresenter(QObject):
         )
 
     def show(self) -> None:
-        """Write what has been measured."""
+        """Show the measurements."""
         if self._panel.isVisible() and self._workspace.has_session:
             session = self._workspace.session
             chains, found = self.measured()
@@ -232,11 +234,11 @@ class MeasurePresenter(QObject):
             self._panel.show_measured(measured_rows(chains, found, session.frame.known), message or self._moment())
 
     def texts(self) -> tuple[list[Length], list[Angle]]:
-        """Lengths and angles that are written over the pictures."""
+        """Return the lengths and angles to write over the views."""
         return texts_of(*self.measured())
 
     def measured(self) -> tuple[list[Chain], list[Measured]]:
-        """All measurements with their points, in the depth that the views show."""
+        """Return all measurements with their points, in the depth that the views show."""
         if not self._workspace.has_session or self._workspace.session.frame.intrinsics is None:
             return [], []
         session, chains = self._workspace.session, self._measurements.chains
@@ -244,24 +246,24 @@ class MeasurePresenter(QObject):
         values = session.frame.depth if depth is None else depth
         up = CAMERA_UP if not self._measurements.reference else self._numbers.up if self._numbers else None
         found = [measure(values, chain, session.frame.intrinsics, up or CAMERA_UP) for chain in chains]
-        if up is None:  # the plane has not been found yet, or there is none
+        if up is None:  # the plane is pending, or there is none
             found = [replace(one, heights=np.full_like(one.heights, np.nan)) for one in found]
         return list(chains), found
 
     def copy_statistics(self) -> None:
-        """Put the statistics on the clipboard, as a table that spreadsheets take."""
+        """Copy the statistics to the clipboard as a tab-separated table."""
         if self._numbers is None or self._numbers.raw is None:
             self._desk.notes.tell(f"There are no statistics. {_NO_SUBJECT}.")
             return
         QApplication.clipboard().setText(self._panel.statistics.as_text())
-        self._desk.notes.tell("Copied the statistics.")
+        self._desk.notes.tell("Statistics copied.")
 
     def copy(self) -> None:
-        """Put the measurements on the clipboard, as a table that spreadsheets take."""
+        """Copy the measurements to the clipboard as a tab-separated table."""
         table = self._table()
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
-            self._desk.notes.tell(f"Copied {len(self._measurements.chains)} measurements.")
+            self._desk.notes.tell(f"Copied {counted(len(self._measurements.chains), 'measurement')}.")
 
     def save(self) -> None:
         """Write the measurements to a CSV file that the user chooses."""
@@ -273,7 +275,7 @@ class MeasurePresenter(QObject):
                 save(self._desk.notes, path, lambda: write_bytes(path, table.encode()))
 
     def delete(self) -> None:
-        """Delete the measurements that are chosen in the list, or all; they can be taken back."""
+        """Delete the measurements selected in the list, or all; they can be restored."""
         chains = self._measurements.chains
         chosen = self._panel.chosen() or set(range(len(chains)))
         if not chains:
@@ -281,11 +283,11 @@ class MeasurePresenter(QObject):
             return
         self._deleted[self._workspace.session] = chains
         self._measurements.replace([chain for number, chain in enumerate(chains) if number not in chosen])
-        text = f"Deleted {len(chosen)} measurement{'s' * (len(chosen) != 1)}."
+        text = f"Deleted {counted(len(chosen), 'measurement')}."
         self._desk.notes.offer(text, self._desk.actions["restore_measurements"])
 
     def restore(self) -> None:
-        """Have the measurements that were deleted last again."""
+        """Restore the measurements that were deleted last."""
         before = self._deleted.pop(self._workspace.session, None) if self._workspace.has_session else None
         if before is None:
             self._desk.notes.tell("No measurements of this frame have been deleted.")
@@ -293,13 +295,13 @@ class MeasurePresenter(QObject):
         self._measurements.replace([*before, *(one for one in self._measurements.chains if one not in before)])
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _table(self) -> str:
         chains, found = self.measured()
         if not chains:
-            self._desk.notes.tell("There are no measurements. Choose the tool (Ctrl+D) and click on two points.")
+            self._desk.notes.tell("There are no measurements. Select the tool Measure (Ctrl+D) and click two points.")
             return ""
         return measurements_csv(zip(chains, found, strict=True))
 
@@ -307,7 +309,7 @@ class MeasurePresenter(QObject):
         self._numbers = numbers
         notes = [found.reason for found in (numbers.raw, numbers.result) if found is not None and found.reason]
         if numbers.angle is not None:
-            notes.insert(0, f"Angle between the planes of both chosen blocks: {numbers.angle:.1f}°")
+            notes.insert(0, f"Angle between the planes of both selected blocks: {numbers.angle:.1f}°")
         if question.subject is None:
             notes.insert(0, _NO_SUBJECT)
         if numbers.why:
@@ -317,12 +319,12 @@ class MeasurePresenter(QObject):
         self.found.emit()
 
     def _depth(self, session: Session) -> NDArray[np.float32] | None:
-        """Completed depth as the views show it: now, or in the past."""
+        """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
         past = self._workspace.past
         return session.present_depth() if past is None else past.depth
 
     def _moment(self) -> str:
-        """When that was."""
+        """Describe the iteration being viewed; "" for the current result."""
         past = self._workspace.past
         return "" if past is None else f"The result is {past.text}."
 
@@ -335,7 +337,7 @@ class MeasurePresenter(QObject):
         return None if self._of_region or chosen not in session.counts() else session.labels == chosen
 
     def _other(self, session: Session) -> NDArray[np.bool_] | None:
-        """The second chosen block."""
+        """Return the mask of the second selected block, None if there is none."""
         chosen = [label for label in session.selected if label in session.counts()]
         return session.labels == chosen[1] if len(chosen) > 1 and not self._of_region else None
 
@@ -357,16 +359,16 @@ class MeasurePresenter(QObject):
     def _set_reference(self, of_block: bool) -> None:
         chosen = self._workspace.chosen
         if of_block and not chosen:
-            self._desk.notes.tell("Choose the block first whose plane heights are to be measured over.")
+            self._desk.notes.tell("Select a block first: its plane is the reference of heights.")
         self._measurements.set_reference(chosen if of_block else 0)
         self.ask()
 
     def _turn_to_frame(self) -> None:
-        """What was found is of the frame before."""
+        """Discard the statistics of the previous frame."""
         self._numbers = None
         self._questions.forget()
         self._turn_to_region()
 
     def _turn_to_region(self) -> None:
-        """Who draws a rectangle wants to know of it."""
+        """Show statistics of the rectangle if there is one."""
         self._of_region = self._workspace.has_session and self._workspace.session.region is not None

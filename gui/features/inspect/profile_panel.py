@@ -1,4 +1,4 @@
-"""The panel of the depth profile: legend with values, plot, what its horizontal axis is, and what writes it."""
+"""Panel of the depth profile: legend with values, plot, unit of the horizontal axis, and commands to save it."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ..context import Desk
 from ..documents.file_dialogs import ask_path, save
 from .profile_plot import ProfileData, ProfilePlot, profile_data, raw_colour, result_colour
 
-EMPTY_TEXT = "Draw a profile line (Ctrl+I) across a picture to see the depth along it"
+EMPTY_TEXT = "Draw a profile line (Ctrl+I) in a view to see the depth along it"
 
 _DOT, _LINE, _DASHES = "●", "━", "┅"
 _MOST_LINES = 3
 
 
 class ProfilePanel(QWidget):
-    """Depth along the profile line.
+    """Panel with the depth along the profile line.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class ProfilePanel(QWidget):
     Signals
     -------
     shown(), hidden()
-        It can be seen again, so that what has come meanwhile is to be drawn; or no longer.
+        The panel has become visible, so that it must be updated; or hidden.
     pointed(object)
         Number of the sample under the mouse, or None.
     """
@@ -93,11 +93,11 @@ class ProfilePanel(QWidget):
 
     @property
     def data(self) -> ProfileData | None:
-        """What is plotted."""
+        """The plotted data; None for none."""
         return self._data
 
     def show_data(self, data: ProfileData | None, names: dict[int, str] | None = None) -> None:
-        """Plot other depth, None for none, with the names of the blocks by label."""
+        """Plot depth, None for none, with the names of the blocks by label."""
         self._data, self._names = data, names or {}
         if data is None:
             self._sample = None
@@ -112,28 +112,28 @@ class ProfilePanel(QWidget):
                 data, self._x, "Along the surface from A to B [m]" if in_metres else "Along the line from A to B [px]"
             )
             self._pages.setCurrentIndex(1)
-        # what the mouse is at stays, as the depth there may change in a run
+        # the marked sample stays: its depth may change during a run
         self.point_at(self._sample if data is not None and (self._sample or 0) < len(data.profile) else None)
 
     def point_at(self, sample: int | None) -> None:
-        """Mark a sample in the plot and tell its values; None for none."""
+        """Mark a sample in the plot and show its values; None for none."""
         self._sample = sample
         self.plot.point_at(math.nan if sample is None else float(self._x[sample]))
         self._write_legend()
 
     @property
     def sample(self) -> int | None:
-        """Number of the sample that is marked."""
+        """Number of the marked sample; None for none."""
         return self._sample
 
     def legend_names(self) -> list[tuple[str, str]]:
-        """What is plotted: items as `ProfilePlot.export` calls them, and their names."""
+        """Return the plotted items by the keys of `ProfilePlot.picture`, and their names."""
         data = self._data
         if data is None:
             return []
         there = [("raw", "raw"), *([("result", data.name)] if data.result is not None else [])]
         there += [(str(number), name) for number, (name, _, _) in enumerate(data.runs)]
-        return there + ([("truth", "truth")] if data.truth is not None else [])
+        return there + ([("truth", "ground truth")] if data.truth is not None else [])
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -170,7 +170,7 @@ class ProfilePanel(QWidget):
     def _write_legend(self) -> None:
         text = "&nbsp;&nbsp; ".join(self._entries())
         self._legend.setText(text)
-        # as many lines as it has needed so far: the plot must not jump while the mouse moves over it
+        # keep the largest number of lines so far, so that the plot stays still while the mouse moves over it
         document = QTextDocument()
         document.setDefaultFont(self._legend.font())
         document.setDocumentMargin(0)
@@ -193,7 +193,7 @@ class ProfilePanel(QWidget):
             entries.append(entry)
         entries += [_entry(_LINE, QColor(*colour), name, depth, n) for name, colour, depth in data.runs]
         if data.truth is not None:
-            entries.append(_entry(_DASHES, colours.text, "truth", data.truth, n))
+            entries.append(_entry(_DASHES, colours.text, "ground truth", data.truth, n))
         if n is not None:
             x, y, label = int(data.profile.columns[n]), int(data.profile.rows[n]), int(data.labels[n])
             block = html.escape(self._names.get(label, "no block")).replace(" ", "&nbsp;")
@@ -205,7 +205,7 @@ class ProfilePanel(QWidget):
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
         tabular = QFont(self.font())
-        tabular.setFeature(QFont.Tag("tnum"), 1)  # figures of one width, or the legend trembles
+        tabular.setFeature(QFont.Tag("tnum"), 1)  # figures of equal width keep the legend still
         self._legend.setFont(tabular)
         self.plot.set_colours(colours, small)
         self._hint.setStyleSheet(f"color: {colours.muted.name()};")
@@ -213,7 +213,7 @@ class ProfilePanel(QWidget):
 
 
 def _entry(mark: str, colour: QColor, name: str, depth: NDArray[np.float32], sample: int | None) -> str:
-    """Mark, name and value of one of the curves."""
+    """Return mark, name and value of a curve as HTML."""
     value = ""
     if sample is not None:
         value = f"&nbsp;{depth[sample]:.3f}&nbsp;m" if math.isfinite(depth[sample]) else "&nbsp;missing"
@@ -221,16 +221,16 @@ def _entry(mark: str, colour: QColor, name: str, depth: NDArray[np.float32], sam
     return f"<span style='color:{colour.name()}'>{mark}</span>&nbsp;{name}{value}"
 
 
-# Brings depth along the profile line to its panel, and writes it.
+# Presenter of the depth along the profile line.
 
 
 class ProfilePresenter(QObject):
-    """Depth along the present frame's profile line, as the views show it: now, or in the past.
+    """Presenter of the depth along the current frame's profile line: the current result, or the iteration being viewed.
 
     Signals
     -------
     place_changed()
-        `place` is another one.
+        `place` has changed.
     """
 
     place_changed = Signal()
@@ -242,17 +242,17 @@ class ProfilePresenter(QObject):
         self._panel = panel
         self._pixel: tuple[int, int] | None = None
         self.place: Point | None = None
-        """What the mouse is at, in the plot or on the line in a view; image coordinates."""
+        """Place under the mouse, in the plot or on the line in a view, in image coordinates; None for none."""
         panel.pointed.connect(self._point)
         desk.views.cursorMoved.connect(self._hover)
 
     @property
     def is_seen(self) -> bool:
-        """Whether the plot can be seen."""
+        """Whether the plot is visible."""
         return self._panel.isVisible()
 
     def show(self) -> None:
-        """Plot what there is along the line; nothing is drawn while nobody can see it."""
+        """Plot the depth along the line if the panel is visible."""
         if not self.is_seen:
             return
         line, workspace = self._inspection.line, self._desk.workspace
@@ -301,7 +301,7 @@ class ProfilePresenter(QObject):
         self._pixel = pixel
 
     def follow(self) -> None:
-        """Mark in the plot where the mouse is on the line in a view."""
+        """Mark the sample under the mouse in the plot while the mouse is on the line in a view."""
         line, data = self._inspection.line, self._panel.data
         if line is None or data is None or not self.is_seen:
             return

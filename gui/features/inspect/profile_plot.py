@@ -1,4 +1,4 @@
-"""The plot of depth along a line."""
+"""Plot of depth along a line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ...state.inspection import Line
 from ...state.results import Past
 from ...state.session import Session
 
-# What is plotted along the profile line: depth as it came in and as it came out, and all that it is compared with.
+# Data along the profile line: raw depth, result, and what they are compared with.
 
 Colour = tuple[int, int, int]
 
@@ -31,19 +31,19 @@ _RAW, _ERROR, _TRUTH = "raw_m", "expected_error_m", "truth_m"
 
 @dataclass(frozen=True, eq=False)
 class ProfileData:
-    """Depth along a line, [m], NaN = missing; None for what there is not.
+    """Depth along a line [m], NaN = missing; None for maps that do not exist.
 
     Attributes
     ----------
     profile : DepthProfile
-        Of the result, or of the raw depth if there is none, with all else as its other maps.
+        Profile of the result, or of the raw depth if there is none, with all other maps.
     raw : ndarray of float32, shape (N,)
     result, error, truth : ndarray of float32, shape (N,), or None
-        Completed depth, its expected error, and the true depth.
+        Completed depth, its expected error, and ground truth.
     name : str
-        Which completed depth it is.
+        Name of the completed depth.
     runs : list of (str, (r, g, b), ndarray of float32)
-        Name, colour and depth of the runs that it is compared with.
+        Name, colour and depth of the compared runs.
     labels : ndarray of int32, shape (N,)
         The block of each sample.
     """
@@ -59,13 +59,13 @@ class ProfileData:
 
     @property
     def borders(self) -> NDArray[np.intp]:
-        """Samples that are of another block than the one before."""
+        """Samples that belong to another block than the previous one."""
         return np.flatnonzero(np.diff(self.labels)) + 1
 
 
 def profile_data(session: Session, line: Line, past: Past | None = None) -> ProfileData:
-    """What a frame shows along a line, as things are now, or with the result of the past, which has no expected
-    error."""
+    """Return the data of a frame along a line, with the current result or that of the iteration `past`, which has no
+    expected error."""
     frame, result = session.frame, session.present_depth() if past is None else past.depth
     error = session.expected_error() if past is None else None
     maps = {_RAW: frame.depth, _ERROR: error, _TRUTH: frame.truth}
@@ -87,22 +87,22 @@ def profile_data(session: Session, line: Line, past: Past | None = None) -> Prof
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:
-    """A name for each run, no two the same."""
+    """Return a unique name for each run."""
     names = [kept.name for kept in runs]
     return [kept.name if names.count(kept.name) == 1 else f"{kept.name} #{kept.number}" for kept in runs]
 
 
-# Many points of one colour in a plot.
+# Scatter item for many points of one colour.
 
 
 class Dots(pg.GraphicsObject):
-    """Points of one size on the screen at every zoom; on the screen they are made of hairline points, which Qt draws so
-    quickly that thousands of them can follow a drag.
+    """Points of constant size on the screen. On raster devices they consist of hairline points, which Qt draws fast
+    enough for thousands of them during a drag.
 
     Parameters
     ----------
     size : float
-        Across [px].
+        Diameter [px].
     """
 
     def __init__(self, size: float) -> None:
@@ -114,12 +114,12 @@ class Dots(pg.GraphicsObject):
         self._rect = QRectF()
 
     def set_colour(self, colour: QColor) -> None:
-        """Take another colour."""
+        """Set the colour."""
         self._colour = colour
         self.update()
 
     def set_points(self, x: NDArray[np.floating], y: NDArray[np.floating]) -> None:
-        """Draw other points; all numbers are finite."""
+        """Set the points; all coordinates must be finite."""
         self.prepareGeometryChange()
         self.x, self.y = x.astype(np.float64), y.astype(np.float64)
         self._rect = QRectF()
@@ -147,7 +147,7 @@ class Dots(pg.GraphicsObject):
         painter.drawPoints(pg.functions.arrayToQPolygonF(x, y))
 
     def _offsets(self, painter: QPainter) -> NDArray[np.float64]:
-        """Where the device pixels of a dot are from its middle, shape (2, N); its corners are left out."""
+        """Return the offsets of a dot's device pixels from its centre, shape (2, N), without the corners."""
         ratio = painter.device().devicePixelRatioF()
         across = max(round(self._size * ratio), 1)
         steps = np.arange(across) - (across - 1) / 2
@@ -159,18 +159,18 @@ Array = NDArray[np.floating]
 
 _RAW_SIZE = 3.5
 _SCALE = 2
-"""Pixels of a saved picture per pixel of the screen, along one side."""
+"""Scale of a saved picture relative to the screen, per side."""
 _LEFT, _BOTTOM = 52, 34
-"""Width and height of the axes [px]: the plot does not jump when their numbers grow."""
+"""Fixed width and height of the axes [px], so that the plot stays still when their numbers grow."""
 
 
 class ProfilePlot(pg.PlotWidget):
-    """Raw depth as points; the result with the band of its expected error, compared runs and truth as lines.
+    """Plot of raw depth as points; result with the band of its expected error, compared runs and ground truth as lines.
 
     Signals
     -------
     hovered(float)
-        Place on the horizontal axis under the mouse, NaN when it leaves.
+        Position on the horizontal axis under the mouse, NaN when the mouse leaves.
     """
 
     hovered = Signal(float)
@@ -200,12 +200,12 @@ class ProfilePlot(pg.PlotWidget):
             self.getAxis(name).setStyle(maxTickLevel=0, hideOverlappingLabels=True)
         self.getAxis("left").setWidth(_LEFT)
         self.getAxis("bottom").setHeight(_BOTTOM)
-        self.setStatusTip("Wheel or drag: zoom and move. Double-click: all of the line.")
+        self.setStatusTip("Wheel or drag: zoom and pan. Double-click: show the whole line.")
         self.setAccessibleName("Plot of the depth along the profile line")
         self.scene().sigMouseMoved.connect(self._mouse_moved)
 
     def show_data(self, data: ProfileData, x: Array, unit: str) -> None:
-        """Draw what there is over places on the horizontal axis, in some unit; NaN where a sample has none."""
+        """Draw data over positions `x` on the horizontal axis in `unit`; NaN where a sample has no position."""
         self.getAxis("bottom").setLabel(unit, color=self._muted, **self._label_font)
         known = np.isfinite(data.raw) & np.isfinite(x)
         self._raw.set_points(x[known], data.raw[known])
@@ -228,7 +228,7 @@ class ProfilePlot(pg.PlotWidget):
         self._borders.setXVals(between[np.isfinite(between)].tolist())
 
     def clear_data(self) -> None:
-        """Draw nothing."""
+        """Clear the plot."""
         for item in (self._result, self._truth, *self._runs):
             item.setData([], [])
         self._raw.set_points(np.zeros(0), np.zeros(0))
@@ -236,17 +236,17 @@ class ProfilePlot(pg.PlotWidget):
         self._borders.setXVals([])
 
     def point_at(self, x: float) -> None:
-        """Put the cursor at a place on the axis; NaN for nowhere."""
+        """Set the cursor to a position on the axis; NaN hides it."""
         self._cursor.setVisible(math.isfinite(x))
         if math.isfinite(x):
             self._cursor.setValue(x)
 
     def fit(self) -> None:
-        """Show all of the line again, and go on doing so."""
+        """Show the whole line, also after changes of the data."""
         self.enableAutoRange(x=True, y=True)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Take the theme's colours."""
+        """Apply the theme's colours."""
         self._text = colours.text
         self._muted = colours.muted.name()
         self._label_font = {"font-size": f"{font.pointSizeF():.1f}pt"}
@@ -272,8 +272,8 @@ class ProfilePlot(pg.PlotWidget):
         self.getAxis("left").setLabel("Depth [m]", color=self._muted, **self._label_font)
 
     def picture(self, names: list[tuple[str, str]], as_svg: bool) -> bytes:
-        """The plot as PNG, twice as large as on the screen, or as SVG, with a legend of items ("raw", "result", "truth"
-        or the number of a run) and their names."""
+        """Return the plot as PNG, twice as large as on the screen, or as SVG, with a legend of items ("raw", "result",
+        "truth" or the number of a run) and their names."""
         items = {"raw": self._raw_sample, "result": self._result, "truth": self._truth}
         items |= {str(number): item for number, item in enumerate(self._runs)}
         legend = pg.LegendItem(offset=(-12, 8), labelTextColor=self._text, verSpacing=-4)
@@ -291,7 +291,7 @@ class ProfilePlot(pg.PlotWidget):
     def _svg(self) -> bytes:
         content = QBuffer()
         content.open(QBuffer.OpenModeFlag.WriteOnly)
-        generator = QSvgGenerator(QSvgGenerator.SvgVersion.Svg11)  # which can clip
+        generator = QSvgGenerator(QSvgGenerator.SvgVersion.Svg11)  # supports clipping
         generator.setOutputDevice(content)
         generator.setResolution(self.logicalDpiX())
         generator.setSize(self.size())
@@ -326,12 +326,12 @@ class ProfilePlot(pg.PlotWidget):
 
 
 def result_colour(colours: theme.Colours) -> QColor:
-    """Of the present result, in plot and legend."""
+    """Return the colour of the current result, in plot and legend."""
     return colours.series[0]
 
 
 def raw_colour(colours: theme.Colours) -> QColor:
-    """Of raw depth, in plot and legend."""
+    """Return the colour of raw depth, in plot and legend."""
     return QColor("#c3c9d2") if colours.is_dark else QColor("#565e6a")
 
 
@@ -347,7 +347,7 @@ def _draw(item: pg.PlotCurveItem, x: Array, depth: Array | None) -> None:
 
 
 def _band(x: Array, depth: Array | None, error: Array | None) -> QPainterPath:
-    """The area within an error around depth, piece by piece where both are known."""
+    """Return the area within the error around depth, in pieces where both are known."""
     path = QPainterPath()
     if depth is None or error is None:
         return path

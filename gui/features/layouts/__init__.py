@@ -1,1 +1,1 @@
-"""The layouts of the window: turning to them, keeping them, and going back."""
+"""Layouts of the window: switching, saving and resetting them."""

@@ -1,4 +1,4 @@
-"""The layouts of the window: turning to them, keeping them, and going back."""
+"""Layouts of the window: switching, saving and resetting them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..context import Desk, Part
 from ..menus import insert_menu
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
-# The commands that have to do with layouts of the window.
+# Commands on layouts of the window.
 
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
 _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
@@ -30,13 +30,15 @@ COMMANDS = (
             f"&{layout.text}",
             _ICONS[layout.name],
             _KEYS.get(layout.name, ""),
-            f"{layout.hint}; or back",
+            f"{layout.hint}; again to go back",
             checkable=True,
         )
         for layout in BUILT_IN
     ),
     *(
-        Command(f"layout_{name}", name, "", f"Ctrl+Alt+{number}", "A layout of your own; or back", checkable=True)
+        Command(
+            f"layout_{name}", name, "", f"Ctrl+Alt+{number}", "A layout of your own; again to go back", checkable=True
+        )
         for number, name in enumerate(OWN, 1)
     ),
     Command(
@@ -44,29 +46,29 @@ COMMANDS = (
         "&Save layout as…",
         "ph.floppy-disk",
         "",
-        "Keep the views, what they show, and the panels as they are now under a name, with a key",
+        "Save the views, their contents and the panels under a name, with a shortcut",
     ),
-    Command("rename_layout", "Re&name layout…", "", "", "Give the present layout, one of your own, another name"),
-    Command("delete_layout", "&Delete layout", "ph.trash", "", "Delete the present layout, one of your own"),
-    Command("restore_layout", "Restore layout", "", "", "Bring back the layout that was deleted last"),
+    Command("rename_layout", "Re&name layout…", "", "", "Rename the current layout, if it is one of your own"),
+    Command("delete_layout", "&Delete layout", "ph.trash", "", "Delete the current layout, if it is one of your own"),
+    Command("restore_layout", "Restore layout", "", "", "Restore the layout that was deleted last"),
     Command(
         "reset_layout",
         "&Reset layout",
         "ph.arrow-counter-clockwise",
         "",
-        "Bring the present layout back to what it is from the first, or was saved as",
+        "Reset the current layout to its default or saved state",
     ),
 )
 
 
-# The layouts at the end of the menu bar, each a click away.
+# Buttons of the layouts at the end of the menu bar.
 
 _MOST_WIDTH = 460
-"""Layouts for which there is no room in so many pixels are in the menu alone."""
+"""Maximum width of the buttons [px]; layouts beyond are only in the menu."""
 
 
 class _LayoutButton(QToolButton):
-    """Turns to its layout as its action does, but never back."""
+    """Button that switches to its layout, but never back as its action does."""
 
     def nextCheckState(self) -> None:
         if not self.isChecked():
@@ -74,7 +76,7 @@ class _LayoutButton(QToolButton):
 
 
 class LayoutBar(QWidget):
-    """A button for each layout; that of the present one is marked, and a click on it changes nothing."""
+    """Row with a button for each layout; the button of the current layout is marked and has no effect."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -85,7 +87,7 @@ class LayoutBar(QWidget):
         self._paint()
 
     def set_actions(self, actions: Iterable[QAction]) -> None:
-        """Have buttons for these."""
+        """Show buttons for these actions."""
         wanted = list(actions)
         if list(self._buttons) != wanted:
             self._make(wanted)
@@ -109,7 +111,7 @@ class LayoutBar(QWidget):
             self._buttons[action] = button
 
     def changeEvent(self, event: QEvent) -> None:
-        """Take the colours of another theme."""
+        """Apply the colours of another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._paint()
@@ -126,14 +128,14 @@ class LayoutBar(QWidget):
             self.setStyleSheet(sheet)
 
 
-# What the user has chosen to see over the pictures, known from session to session.
+# Options of the views, stored between program starts.
 
 _KEY = "views"
 _CHOICES = "contours_only", "block_names", "show_missing"
 
 
 def remember_choices(actions: Actions) -> None:
-    """Choose what was chosen the last time, and keep what is chosen from now on."""
+    """Restore the stored options of the views, and store their changes."""
     settings = QSettings()
     for name in _CHOICES:
         action = actions[name]
@@ -141,11 +143,11 @@ def remember_choices(actions: Actions) -> None:
         action.toggled.connect(lambda on, name=name: QSettings().setValue(f"{_KEY}/{name}", on))
 
 
-_NOT_OWN = "The present layout is always there: only your own can be renamed or deleted."
+_NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
 
 class LayoutsPart(Part):
-    """Turns the window from one layout to another. What the user changes in one stays with it."""
+    """Switches between layouts of the window. Changes by the user are stored with the layout."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -172,7 +174,7 @@ class LayoutsPart(Part):
         self.bar = LayoutBar()
 
     def begin(self) -> None:
-        """Stand in the menus, and take the layout of the last time."""
+        """Insert the menu, and restore the layout of the last program start."""
         insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["full_screen"])
         self._take(self.store.left(self.store.present))
         self._show()
@@ -181,38 +183,39 @@ class LayoutsPart(Part):
 
     @property
     def present(self) -> str:
-        """Name of the layout that the window is in."""
+        """Name of the current layout."""
         return self.store.present
 
     def toggle(self, name: str) -> None:
-        """Turn to a layout, or, if it is the present one, to the one before it."""
+        """Switch to a layout, or to the previous one if it is the current one."""
         self.turn(self._back() if name == self.present else name)
 
     def turn(self, name: str) -> None:
-        """Turn to a layout, as it was left."""
+        """Switch to a layout in its last state."""
         if name != self.present and name in self.store.layouts:
             self._leave(name)
             self._take(self.store.left(name))
         self._show()
 
     def reset(self) -> None:
-        """Bring the present layout back to what it is from the first, or was saved as."""
+        """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
         self.desk.panels.forget_folded()
         self._take(self.store.layouts[self.present].arrangement)
 
     def save(self, text: str) -> bool:
-        """Keep the window as it is under a name, in the place of an own layout so called; False if that cannot be."""
+        """Save the state of the window under a name, replacing an own layout of that name; return False if that is not
+        possible."""
         text = text.strip()
         known = self.store.named(text)
         name = self.store.free_name() if known is None else known.name
         if not text:
             return False
         if known is not None and not self.store.is_own(known.name):
-            self.desk.notes.tell(f"{known.text} is always there and is not replaced: choose another name.")
+            self.desk.notes.tell(f"{known.text} is built in and cannot be replaced: choose another name.")
             return False
         if name is None:
-            self.desk.notes.tell(f"There are {len(OWN)} layouts of your own, and no more keys: delete one first.")
+            self.desk.notes.tell(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
             return False
         now = self._arrangement()
         if name != self.present:
@@ -220,24 +223,24 @@ class LayoutsPart(Part):
         self.store.put(name, text, now)
         self._show()
         keys = self._actions[name].shortcut().toString()
-        self.desk.notes.tell(f"Layout {text} saved" + (f"; {keys} turns to it." if keys else "."))
+        self.desk.notes.tell(f"Layout {text} saved" + (f"; {keys} switches to it." if keys else "."))
         return True
 
     def rename(self, text: str) -> bool:
-        """Give the present layout, one of the user's own, another name; False if that cannot be."""
+        """Rename the current layout, one of the user's own; return False if that is not possible."""
         text = text.strip()
         known = self.store.named(text)
         if not text or not self.store.is_own(self.present):
             return False
         if known is not None and known.name != self.present:
-            self.desk.notes.tell(f"There is a layout {known.text} already: choose another name.")
+            self.desk.notes.tell(f"A layout {known.text} exists already: choose another name.")
             return False
         self.store.put(self.present, text, self.store.layouts[self.present].arrangement)
         self._show()
         return True
 
     def delete(self) -> None:
-        """Delete the present layout, one of the user's own, and turn to the one before it; it can be brought back."""
+        """Delete the current layout, one of the user's own, and switch to the previous one; it can be restored."""
         name = self.present
         if not self.store.is_own(name):
             return
@@ -247,7 +250,7 @@ class LayoutsPart(Part):
         self.desk.notes.offer(f"Layout {self._deleted.text} deleted.", self.desk.actions["restore_layout"])
 
     def restore(self) -> None:
-        """Bring back the layout that was deleted last, if its place is free still."""
+        """Restore the layout that was deleted last, if a place is free."""
         deleted, self._deleted = self._deleted, None
         if deleted is None:
             return
@@ -258,7 +261,7 @@ class LayoutsPart(Part):
         self._show()
 
     def shutdown(self) -> bool:
-        """Keep how the window is arranged for the next time."""
+        """Store the arrangement of the window."""
         self.store.changed[self.present] = self._arrangement()
         self.store.write()
         return True
@@ -280,7 +283,7 @@ class LayoutsPart(Part):
         dialog.textValueSelected.connect(then)
         dialog.open()
 
-    # how it is done
+    # implementation
 
     def _leave(self, following: str) -> None:
         self.store.changed[self.present] = self._arrangement()
@@ -288,11 +291,11 @@ class LayoutsPart(Part):
         self.store.present = following
 
     def _back(self) -> str:
-        """The layout before the present one, or one that is always there."""
+        """Return the previous layout, or the standard one."""
         return self._last if self._last in self.store.layouts and self._last != self.present else STANDARD
 
     def _arrangement(self) -> Arrangement:
-        """How the window is arranged now."""
+        """Return the current arrangement of the window."""
         panels, views = self.desk.panels, self.desk.views
         return Arrangement(
             self._views,
@@ -304,7 +307,7 @@ class LayoutsPart(Part):
         )
 
     def _take(self, arrangement: Arrangement) -> None:
-        """Arrange the window so."""
+        """Apply an arrangement to the window."""
         views = self.desk.views
         self._turning = True
         try:
@@ -312,7 +315,7 @@ class LayoutsPart(Part):
                 views.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
             views.reset_contents()
             for cell, content in arrangement.contents.items():
-                with contextlib.suppress(ValueError):  # what there is no longer is passed over
+                with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
                     views.set_content(cell, content)
             with contextlib.suppress(ValueError):
                 views.sides.choose(*arrangement.sides)
@@ -322,8 +325,8 @@ class LayoutsPart(Part):
         self.desk.panels.take(arrangement.panels, arrangement.places)
 
     def _follow_views(self, name: str) -> None:
-        """Views that are arranged for correcting, or no longer, bring the panels of that layout with them; not so in an
-        own layout, which may have any views, nor while one looks at a single view, or at two depths, from there."""
+        """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
+        own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
         lasting = self.desk.views.lasting_layout
         if not self._turning and not self.store.is_own(self.present):
             comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
@@ -336,7 +339,7 @@ class LayoutsPart(Part):
         self._views, self._lasting = name, lasting
 
     def _show(self) -> None:
-        """Say in menu and bar which layouts there are, and which is present."""
+        """Show the layouts in menu and bar, and mark the current one."""
         own = {layout.name: layout.text for layout in self.store.own}
         for name, action in self._actions.items():
             action.setChecked(name == self.present)
@@ -352,6 +355,6 @@ class LayoutsPart(Part):
         self.menu.addSeparator()
         self.menu.addAction(actions["reset_layout"])
         self.bar.set_actions(shown)
-        self.desk.window.menuBar().setCornerWidget(self.bar)  # with the room that it needs now
+        self.desk.window.menuBar().setCornerWidget(self.bar)  # updates its width
         actions.allow("" if self.store.is_own(self.present) else _NOT_OWN, "rename_layout", "delete_layout")
         actions.allow("" if self._deleted is not None else "No layout has been deleted.", "restore_layout")

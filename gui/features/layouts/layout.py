@@ -1,4 +1,4 @@
-"""What a layout of the window is, and those that there are from the first. No widgets."""
+"""Layouts of the window, and the built-in ones. No widgets."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ...views.layouts import CORRECT as CORRECT_VIEWS
 
 @dataclass(frozen=True)
 class Arrangement:
-    """How the window is arranged.
+    """Arrangement of the window.
 
     Attributes
     ----------
     views : str
-        How the views are arranged, by one of `gui.views.layouts.LAYOUTS`.
+        Arrangement of the views, one of `gui.views.layouts.LAYOUTS`.
     contents : mapping of str to str
-        What the views show: name of a cell -> name of its content; what they show at first where that is not said.
+        Contents of the views: name of a cell -> name of its content; default contents for cells that are not listed.
     panels : tuple of str
-        Titles of the open panels; None for those that are open from the first.
+        Titles of the open panels; None for the default ones.
     places : bytes
-        Where the panels stand and how large they are; empty for where they stand at first.
+        Positions and sizes of the panels; empty for the defaults.
     sides : (str, str)
-        The depths that are compared, A and B, as they were chosen; "" for the best choice.
+        The compared depths, A and B, as chosen; "" for automatic.
     cloud_beside : bool
-        Whether the cloud stands beside the images.
+        Whether the cloud is shown beside the images.
     """
 
     views: str
@@ -42,17 +42,17 @@ class Arrangement:
     cloud_beside: bool = False
 
     def packed(self) -> dict[str, Any]:
-        """As JSON can hold it."""
+        """Return the arrangement as values for JSON."""
         return {**asdict(self), "places": base64.b64encode(self.places).decode(), "seal": zlib.crc32(self.places)}
 
     @staticmethod
     def unpacked(values: Mapping[str, Any]) -> Arrangement:
-        """What was packed. Places that are not as they were packed are left out: Qt would crash at some.
+        """Return the packed arrangement, without places that fail their checksum: Qt may crash on damaged ones.
 
         Raises
         ------
         ValueError, TypeError, KeyError, AttributeError
-            If it is something else.
+            If the values are not a packed arrangement.
         """
         places = base64.b64decode(values["places"])
         return Arrangement(
@@ -72,17 +72,17 @@ def _two(values: Any) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class Layout:
-    """A named arrangement; what is changed in it stays until it is reset.
+    """Named arrangement; changes to it are kept until it is reset.
 
     Attributes
     ----------
     name : str
-        Tells it from others.
+        Identifier.
     text : str
-        What the user reads.
+        Displayed name.
     hint : str
     arrangement : Arrangement
-        What it is reset to.
+        State after a reset.
     """
 
     name: str
@@ -98,55 +98,55 @@ BUILT_IN = (
     Layout(
         INSPECT,
         "Inspect",
-        "The views with the difference, and depth profile, measure and range",
+        "Views with the difference; depth profile, measurements and colour range",
         Arrangement("grid-difference", panels=("Profile", "Measure", "Range")),
     ),
     Layout(
         CORRECT,
         "Correct",
-        "One large view to correct blocks in, the others small beside it, and no panels",
+        "One large view for correcting blocks, the others small beside it, no panels",
         Arrangement(CORRECT_VIEWS),
     ),
     Layout(
         TUNE,
         "Tune",
-        "The views with parameters, convergence and runs",
+        "Views with parameters, convergence and runs",
         Arrangement("grid", panels=("Parameters", "Convergence", "Runs")),
     ),
 )
-"""Those that are always there."""
+"""The built-in layouts."""
 
 OWN = tuple(f"own_{number}" for number in range(1, 10))
-"""Names of the user's own layouts, by the keys that they have."""
+"""Names of the user's own layouts, in the order of their shortcuts."""
 
 
-# Layouts as they are kept from session to session.
+# Storage of layouts between program starts.
 
 _PRESENT, _OWN, _CHANGED = "layouts/present", "layouts/own", "layouts/changed"
 _OWN_HINT = "A layout of your own"
 
 
 class LayoutStore:
-    """The layouts by name, which one is present, and how each was left.
+    """Layouts by name, with the current one and the last state of each.
 
     Parameters
     ----------
     remembers : bool
-        Whether they are those of the last time, and are kept for the next.
+        Whether layouts are stored between program starts.
     """
 
     def __init__(self, remembers: bool) -> None:
         self._remembers = remembers
         self.layouts: dict[str, Layout] = {layout.name: layout for layout in BUILT_IN}
         self.changed: dict[str, Arrangement] = {}
-        """How layouts were left, where that is known."""
+        """Last state of layouts, if known."""
         self.present = STANDARD
         if remembers:
             self._read()
 
     @property
     def own(self) -> list[Layout]:
-        """The user's own layouts, in their places."""
+        """The user's own layouts, in order."""
         return [self.layouts[name] for name in OWN if name in self.layouts]
 
     def is_own(self, name: str) -> bool:
@@ -154,33 +154,33 @@ class LayoutStore:
         return name in OWN and name in self.layouts
 
     def named(self, text: str) -> Layout | None:
-        """The layout that the user reads this name of, in small or capital letters."""
+        """Return the layout with this displayed name, ignoring case; None for none."""
         wanted = text.strip().casefold()
         return next((layout for layout in self.layouts.values() if layout.text.casefold() == wanted), None)
 
     def free_name(self) -> str | None:
-        """The first place for an own layout that is free; None if none is."""
+        """Return the first free name of an own layout; None if there is none."""
         return next((name for name in OWN if name not in self.layouts), None)
 
     def put(self, name: str, text: str, arrangement: Arrangement) -> None:
-        """Keep an own layout."""
+        """Store an own layout."""
         self.layouts[name] = Layout(name, text, _OWN_HINT, arrangement)
         self.changed.pop(name, None)
         self.write()
 
     def delete(self, name: str) -> Layout:
-        """Forget an own layout; returns what it was."""
+        """Delete an own layout and return it."""
         self.changed.pop(name, None)
         layout = self.layouts.pop(name)
         self.write()
         return layout
 
     def left(self, name: str) -> Arrangement:
-        """How a layout was left, or is from the first."""
+        """Return the last state of a layout, or its default."""
         return self.changed.get(name, self.layouts[name].arrangement)
 
     def write(self) -> None:
-        """Keep all for the next time."""
+        """Store all layouts."""
         if not self._remembers:
             return
         settings = QSettings()
@@ -199,7 +199,7 @@ class LayoutStore:
                 for name, packed in json.loads(str(settings.value(_CHANGED, "{}"))).items()
             }
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            return  # what is not as it should be gives way to what there is from the first
+            return  # fall back to the built-in layouts if the stored ones are damaged
         self.layouts |= {layout.name: layout for layout in own if layout.name in OWN}
         self.changed = {name: left for name, left in changed.items() if name in self.layouts}
         present = str(settings.value(_PRESENT, STANDARD))

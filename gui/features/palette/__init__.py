@@ -1,1 +1,1 @@
-"""The command palette."""
+"""Command palette."""

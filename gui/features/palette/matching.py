@@ -1,4 +1,4 @@
-"""How well what is typed fits the name of a command. No Qt."""
+"""Fuzzy matching of typed text with the names of commands. No widgets."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from ...base.commands import Entry
 _WORD_START, _RUN, _LETTER = 12.0, 6.0, 1.0
 _GAP = 0.4
 _WHOLE = 20.0
-"""For a query that stands in the text as it is."""
+"""Bonus if the text contains the whole query."""
 
 
 class Match(NamedTuple):
-    """How well it fits, the more the better, and which letters of the text are meant."""
+    """Score of a match, higher is better, and the positions of the matched letters."""
 
     score: float
     letters: tuple[int, ...]
 
 
 def match(query: str, text: str) -> Match | None:
-    """Find the letters of a query in a text, in their order, each of the query's words by itself.
+    """Match the letters of a query in a text, in order, separately for each word of the query.
 
-    What begins words and what hangs together counts more, and of equals the shorter text.
+    Word starts and consecutive letters score higher, and so do shorter texts.
 
     Returns
     -------
     Match or None
-        None if letters are left over.
+        None if not all letters are found.
     """
     low = text.lower()
     score, letters = 0.0, set[int]()
@@ -47,9 +47,9 @@ def match(query: str, text: str) -> Match | None:
 
 
 def _best(word: str, text: str) -> Match | None:
-    """The best way to find a word's letters in a text: over all places, by the best end of each beginning."""
+    """Return the best match of a word's letters in a text, by dynamic programming over the letters."""
     starts = {found.start() for found in re.finditer(r"\b\w", text)}
-    # best[place]: the word up to here, its last letter standing at that place
+    # best[place]: best match of the word so far with its last letter at that place
     best: dict[int, tuple[float, tuple[int, ...]]] = {}
     for number, letter in enumerate(word):
         there = [place for place, other in enumerate(text) if other == letter]
@@ -70,19 +70,19 @@ def _best(word: str, text: str) -> Match | None:
     return Match(*max(best.values())) if best else None
 
 
-# Which commands were given last.
+# Recently used commands.
 
 _KEY = "palette/recent"
 _MOST = 30
 
 
 class RecentCommands:
-    """Keys of commands, the last one first.
+    """Keys of recently used commands, the latest first.
 
     Parameters
     ----------
     remembers : bool
-        Whether they are those of the last time, and are kept for the next.
+        Whether they are stored between program starts.
     """
 
     def __init__(self, remembers: bool) -> None:
@@ -91,38 +91,38 @@ class RecentCommands:
         self._keys = [kept] if isinstance(kept, str) else [str(key) for key in kept or []]
 
     def note(self, key: str) -> None:
-        """This one has been given."""
+        """Add a command as the latest."""
         self._keys = [key, *(other for other in self._keys if other != key)][:_MOST]
         if self._remembers:
             QSettings().setValue(_KEY, self._keys)
 
     def rank(self, key: str) -> int:
-        """0 of the last one, 1 of the one before; as many as there are of one that is not among them."""
+        """Return the rank of a command: 0 for the latest; the number of commands if it is not among them."""
         return self._keys.index(key) if key in self._keys else len(self._keys)
 
     def __contains__(self, key: str) -> bool:
         return key in self._keys
 
 
-# Which commands are offered for what has been typed, and in which order.
+# Commands that match a query, in order.
 
 _IN_HINT = -30.0
-"""What only the explanation of a command has in it comes after what its name has."""
+"""Penalty for a match in the tooltip only."""
 _RECENT = 10.0
-"""For the command that was given last, less for those before."""
+"""Bonus for the latest command, less for earlier ones."""
 _DISABLED = -8.0
-"""What cannot be given now comes after its like."""
+"""Penalty for a disabled command."""
 
 
 class Offer(NamedTuple):
-    """A command, and the letters of its text that are meant."""
+    """A command, and the positions of the matched letters in its text."""
 
     entry: Entry
     letters: tuple[int, ...]
 
 
 def offers(entries: Iterable[Entry], query: str, recent: RecentCommands) -> list[Offer]:
-    """The commands that fit, best first; without a query all of them, those given last first."""
+    """Return the matching commands, best first; all commands for an empty query, recently used ones first."""
     if not query.strip():
         return [Offer(entry, ()) for entry in sorted(entries, key=lambda entry: recent.rank(entry.key))]
     fitting = []
@@ -137,7 +137,7 @@ def offers(entries: Iterable[Entry], query: str, recent: RecentCommands) -> list
 
 
 def _score(entry: Entry, query: str) -> tuple[float, tuple[int, ...]] | None:
-    """By its text, by its text with its menu, or, for whole words only, by its explanation."""
+    """Return the score by the text, by text and menu, or, for whole words only, by the tooltip."""
     found = match(query, entry.text)
     if found is not None:
         return found

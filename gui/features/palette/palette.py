@@ -1,4 +1,4 @@
-"""The command palette: type some letters of what you want, and press Enter."""
+"""Command palette: type some letters of a command, and press Enter."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from ...widgets.basics import PlainLabel
 from ..context import Desk, Part
 from .matching import Offer, RecentCommands, offers
 
-# How a row of the palette looks: icon, name with the letters that were typed, menu or reason, keys.
+# Painting of a row: icon, name with the matched letters in bold, menu or reason, keys.
 
 OFFER_ROLE = int(Qt.ItemDataRole.UserRole)
 _ICON, _MARGIN, _SPACE = 16, 8, 12
@@ -44,7 +44,7 @@ _MARK = 18
 
 
 class OfferDelegate(QStyledItemDelegate):
-    """Disabled commands are grey, with what keeps them from being given in the place of their menu."""
+    """Paints the rows; disabled commands are grey and show the reason instead of their menu."""
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
         return QSize(200, option.fontMetrics.height() + 12)
@@ -92,7 +92,7 @@ _ELIDE = Qt.TextElideMode.ElideRight
 
 
 def _draw_text(painter: QPainter, row: QRect, offer: Offer, font: QFont) -> int:
-    """Draw the command's name, the letters that are meant bold; returns where it ends."""
+    """Draw the command's name with the matched letters in bold; return its right end [px]."""
     left, text = row.left(), offer.entry.text
     meant = set(offer.letters)
     place = 0
@@ -117,14 +117,14 @@ _KEYS = _MOVES | {Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape}
 
 
 class CommandPalette(QFrame):
-    """A field and a list over the window's upper middle; it goes when something has been chosen, or by Escape.
+    """Field and list at the top of the window; it closes after a command or by Escape.
 
     Parameters
     ----------
     window : QMainWindow
-        Whose actions are offered.
+        The window with the actions.
     remembers : bool
-        Whether what was given last is known from session to session.
+        Whether recently used commands are stored between program starts.
     """
 
     def __init__(self, window: QMainWindow, remembers: bool) -> None:
@@ -137,9 +137,9 @@ class CommandPalette(QFrame):
         self._entries: list[Entry] = []
         self._before: QWidget | None = None
         self.field = _Field(self)
-        self.field.setPlaceholderText("What do you want to do?")
+        self.field.setPlaceholderText("Type a command")
         self.field.setAccessibleName("Command")
-        self.field.setToolTip("Letters of the command; Up and Down choose, Enter gives it")
+        self.field.setToolTip("Letters of a command; Up and Down select, Enter runs it")
         self.field.textChanged.connect(self._offer)
         self._model = _Offers(self)
         self.list = QListView()
@@ -163,7 +163,7 @@ class CommandPalette(QFrame):
         self._paint()
 
     def toggle(self) -> None:
-        """Come, or go."""
+        """Open or close the palette."""
         if self.isVisible():
             self.leave()
             return
@@ -177,7 +177,7 @@ class CommandPalette(QFrame):
         self.field.setFocus(Qt.FocusReason.PopupFocusReason)
 
     def leave(self) -> None:
-        """Go, and give the focus back to where it was."""
+        """Close the palette, and restore the focus."""
         if not self.isVisible():
             return
         before, self._before = self._before, None
@@ -187,11 +187,11 @@ class CommandPalette(QFrame):
             (before if before is not None and before.isVisible() else self._window).setFocus()
 
     def offered(self) -> list[Offer]:
-        """What the list has."""
+        """Return the listed commands."""
         return self._model.offers
 
     def key(self, event: QKeyEvent) -> None:
-        """Take a key that chooses, gives or leaves."""
+        """Handle a key that selects or runs a command, or closes the palette."""
         if event.key() == Qt.Key.Key_Escape:
             self.leave()
         elif event.key() in _MOVES:
@@ -200,7 +200,7 @@ class CommandPalette(QFrame):
             self._give(self.list.currentIndex())
 
     def changeEvent(self, event: QEvent) -> None:
-        """Take the colours of another theme."""
+        """Apply the colours of another theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._paint()
@@ -224,7 +224,7 @@ class CommandPalette(QFrame):
     def _explain(self, index: QModelIndex) -> None:
         offer = index.data(OFFER_ROLE)
         if offer is None:
-            self.hint.setText("No command has these letters.")
+            self.hint.setText("No command matches.")
             return
         entry = offer.entry
         why_not, hint = entry.why_not, entry.action.toolTip()
@@ -236,7 +236,7 @@ class CommandPalette(QFrame):
             return
         self._recent.note(offer.entry.key)
         self.leave()
-        QTimer.singleShot(0, offer.entry.action, offer.entry.action.trigger)  # when the key has been dealt with
+        QTimer.singleShot(0, offer.entry.action, offer.entry.action.trigger)  # after the key event
 
     def _place(self) -> None:
         width = min(_WIDTH, self._window.width() - 40)
@@ -258,7 +258,7 @@ class CommandPalette(QFrame):
 
 
 class _Field(QLineEdit):
-    """Keys that are the list's go there, whatever they mean in the window."""
+    """Field that passes the keys of the list to the palette, before shortcuts of the window."""
 
     def __init__(self, palette: CommandPalette) -> None:
         super().__init__(palette)
@@ -307,11 +307,11 @@ class _Offers(QAbstractListModel):
         return offer if role == OFFER_ROLE else None
 
 
-# The command palette as a part of the window.
+# The feature of the window.
 
 
 class PalettePart(Part):
-    """Brings the palette when it is asked for."""
+    """Opens the palette on request."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)

@@ -1,1 +1,1 @@
-"""Projects: opened, saved, closed, recovered, and what was opened last."""
+"""Projects: opening, saving, closing, recovery, and recent files."""

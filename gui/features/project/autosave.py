@@ -1,4 +1,4 @@
-"""The autosave: the work is kept in a side file as it goes, and offered again after a sudden end."""
+"""Autosave: the work is written to a journal continuously, and offered again after the window closed unexpectedly."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf._runtime.formatting import counted
 from ilf.project.journals import LeftWork, journal_folder, left_work
 from ilf.project.project import Stage
 
@@ -37,29 +38,29 @@ from ..context import Desk, Part
 from .opening import Opening
 from .restoring import Restoring, name_of
 
-# The dialog that offers work which a window has left behind at a sudden end.
+# The dialog that offers unsaved work of a window that closed unexpectedly.
 
 _PICTURE = 160
 _MOST_ROWS_SHOWN = 3
 _ABOUT = (
-    "ILF Studio came to a sudden end, or the machine did. This is the work that is in no project file yet. Nothing of "
-    "it is lost until you discard it."
+    "ILF Studio or the computer closed unexpectedly. This work is not in a project file yet. It is kept until you "
+    "discard it."
 )
-_ADDED = "This window has a project: the frames that are restored now are added to it."
+_ADDED = "This window has a project: restored frames are added to it."
 
 
 @dataclass(frozen=True)
 class OfferedWork:
-    """What there is to say of left work.
+    """Description of unsaved work.
 
     Attributes
     ----------
     name : str
-        Of its project, or of its frames.
+        Name of the project, or of the frames.
     changed : datetime or None
-        When it was changed last.
+        Time of the last change.
     details : tuple of str
-        What it is, a line each.
+        Description, a line each.
     picture : bytes or None
         A JPEG image.
     problem : str
@@ -74,7 +75,7 @@ class OfferedWork:
 
 
 class RecoveryDialog(QDialog):
-    """Left work, a row each, to be restored, discarded, or left for another time.
+    """Dialog with a row per unsaved work, to restore it, discard it, or decide later.
 
     Signals
     -------
@@ -100,7 +101,7 @@ class RecoveryDialog(QDialog):
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
             row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_wished.emit(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
-            row.later_button.setVisible(len(works) > 1)  # the dialog's own says the same of all
+            row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
             column.addWidget(row)
         column.addStretch(1)
         area = QScrollArea()
@@ -112,7 +113,7 @@ class RecoveryDialog(QDialog):
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
         buttons = QDialogButtonBox()
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
-        later.setToolTip("Close this, and offer all that is left here again at the next start")
+        later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(14, 14, 14, 14)
@@ -125,12 +126,12 @@ class RecoveryDialog(QDialog):
         self.say_added(False)
 
     def say_added(self, on: bool) -> None:
-        """Say whether what is restored is added to what is there."""
+        """Show whether restored frames are added to an existing project."""
         self.added.setVisible(on)
         self.added.say(_ADDED if on else "")
 
     def remove(self, number: int) -> None:
-        """It has been restored or discarded, or is not wanted now."""
+        """Remove the row of work that was restored, discarded or postponed."""
         row = self.rows.pop(number, None)
         if row is not None:
             row.hide()
@@ -144,13 +145,13 @@ class RecoveryDialog(QDialog):
         self.restore_wished.emit(number)
 
     def go_on(self) -> None:
-        """What was to be restored is: the others can be."""
+        """Enable the remaining rows after a restore."""
         for row in self.rows.values():
             row.go_on()
 
 
 class _Row(QFrame):
-    """One piece of work."""
+    """Row of one unsaved work."""
 
     def __init__(self, work: OfferedWork) -> None:
         super().__init__()
@@ -177,11 +178,11 @@ class _Row(QFrame):
         when.say("" if work.changed is None else f"Last change {when_in_words(work.changed)}", "muted")
         what.say(work.problem or "\n".join(work.details), "error" if work.problem else "text")
         self.restore_button = QPushButton("Restore", autoDefault=False)
-        self.restore_button.setToolTip("Open it as it was left; save it then as a project")
+        self.restore_button.setToolTip("Open the work in its last state; save it as a project afterwards")
         self.discard_button = QPushButton("Discard…", autoDefault=False)
-        self.discard_button.setToolTip("Delete this work for good")
+        self.discard_button.setToolTip("Delete this work permanently")
         self.later_button = QPushButton("Later", autoDefault=False)
-        self.later_button.setToolTip("Leave it where it is: it is offered again at the next start")
+        self.later_button.setToolTip("Keep the work, and offer it again at the next start")
         buttons = QHBoxLayout()
         buttons.addStretch(1)
         for button in (self.restore_button, self.discard_button, self.later_button):
@@ -198,14 +199,14 @@ class _Row(QFrame):
         self.go_on()
 
     def wait(self, is_this: bool) -> None:
-        """Something is being restored."""
+        """Disable the row while some work is being restored."""
         for button in (self.restore_button, self.discard_button, self.later_button):
             button.setEnabled(False)
         if is_this:
             self.restore_button.setText("Restoring…")
 
     def go_on(self) -> None:
-        """Nothing is being restored any more."""
+        """Enable the row after a restore."""
         self.restore_button.setText("Restore")
         self.restore_button.setEnabled(not self._problem)
         self.discard_button.setEnabled(True)
@@ -213,7 +214,7 @@ class _Row(QFrame):
 
 
 def when_in_words(moment: datetime, now: datetime | None = None) -> str:
-    """How long ago, and when.
+    """Format a time as age and date.
 
     Examples
     --------
@@ -225,14 +226,14 @@ def when_in_words(moment: datetime, now: datetime | None = None) -> str:
     for seconds, unit in ((86400, "day"), (3600, "hour"), (60, "minute")):
         count = int(passed // seconds)
         if count:
-            ago = f"{count} {unit}{'s' * (count != 1)} ago"
+            ago = f"{counted(count, unit)} ago"
             break
     else:
         ago = "just now"
     return f"{ago}, {moment.astimezone():%d %B %Y at %H:%M:%S}"
 
 
-# Offers at the start what windows have left behind.
+# Offers unsaved work of earlier windows at the start.
 
 _STAGES = {
     Stage.UNTOUCHED: "without blocks",
@@ -244,7 +245,7 @@ _STAGES = {
 
 
 class Recovery(QObject):
-    """Looks for left work in the background, and asks what is to become of it."""
+    """Looks for unsaved work in the background, and asks whether to restore it."""
 
     def __init__(self, desk: Desk, opening: Opening, folder: Path) -> None:
         super().__init__(desk.window)
@@ -259,12 +260,12 @@ class Recovery(QObject):
         self._worker.failed.connect(lambda error: desk.notes.report("Unsaved work", error))
 
     def look(self) -> None:
-        """Look for left work; what there is, is offered."""
+        """Look for unsaved work, and offer what is found."""
         if self.dialog is None and not self._worker.busy:
             self._worker.start(self._job)
 
     def shutdown(self) -> bool:
-        """Stop, and leave what has not been decided for another time. True if the thread has ended."""
+        """Stop, and keep undecided work for the next start. True if the thread has ended."""
         ended = self._worker.shutdown()
         if self.dialog is not None:
             self.dialog.reject()
@@ -286,11 +287,11 @@ class Recovery(QObject):
         self.dialog.open()
 
     def _restore(self, number: int) -> None:
-        self._let_go.add(number)  # by the one who restores it
+        self._let_go.add(number)  # `Restoring` releases it
         self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
 
     def _failed(self, number: int) -> None:
-        """It is left for another time."""
+        """Keep the work for the next start."""
         if self.dialog is None:
             self._found[number].release()
             return
@@ -298,7 +299,7 @@ class Recovery(QObject):
         self.dialog.go_on()
 
     def _restored(self, number: int) -> None:
-        self._desk.notes.tell(f"Restored {name_of(self._found[number])}: save it to keep it")
+        self._desk.notes.tell(f"{name_of(self._found[number])} restored: save it to keep it.")
         if self.dialog is not None:
             self.dialog.go_on()
             self.dialog.say_added(True)
@@ -311,7 +312,7 @@ class Recovery(QObject):
         box.setIcon(QMessageBox.Icon.Warning)
         box.setWindowTitle("Discard unsaved work?")
         box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted for good.")
+        box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted permanently.")
         discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)
@@ -338,37 +339,30 @@ class Recovery(QObject):
 
 
 def _offered(left: LeftWork) -> OfferedWork:
-    """What there is to say of it; called off the GUI's thread."""
+    """Describe unsaved work; called in a worker thread."""
     if left.note is None or left.problem:
         return OfferedWork(left.path.name, left.note.changed if left.note else None, (), problem=left.problem)
     frames, all_frames = left.frames, left.read.project.frames
     stages = Counter(frame.summary.stage for frame in frames)
     parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
-    count = _counted(len(all_frames), "frame")
+    count = counted(len(all_frames), "frame")
     changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
-    lines = [changed if frames else f"{count}: no work on them, but their list or what is set for them has changed"]
+    lines = [changed if frames else f"{count}: no work on frames, but the list or its settings have changed"]
     if left.note.project:
         lines.append(f"Project {left.note.project}")
     if left.note.host != socket.gethostname():
-        lines.append(f"From the machine {left.note.host}")
+        lines.append(f"From computer {left.note.host}")
     lines += left.read.problems
     return OfferedWork(name_of(left), left.note.changed, tuple(lines), left.picture())
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' * (count != 1)}"
+# Label in the status bar while the autosave fails.
 
-
-# A word in the status bar as long as the work cannot be saved by itself.
-
-MEANING = (
-    "What you do is kept in memory only, until this works again, which is tried every few seconds. Save the project to "
-    "be safe."
-)
+MEANING = "Your work is in memory only. The autosave is retried every few seconds. Save the project to be safe."
 
 
 class UnkeptLabel(PlainLabel):
-    """To be seen while there is something to say."""
+    """Label that is visible while the autosave fails."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Not autosaved", parent)
@@ -377,13 +371,13 @@ class UnkeptLabel(PlainLabel):
         self.hide()
 
     def say(self, why: str) -> None:
-        """The reason, in a sentence; "" when all is well again."""
+        """Set the reason, a sentence; "" hides the label."""
         self.setVisible(bool(why))
         self.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
         self.setAccessibleDescription(why)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Keep the colour, in any theme."""
+        """Keep the warning colour in any theme."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
             self._paint()
@@ -395,7 +389,7 @@ class UnkeptLabel(PlainLabel):
 
 
 class AutosavePart(Part):
-    """Has the work recorded, and says so where that fails."""
+    """Starts the autosave, and reports its failures."""
 
     def __init__(self, desk: Desk, opening: Opening) -> None:
         super().__init__(desk)
@@ -407,15 +401,15 @@ class AutosavePart(Part):
         self._failing = False
 
     def begin(self) -> None:
-        """Follow the work, and offer what other windows have left, in a window that remembers."""
+        """Start the autosave and the recovery, in a window that stores settings."""
         if self.desk.panels.remembers:
             self.desk.recorder.start()
             self.recovery.look()
 
     def shutdown(self) -> bool:
-        """Stop for good; what is left has been saved, or is not to be kept. True if no thread of it is left."""
+        """Stop permanently; the remaining work has been saved or is discarded. True if no thread is left."""
         ended = all([self.recovery.shutdown(), self.desk.recorder.shutdown()])
-        with contextlib.suppress(OSError):  # what cannot be taken away is offered the next time
+        with contextlib.suppress(OSError):  # a journal that cannot be deleted is offered at the next start
             self.desk.store.discard()
         return ended
 
@@ -429,4 +423,4 @@ class AutosavePart(Part):
         if self._failing:
             self._failing = False
             self.label.say("")
-            self.desk.notes.tell("The autosave works again: all is kept.")
+            self.desk.notes.tell("The autosave works again: all work is stored.")

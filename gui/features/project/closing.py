@@ -1,4 +1,4 @@
-"""Asking before work would be lost: saved, discarded, or not left at all."""
+"""Question before unsaved work would be lost: save, discard or cancel."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ...state.session import Session
 from ...widgets.basics import Message, as_it_is, group
 from ..context import Desk
 
-# The dialog that asks about work that would be lost: what it is, frame by frame, and what to do with it.
+# The dialog that lists unsaved work by frame, and asks whether to save it.
 
 _ID = Qt.ItemDataRole.UserRole
 _MOST_ROWS_SHOWN = 8
@@ -37,16 +37,16 @@ _MOST_ROWS_SHOWN = 8
 
 @dataclass(frozen=True)
 class Unsaved:
-    """A frame with work that would be lost.
+    """A frame with unsaved work.
 
     Attributes
     ----------
     id, name : str
-        No id: what is set for all frames, which cannot be left out.
+        Empty id: the settings for all frames, which cannot be left out.
     work : str
-        What the work is, as "3 edits, 1 run".
+        Description of the work, such as "3 edits, 1 run".
     stage : str
-        How far the work on the frame has come.
+        State of the work on the frame.
     """
 
     id: str
@@ -56,24 +56,24 @@ class Unsaved:
 
 
 class CloseDialog(QDialog):
-    """Frames with a tick each, and *Save*, *Discard* and *Cancel*. It stays open until what was chosen is done.
+    """Dialog with a tick per frame, and *Save*, *Discard* and *Cancel*. It stays open until the action is done.
 
     Parameters
     ----------
     what : str
-        What is about to happen, as in "the window closes".
+        What is about to happen, such as "the window closes".
     rows : sequence of Unsaved
-        May be none.
+        May be empty.
     others : sequence of str
-        What else would be lost, as sentences.
+        Other work that would be lost, as sentences.
     running : bool
-        Whether runs of these frames are under way.
+        Whether runs of these frames are in progress.
     parent : QWidget
 
     Signals
     -------
     save_wished(), discard_wished()
-        One of the buttons; the dialog stays. What is ticked is `ticked()`, and whether runs are waited for `waits()`.
+        A button was clicked; the dialog stays open. See `ticked()` and `waits()` for the choices.
     """
 
     save_wished = Signal()
@@ -83,7 +83,7 @@ class CloseDialog(QDialog):
         self, what: str, rows: Sequence[Unsaved], others: Sequence[str], running: bool, parent: QWidget
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Save the work?" if rows else "Go on?")
+        self.setWindowTitle("Save the work?" if rows else "Continue?")
         self.setModal(True)
         self._rows = rows
         about = Message()
@@ -91,20 +91,20 @@ class CloseDialog(QDialog):
         self.frames = QTreeWidget()
         self.frames.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.frames.setAccessibleName("Frames with unsaved work")
-        self.frames.setToolTip("Frames that are ticked are saved; the work on the others is lost")
+        self.frames.setToolTip("Ticked frames are saved; the work on the others is lost")
         self.wait = QRadioButton("&Wait until the runs have ended")
-        self.wait.setToolTip("The runs go to their end, are kept and saved; it can be cancelled meanwhile")
-        self.stop = QRadioButton("S&top the runs, and keep the blocks that are done")
-        self.stop.setToolTip("What the runs have completed so far is kept and saved; their other blocks are not run")
+        self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
+        self.stop = QRadioButton("S&top the runs and keep the completed blocks")
+        self.stop.setToolTip("Save the blocks that are completed so far; the remaining blocks are not run")
         self._runs = QButtonGroup(self)
         self.also = Message()
         self.progress = Message()
         self.save_button = QPushButton("&Save")
-        self.save_button.setToolTip("Save the frames that are ticked, and go on when they are saved")
-        self.discard_button = QPushButton("&Discard" if rows else "&Go on")
-        self.discard_button.setToolTip("Go on without saving: the work that is listed here is lost")
+        self.save_button.setToolTip("Save the ticked frames, then continue")
+        self.discard_button = QPushButton("&Discard" if rows else "&Continue")
+        self.discard_button.setToolTip("Continue without saving: the work listed here is lost")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        buttons.button(QDialogButtonBox.StandardButton.Cancel).setToolTip("Stay, and leave everything as it is")
+        buttons.button(QDialogButtonBox.StandardButton.Cancel).setToolTip("Close nothing, and change nothing")
         if rows:
             buttons.addButton(self.save_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.DestructiveRole)
@@ -133,14 +133,14 @@ class CloseDialog(QDialog):
         self._follow_ticks()
 
     def ticked(self) -> frozenset[str]:
-        """Ids of the frames that are to be saved."""
+        """Return the ids of the frames to save."""
         items = (self.frames.topLevelItem(row) for row in range(self.frames.topLevelItemCount()))
         return frozenset(
             item.data(0, _ID) for item in items if item is not None and item.checkState(0) == Qt.CheckState.Checked
         )
 
     def tick(self, ids: Collection[str]) -> None:
-        """Tick just these frames."""
+        """Tick exactly these frames."""
         for row in range(self.frames.topLevelItemCount()):
             item = self.frames.topLevelItem(row)
             if item is not None and item.data(0, _ID):
@@ -148,12 +148,11 @@ class CloseDialog(QDialog):
                 item.setCheckState(0, Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
 
     def waits(self) -> bool:
-        """Whether runs are to go to their end."""
+        """Whether to wait until the runs have ended."""
         return self.wait.isChecked()
 
     def show_progress(self, text: str) -> None:
-        """What was chosen is being done, and this far; nothing can be chosen until then, but it can be cancelled. "":
-        choose again."""
+        """Show the progress and disable the choices; only *Cancel* stays enabled. "" enables the choices again."""
         self.progress.setVisible(bool(text))
         self.progress.say(text)
         for widget in self._can_be_changed:
@@ -162,7 +161,7 @@ class CloseDialog(QDialog):
             self._follow_ticks()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """As *Cancel*."""
+        """Handle closing as *Cancel*."""
         self.reject()
         super().closeEvent(event)
 
@@ -188,7 +187,7 @@ class CloseDialog(QDialog):
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
     def _of_runs(self) -> QWidget:
-        box, column = group("Runs that are under way")
+        box, column = group("Runs in progress")
         for button in (self.stop, self.wait):
             self._runs.addButton(button)
             column.addWidget(button)
@@ -204,11 +203,11 @@ class CloseDialog(QDialog):
 
 def _question(what: str, rows: Sequence[Unsaved]) -> str:
     if not rows:
-        return f"Something is under way that ends when {what}."
+        return f"Work in progress ends when {what}."
     names = [row.name for row in rows if row.id]
     parts = [names[0] if len(names) == 1 else f"{len(names)} frames"] * bool(names)
     parts += ["the project itself"] * (len(rows) > len(names))
-    lost = " What is not ticked is lost." if len(names) > 1 else ""
+    lost = " Work that is not ticked is lost." if len(names) > 1 else ""
     return f"Save the work on {' and '.join(parts)} before {what}?{lost}"
 
 
@@ -217,10 +216,10 @@ def _frame_count(rows: Sequence[Unsaved]) -> int:
 
 
 class Work(Protocol):
-    """What the project's file lacks, and how that is saved."""
+    """Unsaved work of the project, and how to save it."""
 
     def project_words(self) -> str:
-        """What is unsaved beside the frames; "" for nothing."""
+        """Describe the unsaved changes apart from the frames; "" for none."""
         ...
 
     def when_saved(self, then: Callable[[], None]) -> None:
@@ -228,12 +227,12 @@ class Work(Protocol):
         ...
 
     def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
-        """Save the work on these frames alone; `then` is told whether that has been done."""
+        """Save only the work on these frames; `then` receives whether it was saved."""
         ...
 
 
 class Closing(QObject):
-    """Lets frames, projects and the window be closed only after the user has been asked about the work on them.
+    """Asks the user about unsaved work before frames, projects or the window are closed.
 
     Parameters
     ----------
@@ -246,19 +245,19 @@ class Closing(QObject):
         self._desk = desk
         self._work = work
         self.dialog: CloseDialog | None = None
-        """The question that is open."""
+        """The open dialog; None for none."""
 
     def leave(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
-        """Call `then` as soon as these frames may be closed: at once if there is nothing to be asked, never if the user
-        would rather stay.
+        """Call `then` as soon as these frames may be closed: at once if there is nothing to ask, never if the user
+        cancels.
 
         Parameters
         ----------
         entries : sequence of Entry
         whole : bool
-            Whether they are all of the project, which is left, too.
+            Whether these are all frames of the project, which is closed, too.
         what : str
-            What is about to happen, as in "the window closes".
+            What is about to happen, such as "the window closes".
         then : callable
         """
         if self._desk.documents.discard_silently:
@@ -267,10 +266,12 @@ class Closing(QObject):
         self._work.when_saved(lambda: self._ask(entries, whole, what, then))
 
     def _ask(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
-        """The same, once nothing is being saved."""
+        """Ask as in `leave`, once nothing is being saved."""
         rows, running = self._rows(entries), self._running(entries)
         ways = [way.what for way in self._desk.under_way() if _concerns(way.session, entries, whole)]
-        others = [f"{way[:1].upper()}{way[1:]} is under way: it ends, and what it has found is lost." for way in ways]
+        others = [
+            f"{way[:1].upper()}{way[1:]} is in progress: it is stopped, and its results are lost." for way in ways
+        ]
         words = self._work.project_words() if whole else ""
         if words:
             rows.append(Unsaved("", "The project itself", words, ""))
@@ -289,7 +290,7 @@ class Closing(QObject):
         dialog.open()
 
     def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
-        """Call `then` if frames may be taken out of the project: at once where there is no work on them."""
+        """Call `then` if frames may be removed from the project: at once if there is no work on them."""
         stored = self._desk.store
         worked = [
             entry.name
@@ -307,8 +308,8 @@ class Closing(QObject):
         box.setIcon(QMessageBox.Icon.Warning)
         box.setWindowTitle("Remove from the project?")
         box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(f"The work on {names} goes with {'it' if len(worked) == 1 else 'them'}: it cannot be brought back.")
-        box.setInformativeText("What the project's file holds of it is there until the project is saved the next time.")
+        box.setText(f"The work on {names} is removed, too. This cannot be undone.")
+        box.setInformativeText("The project file keeps it until the project is saved the next time.")
         remove = box.addButton("&Remove", QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: then() if box.clickedButton() is remove else None)
@@ -328,7 +329,7 @@ class Closing(QObject):
             texts = [entry.unsaved_words()]
             if entry.session in running:
                 share = self._desk.runs.of(entry.session).share_done
-                texts.append(f"a run is under way ({share:.0%})")
+                texts.append(f"a run is in progress ({share:.0%})")
             work = ", ".join(filter(None, texts))
             if work:
                 rows.append(Unsaved(entry.id, entry.name, work, entry.summary.stage.value))
@@ -336,7 +337,7 @@ class Closing(QObject):
 
 
 class _Question(QObject):
-    """What becomes of the answer."""
+    """Handling of the user's answer in a `CloseDialog`."""
 
     def __init__(
         self, desk: Desk, work: Work, dialog: CloseDialog, running: list[Session], then: Callable[[], None]
@@ -353,14 +354,14 @@ class _Question(QObject):
         desk.runs.state_changed.connect(self._look)
 
     def discard(self) -> None:
-        """Go on without saving."""
+        """Continue without saving."""
         self._end()
 
     def _give_up(self) -> None:
         self._over = True
 
     def save(self) -> None:
-        """Save what is ticked, when its runs have ended."""
+        """Save the ticked frames when their runs have ended."""
         self._saves = True
         ticked = self._dialog.ticked()
         self._running = [session for session in self._running if session.id in ticked]
@@ -370,7 +371,7 @@ class _Question(QObject):
         self._look()
 
     def _look(self) -> None:
-        """Save as soon as nothing runs any more."""
+        """Save as soon as no run is in progress."""
         if not self._saves:
             return
         running = [session for session in self._running if session in self._desk.runs.running]
@@ -380,10 +381,10 @@ class _Question(QObject):
             self._dialog.show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
             return
         self._saves = False
-        QTimer.singleShot(0, self, self._begin)  # what has ended is kept by then
+        QTimer.singleShot(0, self, self._begin)  # results of ended runs are stored by then
 
     def _begin(self) -> None:
-        if any(session in self._desk.runs.running for session in self._running):  # a guess follows the run
+        if any(session in self._desk.runs.running for session in self._running):  # an extrapolation follows the run
             self._saves = True
             self._look()
             return

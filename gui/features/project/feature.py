@@ -1,4 +1,4 @@
-"""The project of the window: begun, opened, saved and left, by commands, by dropping a file, and at closing."""
+"""The project of the window: new, opened, saved and closed, by commands, by dropping a file, and at exit."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 
+from ilf._runtime.formatting import counted
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 
@@ -27,10 +28,10 @@ from .recent import RecentMenu, RecentOrigins
 from .saving import FOLDER_KEY, KINDS, SaveAsDialog, Saving, Wish, proposed_path
 from .view_state import ViewState
 
-# The commands that have to do with projects.
+# Commands on projects.
 
 COMMANDS = (
-    Command("new_project", "&New project", "ph.file-plus", "", "Close all frames, and begin with none"),
+    Command("new_project", "&New project", "ph.file-plus", "", "Close all frames, and start an empty project"),
     Command(
         "open_project",
         "Open pro&ject…",
@@ -44,7 +45,7 @@ COMMANDS = (
         "Save project &as…",
         "",
         "Ctrl+Shift+S",
-        "Save all frames with the work on them to another file, with the frames' own files in it if you like",
+        "Save all frames with the work on them to another file, optionally with the frames' own files",
     ),
 )
 
@@ -53,7 +54,7 @@ _PROGRAM = "ILF Studio"
 
 
 class ProjectPart(Part):
-    """One window holds one project."""
+    """The project of the window; a window has exactly one."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -100,7 +101,7 @@ class ProjectPart(Part):
         )
 
     def begin(self) -> None:
-        """Stand in the menu beside what opens projects otherwise."""
+        """Insert the menu of recent projects and the button *Save*."""
         self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
         insert_menu(self.desk.window.menuBar(), self.recent, self.desk.actions["open_project"])
         self.recent.fill()
@@ -111,31 +112,31 @@ class ProjectPart(Part):
     # commands
 
     def new(self) -> None:
-        """Begin a project without frames."""
-        self._leave_project("a new project begins", self._begin)
+        """Start an empty project."""
+        self._leave_project("a new project is started", self._begin)
 
     def ask_open(self) -> None:
-        """Open a project, by the dialog."""
+        """Open a project with the dialog."""
         path, _ = QFileDialog.getOpenFileName(self.desk.window, "Open project", last_folder(FOLDER_KEY), KINDS)
         if path:
             self.open(Path(path))
 
     def open(self, path: Path) -> None:
-        """Open a project in the place of the present one."""
+        """Open a project, replacing the current one."""
         self.opening.open(path.absolute(), lambda take: self._leave_project(f"{path.name} is opened", take))
 
     def save(self) -> None:
-        """Save to the project's file, or ask for one; after what is being saved, which may give it one."""
+        """Save to the project's file, or ask for one; waits for pending saves, which may set the file."""
         self.saving.when_done(lambda: self._save(None, lambda done: None))
 
     def save_as(self) -> None:
         """Save to another file."""
         self._save_as("", None, lambda done: None)
 
-    # what `Closing` wants to know
+    # the protocol `Work` of `closing`
 
     def project_words(self) -> str:
-        """What is unsaved beside the frames; "" for nothing."""
+        """Describe the unsaved changes apart from the frames; "" for none."""
         return self.present.words()
 
     def when_saved(self, then: Callable[[], None]) -> None:
@@ -143,13 +144,13 @@ class ProjectPart(Part):
         self.saving.when_done(then)
 
     def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
-        """Save the work on these frames alone; `then` is told whether that has been done."""
+        """Save only the work on these frames; `then` receives whether it was saved."""
         self._save(frames, then)
 
     # closing
 
     def may_close(self) -> bool:
-        """Whether the window may close. If the user is asked first, it closes by itself once it may."""
+        """Whether the window may close. If the user is asked first, the window closes after the answer."""
         asked = False
 
         def go() -> None:
@@ -163,14 +164,14 @@ class ProjectPart(Part):
         return self._leaves
 
     def shutdown(self) -> bool:
-        """Stop for good, when what is being saved is. True if no thread of it is left."""
+        """Stop permanently, after pending saves. True if no thread is left."""
         ended = [self.saving.shutdown(), self.missing.shutdown()]
         if isinstance(self.desk.store.project, Archive):
             self.desk.store.project.close()
         return all(ended)
 
     def _close_frame(self, entry: Entry) -> None:
-        """Close a frame; it stays in the list as the project's file has it, if it does."""
+        """Close a frame; if the project file contains it, it stays in the list in that state."""
         workspace = self.desk.workspace
 
         def close() -> None:
@@ -225,23 +226,23 @@ class ProjectPart(Part):
         dialog.open()
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """The file is not the one that was opened any more."""
+        """Ask whether to replace a file that was changed since it was opened."""
         box = QMessageBox(self.desk.window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         there = path.exists()
         box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setWindowTitle("Replace the project?" if there else "Write the project anew?")
+        box.setWindowTitle("Replace the project?" if there else "Write the project again?")
         when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
         box.setText(
             f"{path.name} has been changed by another window or program since it was opened{when}."
             if there
-            else f"{path.name} is not there any more: it has been moved or deleted since it was opened."
+            else f"{path.name} does not exist any more: it has been moved or deleted since it was opened."
         )
         box.setInformativeText(
-            "Replacing it discards what was saved there meanwhile." if there else "It can be written anew."
+            "Replacing it discards the changes saved there meanwhile." if there else "It can be written again."
         )
-        replace = box.addButton("&Replace" if there else "&Write anew", QMessageBox.ButtonRole.DestructiveRole)
+        replace = box.addButton("&Replace" if there else "&Write again", QMessageBox.ButtonRole.DestructiveRole)
         other = box.addButton("Save &as…", QMessageBox.ButtonRole.AcceptRole)
         box.addButton(QMessageBox.StandardButton.Cancel)
         box.setDefaultButton(other)
@@ -258,7 +259,7 @@ class ProjectPart(Part):
         box.finished.connect(lambda _: answer())
         box.open()
 
-    # what is said
+    # messages
 
     def _open_recent(self, origin: object) -> None:
         if isinstance(origin, Path):
@@ -269,19 +270,19 @@ class ProjectPart(Part):
         count = len(opened.project.frames)
         if count > 1:
             self.desk.panels.offer("Frames")
-        self.desk.notes.tell(f"Opened {opened.path.name}: {count} frame{'s' * (count != 1)}.")
+        self.desk.notes.tell(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.desk.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
         )
 
     def _tell_incomplete(self, session: Session, problems: Sequence[str]) -> None:
-        self.desk.notes.warn(f"{session.name}: not all of the work could be read", problems)
+        self.desk.notes.warn(f"{session.name}: part of the work could not be read", problems)
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)
         count, size = len(self.desk.workspace.entries), path.stat().st_size / 1e6
-        self.desk.notes.tell(f"Saved {path.name}: {count} frame{'s' * (count != 1)}, {size:.1f} MB.")
-        self.desk.notes.warn("Saved, but not quite as asked for", problems)
+        self.desk.notes.tell(f"Saved {path.name}: {counted(count, 'frame')}, {size:.1f} MB.")
+        self.desk.notes.warn("Saved, but not everything as requested", problems)
 
     def _show_title(self) -> None:
         workspace, window = self.desk.workspace, self.desk.window

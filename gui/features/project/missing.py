@@ -1,4 +1,4 @@
-"""Frames whose files are missing or have changed: noted, asked for, and looked for."""
+"""Frames whose files are missing or have changed: detection, dialog and search."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.formatting import grouped
+from ilf._runtime.formatting import counted, grouped
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
 from ilf.project.finding import LostFile, find_in, lost_files, relocated
@@ -39,9 +39,9 @@ from ..context import Desk
 
 _NUMBER = Qt.ItemDataRole.UserRole
 _ABOUT = (
-    "Some frames cannot be opened: their files are not where they were, or are not what they were. Say where they are "
-    "now; what is found is checked by its content, and whatever else is missing is looked for in the same place. The "
-    "work on these frames stays in the project, whatever you do here."
+    "Some frames cannot be opened: their files have been moved or changed. Locate a file: its content is checked, and "
+    "other missing files are searched for in the same folder. The work on these frames stays in the project in any "
+    "case."
 )
 
 
@@ -54,16 +54,16 @@ class LostRow:
 
 
 class MissingDialog(QDialog):
-    """Lost files, with what is known of them, and what can be done.
+    """Dialog with missing and changed files, and commands to locate them.
 
     Signals
     -------
     file_given(object, object), folder_given(object)
-        Where the user says that a LostFile is; where all of them may be.
+        The user has located a LostFile; or has chosen a folder to search for all of them.
     new_wished(object)
-        The frame of a LostFile that has changed is to be opened anew, without the work.
+        Request to open the frame of a changed LostFile as a new frame, without the work.
     cancelled()
-        The search is to end.
+        Request to stop the search.
     """
 
     file_given = Signal(object, object)
@@ -80,8 +80,8 @@ class MissingDialog(QDialog):
         self.files = QTreeWidget()
         self.files.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.files.setAccessibleName("Missing and changed files")
-        self.files.setToolTip("Files that frames were read from, and what is wrong with them")
-        self.files.setHeaderLabels(["Frame", "File", "What is wrong"])
+        self.files.setToolTip("Missing or changed files of frames, with the problem")
+        self.files.setHeaderLabels(["Frame", "File", "Problem"])
         self.files.setRootIsDecorated(False)
         self.files.setUniformRowHeights(True)
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
@@ -91,17 +91,19 @@ class MissingDialog(QDialog):
         for column in (0, 2):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.file_button = QPushButton("Locate &file…", autoDefault=False)
-        self.file_button.setToolTip("Choose the file that is marked, where it is now; others are looked for beside it")
+        self.file_button.setToolTip("Locate the selected file; the others are searched for in the same folder")
         self.folder_button = QPushButton("Locate f&older…", autoDefault=False)
-        self.folder_button.setToolTip("Choose a folder: all files are looked for in it and below it, by their content")
+        self.folder_button.setToolTip(
+            "Choose a folder: all files are searched for in it and its subfolders, by content"
+        )
         self.new_button = QPushButton("Open as &new frame", autoDefault=False)
         self.new_button.setToolTip(
-            "Open the changed file as a frame of its own: without the blocks and results, which would not be of it"
+            "Open the changed file as a new frame, without the blocks and results of the former file"
         )
         self.work = WorkRow("search")
         self.message = Message(lines=2)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.button(QDialogButtonBox.StandardButton.Close).setToolTip("Leave these frames as they are for now")
+        buttons.button(QDialogButtonBox.StandardButton.Close).setToolTip("Close; these frames stay as they are")
         buttons.rejected.connect(self.reject)
         self.files.currentItemChanged.connect(lambda *_: self._allow())
         self.file_button.clicked.connect(self._ask_file)
@@ -126,12 +128,12 @@ class MissingDialog(QDialog):
         self.resize(760, 430)
 
     def show_rows(self, rows: Sequence[LostRow]) -> None:
-        """What is missing now."""
+        """Show the lost files."""
         chosen = self.chosen()
         self._rows = list(rows)
         self.files.clear()
         for number, (name, lost) in enumerate((row.name, row.lost) for row in rows):
-            item = QTreeWidgetItem([name, lost.wanted.path, "changed" if lost.changed else "not there"])
+            item = QTreeWidgetItem([name, lost.wanted.path, "changed" if lost.changed else "missing"])
             item.setData(0, _NUMBER, number)
             item.setToolTip(1, as_it_is(_details(lost)))
             item.setToolTip(2, as_it_is(_details(lost)))
@@ -141,13 +143,13 @@ class MissingDialog(QDialog):
         self._allow()
 
     def chosen(self) -> LostFile | None:
-        """The marked file."""
+        """Return the selected file; None for none."""
         item = self.files.currentItem()
         number = None if item is None else item.data(0, _NUMBER)
         return None if number is None or number >= len(self._rows) else self._rows[number].lost
 
     def choose(self, frame: str) -> None:
-        """Mark the first file of a frame, by its id."""
+        """Select the first file of a frame, by its id."""
         for number, row in enumerate(self._rows):
             if row.lost.frame == frame:
                 item = self.files.topLevelItem(number)
@@ -156,7 +158,7 @@ class MissingDialog(QDialog):
                 return
 
     def show_search(self, share: float | None) -> None:
-        """How far the search is; None: none is under way."""
+        """Show the progress of the search; None if none is in progress."""
         if share is None:
             self.work.end()
         elif self.work.isHidden():
@@ -197,10 +199,10 @@ class MissingDialog(QDialog):
 
 
 def _details(lost: LostFile) -> str:
-    """What is known of a lost file."""
+    """Describe a lost file."""
     wanted = f"{lost.wanted.path}" + (f" (SHA-256 {lost.wanted.sha256[:12]}…)" if lost.wanted.sha256 else "")
     if lost.changed is None:
-        return f"{wanted} is not there any more."
+        return f"{wanted} does not exist any more."
     try:
         status = lost.changed.stat()
         when = datetime.datetime.fromtimestamp(status.st_mtime)
@@ -208,26 +210,26 @@ def _details(lost: LostFile) -> str:
     except OSError:
         known = ""
     return (
-        f"{lost.changed}{known} has another content than the file that the work was done on. It is not opened in its "
-        "place: results would not be of it."
+        f"{lost.changed}{known} has a different content than the original file. It is not opened in its place, because "
+        "the results would not belong to it."
     )
 
 
 def _nearest(path: str) -> Path:
-    """The folder of a path, or the next above it that is there."""
+    """Return the folder of a path, or its closest existing parent."""
     folder = Path(path).parent
     return next((one for one in (folder, *folder.parents) if one.is_dir()), Path.home())
 
 
 Search = Callable[[], Generator[float, None, dict[InputFile, Path]]]
 _MOST_READ = 500
-"""Frames of a project whose files are all read, to see whether they have changed; of larger ones, those that were
+"""Maximum number of frames of a project whose files are all read to detect changes; in larger projects only files
 written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
 
 
 class Missing(QObject):
-    """Looks in the background whether all files of a project are there, and asks for those that are not."""
+    """Checks the files of a project in the background, and asks for missing ones."""
 
     def __init__(self, desk: Desk, present: PresentProject) -> None:
         super().__init__(desk.window)
@@ -235,7 +237,7 @@ class Missing(QObject):
         self._present = present
         self._lost: list[LostFile] = []
         self._wished = ""
-        """Id of the frame that could not be shown."""
+        """Id of the frame that the user tried to show."""
         self.dialog: MissingDialog | None = None
         self._checker = Worker(self)
         self._checker.finished.connect(self._take_checked)
@@ -250,16 +252,16 @@ class Missing(QObject):
 
     @property
     def lost(self) -> tuple[LostFile, ...]:
-        """What is missing, as far as that is known."""
+        """The lost files found so far."""
         return tuple(self._lost)
 
     @property
     def busy(self) -> bool:
-        """Whether files are being looked for."""
+        """Whether files are being checked or searched for."""
         return self._checker.busy or self._searcher.busy
 
     def check(self, opened: OpenedProject) -> None:
-        """Look for all files of a project that has been opened."""
+        """Check all files of an opened project."""
         self.forget()
         frames, parts, places = opened.project.frames, opened.parts, opened.places
         large = len(frames) > _MOST_READ
@@ -267,7 +269,7 @@ class Missing(QObject):
         self._checker.start(lambda: lost_files(frames, parts, places, since))
 
     def forget(self) -> None:
-        """Another project takes the place of the present one."""
+        """Stop, and forget the lost files of the current project."""
         self._checker.shutdown()
         self._searcher.shutdown()
         self._lost, self._wished = [], ""
@@ -276,15 +278,15 @@ class Missing(QObject):
             self.dialog.reject()
 
     def give_file(self, lost: LostFile, path: Path) -> None:
-        """Say where a file is; others are looked for beside it."""
+        """Set the place of a file, and search for the others in the same folder."""
         self._search(lambda: _one_and_others(lost.wanted, path, self._wanted()))
 
     def give_folder(self, folder: Path) -> None:
-        """Say where all that is missing may be."""
+        """Search for all lost files in a folder."""
         self._search(lambda: find_in(folder, self._wanted()))
 
     def open_new(self, lost: LostFile) -> None:
-        """Open the files that there are now as a frame of its own."""
+        """Open the changed files as a new frame."""
         entries = self._desk.workspace.entries
         entry = entries.of(lost.frame)
         source = None if entry is None else source_of(entry)
@@ -296,11 +298,11 @@ class Missing(QObject):
         self._desk.loader.open_entry(new)
 
     def shutdown(self) -> bool:
-        """Stop for good. True if no thread is left."""
+        """Stop permanently. True if no thread is left."""
         ended = [worker.shutdown() for worker in (self._checker, self._searcher)]
         return all(ended)
 
-    # what is missing
+    # lost files
 
     def _take_checked(self, lost: list[LostFile]) -> None:
         for one in lost:
@@ -308,7 +310,7 @@ class Missing(QObject):
         self._ask()
 
     def _note_failure(self, entry: Entry, error: Exception) -> None:
-        """A frame could not be opened."""
+        """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
             self._note(LostFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
         elif all(lost.frame != entry.id for lost in self._lost):
@@ -327,7 +329,7 @@ class Missing(QObject):
         self._desk.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
 
     def _ask(self) -> None:
-        """Ask for what is missing, if anything is."""
+        """Open the dialog if files are lost."""
         if not self._lost:
             return
         if self.dialog is None:
@@ -356,7 +358,7 @@ class Missing(QObject):
         if first is not None and not self._desk.workspace.has_session and not self._desk.loader.busy:
             self._desk.loader.open_entry(first)
 
-    # looking for it
+    # search
 
     def _wanted(self) -> list[InputFile]:
         return [lost.wanted for lost in self._lost]
@@ -389,16 +391,18 @@ class Missing(QObject):
             dialog.show_rows(self._rows())
             left = len({lost.frame for lost in self._lost})
             if not found:
-                dialog.message.say("None of the files is there with the content that the work was done on.", "error")
+                dialog.message.say("No file with the original content was found. Choose another folder.", "error")
             elif left:
-                miss = "1 frame still misses some" if left == 1 else f"{left} frames still miss some"
+                miss = f"files of {counted(left, 'frame')} are still missing"
                 dialog.message.say(f"{_files_found(len(found))}; {miss}.", "text")
             else:
                 dialog.accept()
-                self._desk.notes.tell(f"{_files_found(len(found))}: all frames can be opened. Save keeps their places.")
+                self._desk.notes.tell(
+                    f"{_files_found(len(found))}: all frames can be opened. Save the project to store the new paths."
+                )
 
     def _bring_back(self, frame: str, found: dict[str, Path]) -> None:
-        """Files of a frame have been found."""
+        """Update a frame whose files have been found."""
         workspace = self._desk.workspace
         entry = workspace.entries.of(frame)
         if entry is None:
@@ -418,12 +422,12 @@ class Missing(QObject):
 def _one_and_others(
     wanted: InputFile, path: Path, others: Sequence[InputFile]
 ) -> Generator[float, None, dict[InputFile, Path]]:
-    """A file that the user names, if it is the right one, and what else is beside it."""
-    named = replace(wanted, path=path.name)  # it may have another name now
+    """Return the file given by the user, if it is the right one, and the others found in the same folder."""
+    named = replace(wanted, path=path.name)  # it may have been renamed
     found = yield from find_in(path.parent, [named, *others], deep=False)
     there = found.pop(named, None)
     return {wanted: there, **found} if there is not None else found
 
 
 def _files_found(count: int) -> str:
-    return f"Found {count} file{'s' * (count != 1)}"
+    return f"Found {counted(count, 'file')}"

@@ -1,4 +1,4 @@
-"""Taking up a project in the place of the present one."""
+"""Opening of projects."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from .view_state import ViewState
 
 
 class Opening(QObject):
-    """Opens projects, and begins new ones. What becomes of the present one has been asked before.
+    """Opens projects, and starts new ones. The user has been asked about the current project before.
 
     Signals
     -------
     opened(object)
-        An OpenedProject is the present one now.
+        An OpenedProject has become the current one.
     """
 
     opened = Signal(object)
@@ -39,7 +39,7 @@ class Opening(QObject):
         self._view = view
 
     def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
-        """Read a project file; once it is known to be one, `then` is given what takes it up."""
+        """Read a project file; on success, call `then` with the function that makes it the current project."""
         read = self._desk.loader.read
         read(
             f"Open {path.name}",
@@ -48,7 +48,7 @@ class Opening(QObject):
         )
 
     def begin(self) -> None:
-        """A new project, without frames."""
+        """Start an empty project."""
         self._leave(self._begin)
 
     def _begin(self) -> None:
@@ -57,7 +57,7 @@ class Opening(QObject):
         self._record("")
 
     def _leave(self, then: Callable[[], None]) -> None:
-        """Close all frames of the present project, with what is stored of them; what follows comes afterwards."""
+        """Close all frames of the current project and discard their stored states, then call `then`."""
         desk = self._desk
 
         def leave() -> None:
@@ -77,19 +77,19 @@ class Opening(QObject):
         unsaved: Collection[str],
         read_only: str = "",
     ) -> None:
-        """Go on with a project that another window has left behind, in a window without frames.
+        """Restore the project of another window in a window without frames.
 
         Parameters
         ----------
         project : Project
         places : Places
-            Where the files of its frames are.
+            Places of the files of its frames.
         opened : OpenedProject or None
-            Its file, which does not hold all of it; None if it has none.
+            Its file, which does not contain all of the work; None if it has none.
         unsaved : collection of str
-            Ids of the frames with work that is not in the file, but stored by now.
+            Ids of the frames with work that is not in the file, but stored in this window.
         read_only : str
-            Why the file must not be replaced; "" if nothing is known against that.
+            Why the file must not be replaced; "" if it may be.
         """
         store, present = self._desk.store, self._present
         store.project, store.places = None if opened is None else opened.parts, places
@@ -103,7 +103,7 @@ class Opening(QObject):
         self._record("" if opened is None else str(opened.path))
 
     def _take_newest(self, opened: OpenedProject) -> None:
-        """Take up a project; it is read again if it has been saved meanwhile, as when it is the one that was left."""
+        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
         if not opened.parts.replaced():
             self._take(opened)
             return
@@ -121,12 +121,12 @@ class Opening(QObject):
         self.opened.emit(opened)
 
     def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
-        """List the frames of a project, and set what is set for all of them."""
+        """List the frames of a project, and apply its settings."""
         take_settings(self._desk.workspace, project)
         self._desk.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
 
     def _show(self, project: Project) -> None:
-        """Show it as it was looked at last."""
+        """Restore the views and the frame that were shown last."""
         self._view.take(project.view)
         entries = self._desk.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
@@ -139,7 +139,7 @@ class Opening(QObject):
 
 
 def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
-    """The entry of a project's frame, with work that the file does not hold or without."""
+    """Return the entry of a project's frame; `unsaved` marks work that the file does not contain."""
     key = frame.id if frame.source is None else frame.source.key
     entry = Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state)
     entry.set_summary(frame.summary)
@@ -148,21 +148,21 @@ def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
 
 
 def _why_not_written(path: Path) -> str:
-    """Why a project file cannot be replaced; "" if nothing is known against it."""
+    """Return why a project file cannot be replaced; "" if it can."""
     if not os.access(path, os.W_OK):
-        return f"{path.name} is write-protected: it can be looked at and worked on, and Save asks for another place."
+        return f"{path.name} is write-protected: Save will ask for another file."
     if not os.access(path.parent, os.W_OK):
-        return f"{path.parent} cannot be written: the project can be worked on, and Save asks for another place."
+        return f"{path.parent} cannot be written: Save will ask for another file."
     return ""
 
 
-# Folders of frames that are opened without a project: the work on them is kept, and there again the next time.
+# Folders of frames opened without a project: their work is kept for the next time.
 
 
 class FolderProjects(QObject):
-    """Gives a folder that is opened in an empty window the project that it had the last time, or one of its own.
+    """Opens a folder in an empty window with its last project, or with a new project of its own.
 
-    Into a window that has frames already, its frames just come to the others.
+    In a window with frames, the frames of the folder are added to the list.
 
     Parameters
     ----------
@@ -178,15 +178,15 @@ class FolderProjects(QObject):
         self._present = present
         self._open_project = open_project
         self._folder: Path | None = None
-        """The one that the present project was begun with."""
+        """The folder that the current project was started with."""
         self._coming: tuple[Path, FrameSource] | None = None
-        """The project that is being opened for a folder, and how the folder is read."""
+        """Project that is being opened for a folder, and the source with the reading options of the folder."""
         desk.documents.folder_wished.connect(self.open)
         desk.loader.listed.connect(self._begin)
         desk.loader.failed.connect(self._open_without)
 
     def open(self, how: FrameSource) -> None:
-        """List the frames of a folder, read with the units and intrinsics of `how`, with the work on them."""
+        """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         desk, folder = self._desk, Path(how.rgb)
         if not desk.panels.remembers or len(desk.workspace.entries) or self._present.path is not None:
             desk.loader.open_folder(how)
@@ -200,12 +200,12 @@ class FolderProjects(QObject):
             desk.loader.open_folder(how)
 
     def proposed(self) -> Path | None:
-        """The project's file, if it is not one that the user has never seen."""
+        """Return the project's file, or None if it is in the data folder, where the user did not put it."""
         path = self._present.path
         return None if path is None or path.is_relative_to(projects_of_folders()) else path
 
     def note_opened(self, opened: OpenedProject) -> None:
-        """A project has been opened: if it is that of a folder, frames that have come there since are added."""
+        """Handle an opened project: if it belongs to a folder, add frames that are new in the folder."""
         coming, self._coming = self._coming, None
         if coming is None or coming[0] != opened.path:
             self._folder = None
@@ -213,21 +213,21 @@ class FolderProjects(QObject):
             self._desk.loader.open_folder(coming[1], show=False)
 
     def forget(self) -> None:
-        """Another project begins, which is of no folder."""
+        """Forget the folder, because another project is started."""
         self._folder = self._coming = None
 
     def note_saved(self, path: Path) -> None:
-        """The project has been saved: its folder is opened with this file from now on."""
+        """Store the file of the saved project: its folder is opened with it from now on."""
         if self._folder is not None:
             QSettings().setValue(_key(self._folder), str(path))
 
     def _home(self, folder: Path) -> Path:
-        """The file that the folder's project was saved to last, or one in the user's data folder."""
+        """Return the file that the folder's project was saved to last, or one in the user's data folder."""
         saved = str(QSettings().value(_key(folder), ""))
         return Path(saved) if os.path.isfile(saved) else project_of_folder(folder)
 
     def _begin(self, how: FrameSource) -> None:
-        """The frames of a folder are there: the work on them goes into its own project, without a question."""
+        """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
         if self._present.path is None:
@@ -236,7 +236,7 @@ class FolderProjects(QObject):
             self._present.take_frames()
 
     def _open_without(self, what: str, error: Exception) -> None:
-        """If the folder's project cannot be opened, its frames can; the file is left as it is."""
+        """List the folder's frames if its project cannot be opened; the file is not changed."""
         if self._coming is not None:
             how = self._coming[1]
             self.forget()

@@ -1,4 +1,4 @@
-"""The menu of the frames that were opened last."""
+"""Menus of recent frames and projects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ...widgets.basics import as_it_is
 from ..context import Desk, Part
 from ..menus import insert_menu
 
-# What was opened last, and how it was read.
+# Recently opened files with their reading options.
 
 MOST = 12
 
@@ -33,14 +33,14 @@ Origin = FrameSource | Path
 
 
 class RecentOrigins:
-    """What was opened, the last first.
+    """Recently opened origins, the latest first.
 
     Parameters
     ----------
     what : str
-        Tells it from other lists: "frames" or "projects".
+        Name of the list: "frames" or "projects".
     remembers : bool
-        Whether it is that of the last time, and is kept for the next.
+        Whether the list is stored between program starts.
     """
 
     def __init__(self, what: str, remembers: bool) -> None:
@@ -49,17 +49,17 @@ class RecentOrigins:
         self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if remembers else []
 
     def note(self, origin: Origin) -> None:
-        """This has been opened. Only what can be read again in the same way is kept."""
+        """Add an opened origin, if it can be stored with its reading options."""
         if _entry(origin) is not None:
             others = [other for other in self.origins if key_of(other) != key_of(origin)]
             self._set([origin, *others][:MOST])
 
     def remove_missing(self) -> None:
-        """Forget what is not there any more."""
+        """Remove origins whose files are missing."""
         self._set([origin for origin in self.origins if not is_missing(origin)])
 
     def clear(self) -> None:
-        """Forget all."""
+        """Clear the list."""
         self._set([])
 
     def _set(self, origins: list[Origin]) -> None:
@@ -70,18 +70,18 @@ class RecentOrigins:
 
 
 def key_of(origin: Origin) -> str:
-    """The path of what holds the depth, or of the record."""
+    """Return the path that identifies an origin: of its depth or of the record."""
     return os.path.abspath(origin.key if isinstance(origin, FrameSource) else origin)
 
 
 def is_missing(origin: Origin) -> bool:
-    """Whether one of its files is not there any more."""
+    """Whether one of its files is missing."""
     paths = (origin.rgb, origin.depth, origin.truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
     return any(path is not None and not os.path.exists(path) for path in paths)
 
 
 def name_of(origin: Origin) -> str:
-    """What to call it: its folder, or its file where that says more."""
+    """Return a display name: the folder, or folder and file."""
     if isinstance(origin, Path):
         return f"{origin.parent.name}/{origin.name}"
     if origin.frame is not None:
@@ -92,7 +92,7 @@ def name_of(origin: Origin) -> str:
 
 
 def _entry(origin: Origin) -> dict[str, Any] | None:
-    """As settings can hold it; None of what cannot be held, such as a camera that was made by a program."""
+    """Return an origin as values for JSON; None if it cannot be stored, such as with a camera object."""
     if isinstance(origin, Path):
         return {"file": os.path.abspath(origin)}
     camera = origin.intrinsics
@@ -121,7 +121,7 @@ def _absolute(path: str | None) -> str | None:
 
 
 def _read(text: str) -> list[Origin]:
-    """What settings held; nothing if it is not as it should be."""
+    """Parse stored origins; return an empty list if they are damaged."""
     try:
         return [_origin(Section("entry", entry)) for entry in json.loads(text)][:MOST]
     except (ValueError, TypeError, RecursionError, FormatError):
@@ -153,13 +153,13 @@ def _origin(entry: Section) -> Origin:
     )
 
 
-# A menu of what was opened last.
+# The menu.
 
 _DIGITS = 9
 
 
 class RecentMenu(QMenu):
-    """An entry per origin, the last first, and what takes entries out.
+    """Menu with an entry per origin, the latest first, and commands to remove entries.
 
     Parameters
     ----------
@@ -180,22 +180,22 @@ class RecentMenu(QMenu):
         self._open = open
         self._window = window
         self._entries: dict[str, QAction] = {}
-        self._remove = self._action("Take the grey ones out of this list", origins.remove_missing)
-        self._clear = self._action("Forget what was opened; no file is touched", origins.clear)
+        self._remove = self._action("Remove the grey entries from this list", origins.remove_missing)
+        self._clear = self._action("Clear this list; files are not changed", origins.clear)
         self._clear.setText("&Clear this list")
 
     def note(self, origin: Origin) -> None:
-        """This has been opened."""
+        """Add an opened origin."""
         self._origins.note(origin)
-        self._allow()  # the entries are made when they are looked at
+        self._allow()  # the entries are created when the menu opens
 
     def fill(self) -> None:
-        """Make the entries."""
+        """Create the entries."""
         self.clear()
         for number, origin in enumerate(self._origins.origins, 1):
             self.addAction(self._entry(number, origin))
         missing = sum(map(is_missing, self._origins.origins))
-        self._remove.setText(f"&Remove what is missing ({missing})")
+        self._remove.setText(f"&Remove missing ({missing})")
         self._remove.setVisible(missing > 0)
         self.addSeparator()
         self.addActions([self._remove, self._clear])
@@ -205,13 +205,13 @@ class RecentMenu(QMenu):
         self.menuAction().setEnabled(bool(self._origins.origins))
 
     def _entry(self, number: int, origin: Origin) -> QAction:
-        """The entry of an origin, once made always the same: whoever lists the commands may hold it."""
+        """Return the action of an origin; always the same object, because lists of commands may hold it."""
         key, gone = key_of(origin), is_missing(origin)
         action = self._entries.get(key)
         if action is None:
             action = self._entries[key] = self._action(key, lambda: self._open_key(key))
             action.setObjectName(f"recent {key}")
-            action.setProperty(WHY_NOT, "Its files are not there any more.")
+            action.setProperty(WHY_NOT, "Its files are missing.")
         name = name_of(origin).replace("&", "&&")
         text = f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}"
         action.setText(f"{text} (missing)" if gone else text)
@@ -233,7 +233,7 @@ class RecentMenu(QMenu):
 
 
 class RecentPart(Part):
-    """Notes what is opened, and opens it again, read in the same way."""
+    """Records opened frames, and opens them again with the same options."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -244,13 +244,13 @@ class RecentPart(Part):
         desk.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:
-        """Stand in the menu beside what opens frames otherwise."""
+        """Insert the menu of recent frames."""
         self.menu.setIcon(theme.icon("ph.clock-counter-clockwise", self.menu.palette()))
         insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["open_run"])
         self.menu.fill()
 
     def _note(self) -> None:
-        """Note what has been opened since the last time, but for what a project or a folder has brought."""
+        """Record newly opened frames, except those of a project or a folder."""
         workspace = self.desk.workspace
         open_now = {session.key: session for session in workspace.sessions}
         for key, session in open_now.items():

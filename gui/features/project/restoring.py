@@ -1,4 +1,4 @@
-"""Bringing back what another window has left behind."""
+"""Restoring of unsaved work of another window."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject
 
+from ilf._runtime.formatting import counted
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
 from ilf.project.file import OpenedProject, open_project
@@ -22,28 +23,28 @@ from .opening import Opening, entry_of
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """What is to be brought back, and how."""
+    """What to restore, and how."""
 
     left: LeftWork
     alone: bool
-    """Whether it is to be the project of a window without any."""
+    """Whether it becomes the project of a window without a project."""
     frames: tuple[ProjectFrame, ...]
     ids: dict[str, str]
-    """Id of a frame there -> its id here."""
+    """Id of a frame in the unsaved work -> its id in this window."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Brought:
-    """What has been read, and is stored in this window."""
+    """Work that has been read, and is stored in this window."""
 
     opened: OpenedProject | None
     newer: str
-    """Why the project's file may hold newer work than what was left; "" if it does not."""
+    """Why the project file may contain newer work than the restored one; "" if it does not."""
     problems: tuple[str, ...]
 
 
 class Restoring(QObject):
-    """Takes left work into a window: as its project where it has none yet, else its frames are added to those there."""
+    """Restores unsaved work in a window: as its project if it has none, else by adding the frames to its list."""
 
     def __init__(self, desk: Desk, opening: Opening) -> None:
         super().__init__(desk.window)
@@ -51,12 +52,12 @@ class Restoring(QObject):
         self._opening = opening
 
     def is_alone(self) -> bool:
-        """Whether there is no project yet that what comes back would be added to."""
+        """Whether the window has no project that the restored work would be added to."""
         return not len(self._desk.workspace.entries) and self._desk.store.project is None
 
     def restore(self, left: LeftWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
-        """Bring it back; `then` is called when it is there, `fail` when it cannot be. It is taken away only when this
-        window has stored it."""
+        """Restore unsaved work; call `then` on success, `fail` otherwise. The journal is deleted only after this window
+        has stored the work."""
         plan = self._plan(left)
         for frame_id in plan.ids.values():
             self._desk.store.expect(frame_id)
@@ -80,7 +81,7 @@ class Restoring(QObject):
         return _Plan(left, alone, frames, ids)
 
     def _bring(self, plan: _Plan) -> _Brought:
-        """Called off the GUI's thread."""
+        """Read the work; called in a worker thread."""
         left = plan.left
         opened, problems = _project_of(left)
         newer = "" if opened is None else _why_newer(opened.path, left)
@@ -97,10 +98,10 @@ class Restoring(QObject):
 
     def _take(self, plan: _Plan, brought: _Brought, then: Callable[[], None]) -> None:
         desk, left, ids = self._desk, plan.left, plan.ids
-        given = left.read.places.given  # files that were found again are found there, whatever the project's file says
+        given = left.read.places.given  # located files take precedence over the paths in the project file
         if plan.alone:
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
-            # a file that cannot be read, or is not the one that was saved to, holds none of it for certain
+            # a file that is unreadable or newer may contain none of the work
             unsaved = left.stored if brought.opened is None or brought.newer else left.changed
             self._opening.take_back(left.read.project, places, brought.opened, unsaved, brought.newer)
             desk.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
@@ -111,13 +112,13 @@ class Restoring(QObject):
             if new:
                 present = ids.get(left.read.project.present)
                 desk.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
-        desk.notes.warn("Restored, but not all of it", brought.problems)
+        desk.notes.warn("Restored with errors", brought.problems)
         desk.recorder.settle(lambda _: self._let_go(plan))
         then()
 
     def _let_go(self, plan: _Plan) -> None:
-        """All frames are in this window's list by now. What they come from is not needed any more once they are in its
-        own journal, too; else it is offered again the next time."""
+        """Delete the journal of the restored work if the frames are in this window's own journal; else keep it, so that
+        it is offered again at the next start."""
         self._desk.store.arrived(plan.ids.values())
         left = plan.left
         if self._desk.store.is_written:
@@ -128,12 +129,12 @@ class Restoring(QObject):
 
 
 def _under(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
-    """A frame under this id, called otherwise where its own id is taken by what has become of it here."""
+    """Return a frame with this id, and with "(restored)" in its name if the id is new."""
     return frame if frame.id == frame_id else replace(frame, id=frame_id, name=f"{frame.name} (restored)")
 
 
 def name_of(left: LeftWork) -> str:
-    """What to call it: its project, or its frames."""
+    """Return a display name: the project, or the frames."""
     if left.note is not None and left.note.project:
         return Path(left.note.project).stem
     frames = left.frames or left.read.project.frames
@@ -142,12 +143,12 @@ def name_of(left: LeftWork) -> str:
 
 
 def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
-    """The project's file, if it has one that can be read; and what is wrong with it."""
+    """Return the project file, if there is one that can be read, and its problems."""
     path = "" if left.note is None else left.note.project
     if not path:
         return None, ()
     without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.stored]
-    lost = f" The work on {len(without)} frames that was in it alone is not there." if without else ""
+    lost = f" Work on {counted(len(without), 'frame')} that only this file contains is missing." if without else ""
     try:
         opened = open_project(path)
     except IlfError as error:
@@ -156,11 +157,11 @@ def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
 
 
 def _why_newer(path: Path, left: LeftWork) -> str:
-    """Why a project's file must not be replaced unasked: it has been saved since the work was left."""
+    """Return why a project file must not be replaced without asking: it was saved after the work; "" if not."""
     with contextlib.suppress(OSError):
         if left.note is not None and path.stat().st_mtime > left.note.changed.timestamp():
             return (
-                f"{path.name} has been saved again since this work was left, and may hold newer work: Save asks for "
-                "another place."
+                f"{path.name} has been saved after this work, and may contain newer work: Save will ask for another "
+                "file."
             )
     return ""

@@ -1,4 +1,4 @@
-"""Writing the project's file, off the GUI's thread: what is to be saved is taken in no time, and may change then."""
+"""Writing of the project file in a worker thread, from a snapshot that is taken at once."""
 
 from __future__ import annotations
 
@@ -47,17 +47,17 @@ _TELL_EVERY_MS = 100
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """What is to be saved.
+    """Request to save the project.
 
     Attributes
     ----------
     path : Path
     embed : bool or None
-        Whether the frames' own files go in; None: as it was.
+        Whether the project file includes the frames' own files; None for no change.
     only : frozenset of str or None
-        Ids of the frames whose work is saved, the others staying as they were; None for all.
+        Ids of the frames whose work is saved, the others stay as in the file; None for all.
     then : callable
-        Told whether it has been saved.
+        Called with whether the project was saved.
     """
 
     path: Path
@@ -68,29 +68,29 @@ class Wish:
 
 @dataclass(frozen=True, eq=False)
 class _Taken:
-    """What is being saved, as it was at one moment."""
+    """Snapshot that is being saved."""
 
     wish: Wish
     project: Project
     stamps: Mapping[Session, tuple[int, int, int]]
     put_away: Mapping[Entry, int]
-    """Frames that are not open, and saved, too, with how often they had been changed by then."""
+    """Frames that are not open, but saved, too -> number of their changes at that time."""
     archive: Parts | None
-    """The project's file by then."""
+    """The project file at that time."""
     set: Set
 
 
 class Saving(QObject):
-    """Saves one thing at a time; what is wished meanwhile is saved afterwards.
+    """Saves one request at a time; further requests wait.
 
     Signals
     -------
     changed()
         `busy` or `share` has changed.
     saved(object, object)
-        The Path, and what could not be saved as asked for, a sentence each.
+        The Path, and a sentence for each thing that was not saved as requested.
     failed(object)
-        The exception that kept it from being saved.
+        The exception raised while saving.
     """
 
     changed = Signal()
@@ -106,10 +106,10 @@ class Saving(QObject):
         self._afterwards: list[Callable[[], None]] = []
         self._taken: _Taken | None = None
         self._incomplete = WeakSet[Session]()
-        """Frames of which not all could be read: what is stored of them is left as it is until they are worked on."""
+        """Frames that were read with errors: their stored state is kept until they are worked on."""
         desk.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
         self.share = 0.0
-        """How much of the file is written, 0-1."""
+        """Written share of the file, 0-1."""
         self._worker = Worker(self, finishes=True)
         self._pace = QTimer(self, interval=_TELL_EVERY_MS)
         self._pace.timeout.connect(self.changed)
@@ -118,23 +118,23 @@ class Saving(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether something is being saved."""
+        """Whether the project is being saved."""
         return self._taken is not None
 
     def save(self, wish: Wish) -> None:
-        """Save the project as it is when its turn comes."""
+        """Save the project, in its state when the request is processed."""
         self._waiting.append(wish)
         self._next()
 
     def when_done(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as nothing is being saved, nor waits for that: at once, if it is so already."""
+        """Call `then` as soon as no request is pending: at once if there is none."""
         if self.busy:
             self._afterwards.append(then)
         else:
             then()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         self._waiting.clear()
         self._afterwards.clear()
         self._pace.stop()
@@ -150,7 +150,7 @@ class Saving(QObject):
         self._desk.recorder.settle(self._write)
 
     def _take(self, wish: Wish) -> _Taken:
-        """Have all that is to be saved stored, as it is now."""
+        """Store everything to save in its current state, and return the snapshot."""
         workspace, store = self._desk.workspace, self._desk.store
         if workspace.stroke_under_way:
             workspace.prepare_change(workspace.session)
@@ -166,12 +166,12 @@ class Saving(QObject):
         return _Taken(wish, project, stamps, put_away, store.project, self._present.set_now())
 
     def _write(self, error: Exception | None) -> None:
-        """All of it is stored, or cannot be."""
+        """Write the file once everything is stored, or report the error."""
         taken, store = self._taken, self._desk.store
         if taken is None:
             return
         if error is None and store.project is not taken.archive:
-            error = InputError("Another project has taken its place.")
+            error = InputError("Another project was opened meanwhile. Save again.")
         if error is not None:
             self._fail(error)
             return
@@ -183,10 +183,10 @@ class Saving(QObject):
         self._worker.start(job)
 
     def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
-        """Called in the thread."""
+        """Write the file; called in a worker thread."""
         wish, project = taken.wish, taken.project
         made_folder(wish.path.parent)
-        if wish.path.is_relative_to(projects_of_folders()):  # which is no place that the user has chosen
+        if wish.path.is_relative_to(projects_of_folders()):  # a folder that the user has not chosen
             tighten(projects_of_folders())
         archive = taken.archive
         with store.held():
@@ -208,7 +208,7 @@ class Saving(QObject):
         workspace, store = self._desk.workspace, self._desk.store
         former = store.project
         if isinstance(former, Archive) and former.path == opened.path:
-            opened.close()  # it has been read anew
+            opened.close()  # the former one reads the same file
         else:
             store.project = opened.parts
             if isinstance(former, Archive):
@@ -244,7 +244,7 @@ class Saving(QObject):
 
 
 class _Stored:
-    """What the window's store holds over the project's file, frames' states as they are now; some are left out."""
+    """Parts in the window's store that supplement the project file, without some frames."""
 
     def __init__(self, store: WorkStore, left_out: Collection[str]) -> None:
         self._store = store
@@ -260,31 +260,31 @@ class _Stored:
             return self._states[name]
         if name in self._arrays:
             return self._store.part(name)
-        raise InputError(f"There is no part {name}.")
+        raise InputError(f"The store has no part {name}.")
 
 
-# The dialog that asks where a project is saved, and whether the frames' own files go in.
+# The dialog that asks for the file of a project, and whether to include the frames' own files.
 
 FOLDER_KEY = "project/folder"
-_BY_PLACE = "The frames' files stay where they are: take them along when you move the project to another machine."
+_BY_PLACE = "The frames' files are not included: copy them, too, when you move the project to another computer."
 _MOST_SIZED = 500
-"""Frames whose files are looked at, to say how large they are."""
+"""Maximum number of frames whose file sizes are added up for the dialog."""
 KINDS = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
 
 
 class SaveAsDialog(QDialog):
-    """Choose the file, and whether it holds the frames' files, too.
+    """Dialog to choose the project file, and whether it includes the frames' files.
 
     Parameters
     ----------
     proposed : Path
-        The file, unless the user says otherwise.
+        Default file.
     embedded : bool
-        Whether the frames' files are in the project now.
+        Whether the project includes the frames' files now.
     sources : collection of FrameSource
-        Of its frames.
+        Sources of its frames.
     why : str
-        Why it is not saved where it was, "" if there is nothing to say.
+        Why the project is not saved to its former file, "" for no message.
     parent : QWidget
     """
 
@@ -296,14 +296,14 @@ class SaveAsDialog(QDialog):
         size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MOST_SIZED else ""
         self.path = QLineEdit(str(proposed))
         self.path.setMinimumWidth(380)
-        self.path.setToolTip(f"The file that holds the project; {PROJECT_SUFFIX} is added if it has no suffix")
+        self.path.setToolTip(f"The project file; {PROJECT_SUFFIX} is added if it has no suffix")
         browse = QPushButton("&Browse…", autoDefault=False)
         browse.setToolTip("Choose the file")
         browse.clicked.connect(self._browse)
         self.embed = QCheckBox(f"&Include the frames' own files{size}")
         self.embed.setToolTip(
-            "Put the colour, depth and truth files of all frames into the project, so that it can be opened anywhere "
-            "by itself; without, it notes where they are and what they hold. Recordings stay where they are"
+            "Include the colour, depth and ground truth files of all frames, so that the project can be opened on any "
+            "computer; otherwise it contains their paths and hashes. Recordings are never included"
         )
         self.embed.setChecked(embedded)
         self.message = Message(lines=3)
@@ -332,7 +332,7 @@ class SaveAsDialog(QDialog):
         self._check()
 
     def chosen(self) -> Path:
-        """The file, with its suffix."""
+        """Return the file, with its suffix."""
         path = Path(os.path.expanduser(self.path.text().strip())).absolute()
         return path if path.suffix or not path.name else path.with_name(path.name + PROJECT_SUFFIX)
 
@@ -349,14 +349,14 @@ class SaveAsDialog(QDialog):
             self.path.setText(path)
 
     def _check(self) -> None:
-        """Say what is wrong with the file, or what becomes of one that is there."""
+        """Show what is wrong with the file, or that an existing one will be replaced."""
         problem, replaces = "", False
         if not self.path.text().strip():
-            problem = "Name a file."
+            problem = "Enter a file name."
         else:
             path = self.chosen()
             if not path.parent.is_dir():
-                problem = f"{path.parent} does not exist: make this folder, or choose another."
+                problem = f"{path.parent} does not exist: create this folder, or choose another."
             elif not os.access(path.parent, os.W_OK):
                 problem = f"{path.parent} cannot be written: choose another folder."
             elif path.is_dir():
@@ -369,19 +369,19 @@ class SaveAsDialog(QDialog):
         if problem:
             self.message.say(problem, "error")
         elif replaces:
-            self.message.say(f"{self.chosen().name} is there already, and will be replaced.", "warning")
+            self.message.say(f"{self.chosen().name} exists already and will be replaced.", "warning")
         else:
             self.message.say(self._why or ("" if self.embed.isChecked() else _BY_PLACE))
 
 
 def proposed_path(name: str) -> Path:
-    """Where a project goes unless the user says otherwise: where the last one went."""
+    """Return the default file of a project, in the folder of the last one."""
     safe = "".join(letter if letter.isalnum() or letter in "-_. " else "-" for letter in name).strip(" .")
     return Path(last_folder(FOLDER_KEY)) / f"{safe or 'project'}{PROJECT_SUFFIX}"
 
 
 def _size_of(source: FrameSource) -> int:
-    """Bytes of a frame's files, as far as they are there; recordings stay where they are."""
+    """Return the size of a frame's existing files [bytes]; 0 for recordings, which are never included."""
     size = 0
     if source.frame is not None:
         return size

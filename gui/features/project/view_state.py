@@ -1,4 +1,4 @@
-"""How frames and the window were looked at: no part of the work, but kept with it."""
+"""View state of frames and window, which is stored with the work."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LAYOUT, _CONTENTS, _SIDES = "layout", "contents", "sides"
 
 
 class ViewState(QObject):
-    """Brings a frame that is turned to the place that it was looked at last, and tells how the window stands."""
+    """Restores the zoom position of a frame when it is shown, and returns the view state of the window."""
 
     def __init__(self, workspace: Workspace, views: LinkedViews, refresh: Refresh) -> None:
         super().__init__(views)
@@ -31,19 +31,19 @@ class ViewState(QObject):
         refresh.add("place", self._show, (workspace.session_changed,))
 
     def remember(self) -> None:
-        """Note in the present frame's session where it is looked at."""
+        """Store the zoom position in the current frame's session."""
         if self._workspace.has_session and self._workspace.session is self._shown:
             place = self._views.place
             view = {key: value for key, value in self._shown.view.items() if key != _PLACE}
             self._shown.view = view if place is None else {**view, _PLACE: [round(number, 4) for number in place]}
 
     def of_window(self) -> dict[str, Any]:
-        """What the views show, in values that JSON has."""
+        """Return layout and contents of the views as values for JSON."""
         views = self._views
         return {_LAYOUT: views.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.sides.chosen)}
 
     def take(self, view: Mapping[str, Any]) -> None:
-        """Let the views show what `of_window` has told; what is not known is left as it is."""
+        """Restore the view state of `of_window`; unknown values are ignored."""
         views, contents, sides = self._views, view.get(_CONTENTS), view.get(_SIDES)
         if view.get(_LAYOUT) in LAYOUTS:
             views.set_layout(str(view[_LAYOUT]))

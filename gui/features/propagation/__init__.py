@@ -1,1 +1,1 @@
-"""Blocks go from frame to frame."""
+"""Propagation of blocks from frame to frame."""

@@ -1,4 +1,4 @@
-"""Carries blocks from frame to frame, off the GUI's thread."""
+"""Propagates blocks from frame to frame, in a worker thread."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from ...widgets.notices import error_text
 from ...work.jobs import Worker
 from ...work.loading import FrameLoader, StoredFrames, restore
 
-# Frames as what carrying works on: states, which may be read in any thread.
+# Frames as input of the propagation: states, which may be read in any thread.
 
 
 class Reading(NamedTuple):
-    """A frame as it was read, and what of it could not be read, a sentence each."""
+    """State of a frame as read, and a sentence for each part that could not be read."""
 
     state: FrameState
     problems: tuple[str, ...] = ()
 
 
 def state_of(session: Session) -> FrameState:
-    """A frame that is open, without its results."""
+    """Return the state of an open frame, without its results."""
     notes = session.notes
     known = replace(
         notes,
@@ -56,8 +56,8 @@ def state_of(session: Session) -> FrameState:
 
 
 def reading(entry: Entry, stored: StoredFrames | None) -> Callable[[], Reading]:
-    """What gives the state of a frame of the list, in any thread: as it is now if it is open, else as it was stored,
-    else as its files have it, without blocks."""
+    """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
+    open, else the stored one, else its files without blocks."""
     if entry.session is not None:
         read = Reading(state_of(entry.session))
         return lambda: read
@@ -78,11 +78,11 @@ def reading(entry: Entry, stored: StoredFrames | None) -> Callable[[], Reading]:
 
 
 def session_of(entry: Entry, state: FrameState) -> Session:
-    """A session of a frame that is not open, whose state has been read."""
+    """Return a session of a frame that is not open, from its state."""
     if entry.has_state:
         return restore(state, entry.source or Path(entry.key), entry.key)
     session = Session(state.frame, _origin(entry), entry.key)
-    session.id = entry.id  # others may be of the same files
+    session.id = entry.id  # other entries may have the same files
     return session
 
 
@@ -94,8 +94,8 @@ _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
 
 
 class Arrival(NamedTuple):
-    """What came of carrying blocks to one frame: how, how many blocks it has, and how many of them are new, need a
-    look, or are gone."""
+    """Result of the propagation to one frame: method, number of blocks, and how many of them are new, need a check, or
+    are gone."""
 
     name: str
     how: str
@@ -108,27 +108,27 @@ class Arrival(NamedTuple):
 
 @dataclass(eq=False)
 class Journey:
-    """Blocks on their way through frames of the list.
+    """A propagation of blocks through frames of the list.
 
     Attributes
     ----------
     source : Entry
-        Whose blocks are carried first.
+        The frame with the original blocks.
     how : str
         "auto", "copied" or "flow".
     replaces : bool
-        Whether frames that have been worked on get other blocks, too; those that do not, keep theirs, which are carried
-        on from there.
+        Whether blocks of frames that have been worked on are replaced; otherwise these frames keep their blocks, which
+        are propagated further.
     shows : bool
-        Whether frames are shown as soon as they are read.
+        Whether each frame is shown as soon as it is read.
     total : int
-        How many frames there are after the source.
+        Number of frames after the source.
     done : list of Arrival
-        Frames that have got blocks.
+        Frames that have received blocks.
     kept : list of str
-        Names of frames that have kept theirs.
+        Names of frames that have kept their blocks.
     problems : list of str
-        Frames that could not be read, or carried to, a sentence each.
+        A sentence for each frame that could not be read or propagated to.
     """
 
     source: Entry
@@ -143,19 +143,19 @@ class Journey:
 
     @property
     def over(self) -> int:
-        """How many frames are done with."""
+        """Number of processed frames."""
         return len(self.done) + len(self.kept) + len(self.problems)
 
 
 class Carrier(QObject):
-    """One journey at a time: every frame is read and opened, and gets the blocks of the one before as an undoable step.
+    """Runs one propagation at a time: each frame is opened and gets the blocks of the previous one as an undoable step.
 
     Signals
     -------
     changed()
-        A journey has begun, has come to another frame, or has ended.
+        A propagation has started, has reached another frame, or has ended.
     ended(object)
-        The `Journey` that is over.
+        The `Journey` that has ended.
     """
 
     changed = Signal()
@@ -166,13 +166,13 @@ class Carrier(QObject):
         self._workspace = workspace
         self._loader = loader
         self.journey: Journey | None = None
-        """The one under way."""
+        """The propagation in progress; None for none."""
         self._waiting: deque[Entry] = deque()
         self._present: Entry | None = None
         self._before: FrameState | None = None
-        """The frame whose blocks are carried next."""
+        """State of the frame whose blocks are propagated next."""
         self._read: Reading | None = None
-        """The frame that blocks are carried to, as it was."""
+        """State of the target frame before the propagation."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take_read)
         self._worker.finished.connect(self._take)
@@ -181,13 +181,13 @@ class Carrier(QObject):
 
     @property
     def present(self) -> Entry | None:
-        """The frame that blocks are carried to; None for none."""
+        """The target frame; None for none."""
         return None if self.journey is None else self._present
 
     def start(
         self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
     ) -> None:
-        """Carry blocks from a frame to others, from one to the next; nothing if a journey is under way."""
+        """Propagate blocks from a frame through others; do nothing if a propagation is in progress."""
         if self.journey is None and targets:
             self.journey = Journey(source, how, replaces, shows, len(targets))
             self._waiting = deque((source, *targets))
@@ -195,14 +195,14 @@ class Carrier(QObject):
             self._next()
 
     def stop(self) -> None:
-        """Carry no further; `ended` follows."""
+        """Stop the propagation; `ended` follows."""
         if self.journey is not None:
             self.journey.stopped = True
             self._waiting.clear()
             self._worker.cancel()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         self._waiting.clear()
         return self._worker.shutdown()
 
@@ -238,7 +238,7 @@ class Carrier(QObject):
         return not journey.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
 
     def _take_read(self, found: list[Reading]) -> None:
-        """A frame has been read; it is shown while blocks are on their way to it."""
+        """Show a frame that has been read while blocks are propagated to it."""
         entry, self._read, journey = self._present, found[-1], self.journey
         shows = journey is not None and journey.shows and entry is not journey.source
         if shows and entry is not None and self._is_listed(entry):
@@ -248,13 +248,13 @@ class Carrier(QObject):
         journey, entry = self.journey, self._present
         if journey is None or entry is None:
             return
-        if not self._is_listed(entry):  # it has been taken out meanwhile
+        if not self._is_listed(entry):  # it has been removed from the list meanwhile
             journey.total -= 1
             if entry is journey.source:
                 self._waiting.clear()
         elif isinstance(outcome, Carried) and self._read is not None:
             session, source = self._open(entry, self._read), outcome.state.notes.carried_from
-            self._workspace.take_carried(session, outcome.state, f"Carry blocks from {source}")
+            self._workspace.take_carried(session, outcome.state, f"Propagate blocks from {source}")
             journey.done.append(_arrival(session, outcome))
             self._before = outcome.state
         elif isinstance(outcome, FrameState) and outcome.labels.any():
@@ -262,12 +262,12 @@ class Carrier(QObject):
                 journey.kept.append(entry.name)
             self._before = outcome
         else:
-            journey.problems.append(f"{entry.name} has no blocks to carry: extract or draw some first.")
+            journey.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
             self._waiting.clear()
         self._next()
 
     def _open(self, entry: Entry, found: Reading) -> Session:
-        """The session of a frame, which is opened if it is not."""
+        """Return the session of a frame, which is opened if necessary."""
         if entry.session is None:
             session = session_of(entry, found.state)
             self._workspace.add_session(session, restored=entry.has_state, show=False)

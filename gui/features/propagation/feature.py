@@ -1,4 +1,4 @@
-"""Blocks go from frame to frame: the commands, what is said of it, and what is to be looked at afterwards."""
+"""Propagation of blocks from frame to frame: commands, progress, and summary of the blocks to check."""
 
 from __future__ import annotations
 
@@ -28,40 +28,40 @@ from ..context import Desk, Part, UnderWay
 from ..menus import insert_menu
 from .carrier import Arrival, Carrier, Journey
 
-# Commands on blocks that go from frame to frame.
+# Commands of the propagation.
 
 HOW = "carry_auto", "carry_copied", "carry_flow"
-"""Commands that choose how blocks are carried; what comes after `carry_` is what the library calls it."""
+"""Commands that choose the propagation method; the part after `carry_` is its name in the library."""
 
 COMMANDS = (
     Command(
         "carry_next",
-        "Carry blocks to the next &frame",
+        "Propagate blocks to the next &frame",
         "ph.arrow-bend-down-right",
         "Alt+PgDown",
-        "Carry the blocks to the next frame of the list, with names, locks and values, and show it",
+        "Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it",
     ),
     Command(
         "carry_previous",
-        "&Take blocks from the previous frame",
+        "Propaga&te blocks from the previous frame",
         "ph.arrow-bend-right-down",
         "Alt+PgUp",
-        "Carry the blocks of the frame before in the list to this one, with names, locks and values",
+        "Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters",
     ),
     Command(
         "carry_through",
-        "Carry t&hrough the next frames…",
+        "Propagate t&hrough the next frames…",
         "ph.fast-forward",
         "",
-        "Carry the blocks from frame to frame, through as many as you choose",
+        "Propagate the blocks through a number of following frames",
     ),
-    Command("stop_carrying", "&Stop", "ph.stop", "", "Carry no further; frames that have the blocks keep them"),
+    Command("stop_carrying", "&Stop", "ph.stop", "", "Stop the propagation; frames that have the blocks keep them"),
     Command(
         "carry_auto",
         "&Automatic",
         "",
         "",
-        "By the camera's poses where files tell them; else copy what has not changed, and follow what has moved",
+        "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
         group="carry_how",
     ),
     Command(
@@ -69,7 +69,7 @@ COMMANDS = (
         "&Copied",
         "",
         "",
-        "Every pixel keeps its block: for frames from the very same camera position",
+        "Every pixel keeps its block: for a static camera",
         group="carry_how",
     ),
     Command(
@@ -77,61 +77,61 @@ COMMANDS = (
         "Optical &flow",
         "",
         "",
-        "Follow what moves in the picture, then snap to the edges of the new frame: for a moving camera",
+        "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
         group="carry_how",
     ),
 )
 
 
-# The dialog that sends blocks through the next frames: how many, how, and what becomes of work that is there.
+# The dialog: number of frames, method, and whether to replace existing work.
 
 _USUAL = 30
 
 
 class CarryDialog(QDialog):
-    """How many frames, and how.
+    """Dialog for the number of frames and the method of a propagation.
 
     Parameters
     ----------
     frame_name : str
-        Whose blocks are carried.
+        The frame with the original blocks.
     names : sequence of str
-        The frames after it.
+        Names of the frames after it.
     ways : sequence of (str, str, str)
-        How blocks can be carried: name, text and explanation.
+        Methods: name, text and explanation.
     how : str
-        The name that is chosen at first.
+        Name of the initial method.
     """
 
     def __init__(
         self, frame_name: str, names: Sequence[str], ways: Sequence[tuple[str, str, str]], how: str, parent: QWidget
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Carry Blocks of {frame_name}")
+        self.setWindowTitle(f"Propagate Blocks of {frame_name}")
         self._names = names
         about = Message(lines=3)
         about.say(
-            "The blocks go from each frame to the next, with names, locks, values and drawn borders. Blocks that need "
-            "a look are marked. As long as a frame stays open, undo brings back what it had."
+            "The blocks are propagated from each frame to the next, with names, locks, parameters and drawn borders. "
+            "Blocks that need a check are marked. In frames that are still open, this can be undone."
         )
         self.count = QSpinBox(minimum=1, maximum=len(names), value=min(_USUAL, len(names)))
-        self.count.setToolTip("Through how many of the next frames of the list the blocks are carried")
+        self.count.setToolTip("Number of following frames in the list")
         self.how = QComboBox()
-        self.how.setToolTip("How blocks find their place in the next frame")
+        self.how.setToolTip("Method that transfers the blocks to the next frame")
         for number, (name, text, hint) in enumerate(ways):
             self.how.addItem(text, name)
             self.how.setItemData(number, hint, Qt.ItemDataRole.ToolTipRole)
         self.how.setCurrentIndex(max(self.how.findData(how), 0))
         self.replaces = QCheckBox("&Replace blocks that have been edited or run")
         self.replaces.setToolTip(
-            "Also in frames that have been worked on. Otherwise they stay as they are, and their blocks are carried on "
-            "from there."
+            "Also replace the blocks of frames that have been worked on. Otherwise these frames keep their blocks, "
+            "which are propagated further."
         )
         self.last = PlainLabel()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
         carry = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        carry.setText("&Carry")
-        carry.setToolTip("Begin, in the background; a line under the views shows how far it is")
+        carry.setText("&Propagate")
+        carry.setToolTip("Start in the background; a line under the views shows the progress")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         self.count.valueChanged.connect(lambda _: self._describe())
@@ -139,7 +139,7 @@ class CarryDialog(QDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Frames", self.count)
         form.addRow("", self.last)
-        form.addRow("&How", self.how)
+        form.addRow("&Method", self.how)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 14, 14, 14)
         layout.setSpacing(10)
@@ -152,27 +152,29 @@ class CarryDialog(QDialog):
 
     @property
     def chosen_way(self) -> str:
-        """How blocks are carried."""
+        """The selected method."""
         return str(self.how.currentData())
 
     def _describe(self) -> None:
-        self.last.setText(f"up to {self._names[self.count.value() - 1]}, of {len(self._names)} that follow")
+        self.last.setText(
+            f"up to {self._names[self.count.value() - 1]}, of {counted(len(self._names), 'following frame')}"
+        )
 
 
-# A line under the views while blocks are carried: to which frame, how far it is, and a button that ends it.
+# Line under the views during a propagation: target frame, progress, and a button to stop.
 
 _LEAST_TEXT = 120
 
 
 class CarryStrip(QWidget):
-    """Hidden while nothing is carried."""
+    """Line with the progress of a propagation; hidden otherwise."""
 
     def __init__(self) -> None:
         super().__init__()
         self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setMinimumWidth(_LEAST_TEXT)
-        self.work = WorkRow("carrying of blocks")
+        self.work = WorkRow("propagation of blocks")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 2, 8, 2)
         layout.addWidget(self.label, 1)
@@ -180,60 +182,62 @@ class CarryStrip(QWidget):
         self.hide()
 
     def show_progress(self, name: str, done: int, total: int) -> None:
-        """Blocks are on their way to a frame, after so many of all."""
+        """Show the target frame, and that `done` of `total` frames are finished."""
         if self.isHidden():
             self.work.begin()
             self.show()
-        self.label.setText(f"Carrying blocks to {name} ({done + 1} of {total})")
+        self.label.setText(f"Propagating blocks to {name} ({done + 1} of {total})")
         self.work.show_share(done / total)
 
     def end(self) -> None:
-        """Nothing is carried any more."""
+        """Hide the line after the propagation."""
         self.work.end()
         self.hide()
 
 
-# What is said when blocks have been carried.
+# Messages after a propagation.
 
-_DONE = {"copied": "copied", "flow": "carried along optical flow", "pose": "carried by the camera's pose"}
+_DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
 _MOST_NAMED = 3
 
 
 def summary(journey: Journey) -> str:
-    """What has come of a journey, in a few sentences; "" for nothing."""
+    """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = [_of_one(journey.done[0]) if len(journey.done) == 1 else _of_many(journey)] if journey.done else []
     if journey.kept:
         kept = counted(len(journey.kept), "frame")
-        texts.append(f"{kept} ({_named(journey.kept)}) had been edited or run: blocks were carried on from there.")
+        texts.append(
+            f"{kept} ({_named(journey.kept)}) had been edited or run: their blocks were kept and propagated further."
+        )
     if journey.stopped:
         texts.append(f"Stopped after {journey.over} of {counted(journey.total, 'frame')}.")
     return " ".join(texts)
 
 
 def notes_of(journey: Journey) -> list[str]:
-    """What the user should know of single frames, a sentence each."""
+    """Return notes on single frames, a sentence each."""
     return [*journey.problems, *(f"{one.name}: {note}" for one in journey.done for note in one.notes)]
 
 
 def to_check(journey: Journey) -> int:
-    """Blocks that need a look."""
+    """Count the blocks that need a check."""
     return sum(one.to_check for one in journey.done)
 
 
 def _of_one(one: Arrival) -> str:
     parts = [f"{one.name}: {counted(one.blocks, 'block')} {_DONE[one.how]}"]
     parts += [f"{one.new} of them new"] * (one.new > 0) + [f"{one.gone} gone"] * (one.gone > 0)
-    parts += [f"{one.to_check} need{'s' * (one.to_check == 1)} a look"] if one.to_check else ["none needs a look"]
+    parts += [f"{one.to_check} need{'s' * (one.to_check == 1)} a check"] if one.to_check else ["none needs a check"]
     return ", ".join(parts) + "."
 
 
 def _of_many(journey: Journey) -> str:
     ways = [one.how for one in journey.done]
     how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-    text = f"Blocks of {journey.source.name} are in {counted(len(ways), 'further frame')}: {how}."
+    text = f"Blocks of {journey.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
     look, marked = to_check(journey), sum(one.to_check > 0 for one in journey.done)
-    need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a look."
-    return f"{text} {need if look else 'No block needs a look.'}"
+    need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a check."
+    return f"{text} {need if look else 'No block needs a check.'}"
 
 
 def _named(names: list[str]) -> str:
@@ -245,7 +249,7 @@ _PREFIX = "carry_"
 
 
 class CarryingPart(Part):
-    """Carries the present frame's blocks to others, and those of the frame before to it."""
+    """Propagates the current frame's blocks to other frames, and those of the previous frame to the current one."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -276,51 +280,51 @@ class CarryingPart(Part):
         self._allow()
 
     def begin(self) -> None:
-        """Put the choice of how blocks are carried into the menu."""
-        menu = QMenu("H&ow blocks are carried", self.desk.window)
+        """Insert the menu of the methods."""
+        menu = QMenu("Pr&opagation method", self.desk.window)
         menu.setToolTipsVisible(True)
         menu.addActions([self.desk.actions[name] for name in HOW])
         insert_menu(self.desk.window.menuBar(), menu, self.desk.actions["carry_through"])
 
     def under_way(self) -> list[UnderWay]:
-        """The carrying to a frame, which must stay open meanwhile."""
+        """The propagation to a frame, which must stay open meanwhile."""
         entry, journey = self.carrier.present, self.carrier.journey
         if entry is None or journey is None or entry is journey.source:
             return []
-        return [UnderWay(f"carrying blocks to {entry.name}", entry.session)]
+        return [UnderWay(f"propagation of blocks to {entry.name}", entry.session)]
 
     def shutdown(self) -> bool:
-        """Carry no further. True if no thread is left."""
+        """Stop permanently. True if no thread is left."""
         return self.carrier.shutdown()
 
     @property
     def how(self) -> str:
-        """How blocks are carried."""
+        """The selected method."""
         name = next(name for name in HOW if self.desk.actions[name].isChecked())
         return name.removeprefix(_PREFIX)
 
     # commands
 
     def carry_next(self) -> None:
-        """Carry the blocks to the next frame, and show it."""
+        """Propagate the blocks to the next frame, and show it."""
         present, following = self._present(), self._following(1)
         if present is not None and following:
             self.carrier.start(present, following, self.how, replaces=True, shows=True)
 
     def carry_previous(self) -> None:
-        """Carry the blocks of the frame before to the present one."""
+        """Propagate the blocks of the previous frame to the current one."""
         present, before = self._present(), self._preceding()
         if present is not None and before is not None:
             self.carrier.start(before, [present], self.how, replaces=True)
 
     def carry_through(self, count: int, replaces: bool = False) -> None:
-        """Carry the blocks through so many of the next frames."""
+        """Propagate the blocks through the next `count` frames."""
         present = self._present()
         if present is not None:
             self.carrier.start(present, self._following(count), self.how, replaces)
 
     def ask_carry_through(self) -> None:
-        """The same, by the dialog."""
+        """Propagate through the next frames, with the dialog."""
         following, actions = self._following(), self.desk.actions
         ways = [(name, plain(actions[name].text()), actions[name].toolTip()) for name in HOW]
         how = _PREFIX + self.how
@@ -335,19 +339,19 @@ class CarryingPart(Part):
         dialog.accepted.connect(take)
         dialog.open()
 
-    # what there is
+    # frames of the list
 
     def _present(self) -> Entry | None:
         workspace = self.desk.workspace
         return workspace.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _row(self) -> int:
-        """Where the present frame stands in the list."""
+        """Return the row of the current frame in the list."""
         present = self._present()
         return 0 if present is None else self.desk.workspace.entries.row_of(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
-        """The frames after the present one in the list, or so many of them."""
+        """Return the frames after the current one in the list, at most `most` of them."""
         first, entries = self._row() + 1, self.desk.workspace.entries
         end = len(entries) if most is None else min(first + most, len(entries))
         return [entries[row] for row in range(first, end)]
@@ -359,15 +363,15 @@ class CarryingPart(Part):
     def _allow(self) -> None:
         workspace, allow = self.desk.workspace, self.desk.actions.allow
         no_frame = "" if workspace.has_session else "Open a frame first."
-        busy = no_frame or ("" if self.carrier.journey is None else "Blocks are being carried: wait, or stop it.")
+        busy = no_frame or ("" if self.carrier.journey is None else "A propagation is in progress: wait, or stop it.")
         no_blocks = busy or ("" if workspace.session.counts() else "There are no blocks: extract or draw some first.")
         last = "" if self._following(1) else "This is the last frame of the list."
         first = "" if self._preceding() is not None else "This is the first frame of the list."
         allow(no_blocks or last, "carry_next", "carry_through")
         allow(busy or first, "carry_previous")
-        allow("" if self.carrier.journey is not None else "No blocks are being carried.", "stop_carrying")
+        allow("" if self.carrier.journey is not None else "No propagation is in progress.", "stop_carrying")
 
-    # what is said
+    # messages
 
     def _show(self) -> None:
         journey = self.carrier.journey
@@ -382,4 +386,4 @@ class CarryingPart(Part):
             notes.tell(text)
         if to_check(journey) and self.desk.workspace.has_session and self.desk.workspace.session.to_check:
             notes.offer(text, self.desk.actions["next_suspect"])
-        notes.warn("Carrying blocks", notes_of(journey))
+        notes.warn("Propagation of blocks", notes_of(journey))

@@ -1,1 +1,1 @@
-"""Places where blocks and depth look wrong, one after the other; invalid depth is suggested."""
+"""Quality checks of blocks and depth, one place after the other, and suggestions of invalid depth."""

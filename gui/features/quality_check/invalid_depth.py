@@ -1,4 +1,4 @@
-"""Suggests known depth to distrust: shown first, then taken or left."""
+"""Suggests known depth to mark as invalid: shown first, then accepted or rejected."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
@@ -30,14 +31,14 @@ class _Question:
 
 
 class DistrustPresenter(QObject):
-    """Candidates for wrong depth in the present frame, marked in all views until they are taken or left.
+    """Candidates for invalid depth in the current frame, marked in all views until they are accepted or rejected.
 
     Signals
     -------
     message(str)
-        What there is to say beside.
+        A further message.
     failed(object)
-        The exception that kept candidates from being found, or from being taken.
+        The exception raised while candidates were searched for or applied.
     """
 
     message = Signal(str)
@@ -58,40 +59,42 @@ class DistrustPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether candidates are being looked for."""
+        """Whether the search for candidates is in progress."""
         return self._questions.busy
 
     @property
     def candidates(self) -> Mask | None:
-        """Pixels that are suggested, bool (H, W); None while there is nothing to decide."""
+        """Suggested pixels, bool (H, W); None while there are none."""
         return self._found
 
     def suggest(self) -> None:
-        """Look for candidates in the present frame."""
+        """Search for candidates in the current frame."""
         if self._workspace.has_session:
             session = self._workspace.session
             self._questions.ask(_Question(session.frame, session.notes.extraction or BlockParameters()))
 
     def take(self) -> None:
-        """Distrust the candidates."""
+        """Mark the candidates as invalid."""
         if self._found is None:
             return
         found, before = self._found, self._workspace.session.frame.distrusted
         try:
-            self._workspace.set_distrusted(found if before is None else before | found, "Distrust what is suggested")
+            self._workspace.set_distrusted(
+                found if before is None else before | found, "Mark suggested depth as invalid"
+            )
         except IlfError as error:
             self.leave()
             self.failed.emit(error)
 
     def leave(self) -> None:
-        """Forget the candidates."""
+        """Reject the candidates."""
         self._questions.forget()
         self._found = None
         self._marks.clear()
         self._strip.hide()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take_answer(self, question: _Question, found: Mask) -> None:
@@ -100,12 +103,12 @@ class DistrustPresenter(QObject):
         pixels = int(np.count_nonzero(found))
         if not pixels:
             self.leave()
-            self.message.emit("No known depth looks wrong: there are no flying pixels, speckles or things of glass.")
+            self.message.emit("No invalid depth found: no flying pixels, speckles or glass.")
             return
         self._found = found
         self._views.fit()
         self._marks.show(boundary_path(found))
-        self._strip.say(f"{pixels:,} px of known depth look wrong: flying pixels, speckles or glass.")
+        self._strip.say(f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass.")
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self.leave()
@@ -113,5 +116,5 @@ class DistrustPresenter(QObject):
 
 
 def _find(question: _Question) -> Mask:
-    """Off the GUI's thread."""
+    """Compute the candidates; called in a worker thread."""
     return suggest_distrust(question.frame, find_edges(question.frame, question.extraction).strength)

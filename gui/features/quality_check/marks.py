@@ -1,4 +1,4 @@
-"""Marks in all views on what is to be looked at."""
+"""Marks of places to check in all views, and the line with the commands on them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WIDTH, _HALO, _HEIGHT = 1.5, 170, 5.5
 
 
 class Marks:
-    """One path in every view, in a colour that nothing else has."""
+    """The same path in every view, in a colour used for nothing else."""
 
     def __init__(self, views: LinkedViews) -> None:
         self._items = []
@@ -28,7 +28,7 @@ class Marks:
 
     @property
     def path(self) -> QPainterPath:
-        """What is marked, in image coordinates."""
+        """The marked path, in image coordinates."""
         return self._items[0].path
 
     def show(self, path: QPainterPath) -> None:
@@ -37,23 +37,23 @@ class Marks:
             item.set_path(path)
 
     def clear(self) -> None:
-        """Mark nothing."""
+        """Remove the mark."""
         for item in self._items:
             item.set_path(None)
 
 
-# A line under the views that says what is to be decided, with what can be done about it.
+# Line under the views with a message and commands.
 
 _LEAST_TEXT = 120
 
 
 class ReviewStrip(QWidget):
-    """Hidden until there is something to say.
+    """Line with a message and buttons; hidden without a message.
 
     Parameters
     ----------
     icons, named : iterable of QAction
-        What can be done: buttons with their icons alone, and beside them some with their names, too.
+        Commands: buttons with icons only, and buttons with icons and names.
     """
 
     def __init__(self, icons: Iterable[QAction], named: Iterable[QAction], parent: QWidget | None = None) -> None:
@@ -71,12 +71,12 @@ class ReviewStrip(QWidget):
                 button = QToolButton()
                 button.setDefaultAction(action)
                 button.setToolButtonStyle(shown)
-                # keys go on to the views
+                # keeps the keyboard focus in the views
                 button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
                 layout.addWidget(button)
         self.hide()
 
     def say(self, text: str) -> None:
-        """Show a text."""
+        """Show a message."""
         self.label.setText(text)
         self.show()

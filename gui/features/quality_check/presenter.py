@@ -1,4 +1,4 @@
-"""Goes through the suspicious places of the present frame, and keeps up with edits."""
+"""Steps through the quality checks of the current frame, updated after edits."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPointF, Signal
 from PySide6.QtGui import QAction, QPainterPath
 
+from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -26,37 +27,37 @@ from ...views.linked_views import LinkedViews
 from ...work.latest_question import LatestQuestion
 from .marks import Marks, ReviewStrip
 
-# Going through suspicious places: which one is looked at, which were left as they are. No widgets.
+# Quality checks: the current place, and the ignored ones. No widgets.
 
 _SAME = 30.0
-"""A place that was left is the same as another one of its kind and block so near [px]."""
+"""Maximum distance [px] at which an ignored place equals another one of the same kind and block."""
 
 _ROOM = 10
-"""A place is the one that was looked at if it is in its box, give or take so many pixels: an edit may move it."""
+"""Margin [px] around the box of the former place in which a place counts as the same: an edit may move it."""
 
 
 class Review:
-    """The places of one frame, the worst first, and the one that is looked at."""
+    """Flagged places of one frame, the worst first, and the current one."""
 
     def __init__(self) -> None:
         self.places: Sequence[Place] = ()
         self.present: Place | None = None
-        """What is looked at; None before the first, and when it has been mended."""
+        """The current place; None before the first one, and after it has been fixed."""
         self._left: list[Place] = []
         self._next = 0
 
     @property
     def left(self) -> int:
-        """How many places were left as they are."""
+        """Number of ignored places."""
         return len(self._left)
 
     @property
     def number(self) -> int:
-        """Which one of the places is looked at, from 1 on; 0 for none."""
+        """Number of the current place, from 1; 0 for none."""
         return 0 if self.present is None else self.places.index(self.present) + 1
 
     def take(self, found: Sequence[Place]) -> bool:
-        """Take what is found now that something has changed; True if what was looked at is there no more."""
+        """Set the places found after a change; return True if the current place is gone."""
         former = self.present
         self.places = [place for place in found if not any(_is_same(place, one) for one in self._left)]
         if former is None:
@@ -66,11 +67,11 @@ class Review:
         return self.present is None
 
     def _worse_than(self, former: Place) -> int:
-        """How many places are worse than one that may be gone."""
+        """Count the places with a higher score than a former one."""
         return sum(place.score > former.score for place in self.places)
 
     def step(self, by: int) -> Place | None:
-        """Look at the next place, or at the one before with -1, round and round; None if there is none."""
+        """Move to the next place, or to the previous one with -1, cyclically; return it, None if there is none."""
         if not self.places:
             self.present = None
             return None
@@ -82,7 +83,7 @@ class Review:
         return self.present
 
     def leave(self) -> Place | None:
-        """Pass over what is looked at, for good, and look at the next; None if that is all."""
+        """Ignore the current place permanently, and move to the next; return it, None if there is none."""
         if self.present is None:
             return self.step(1)
         self._left.append(self.present)
@@ -107,10 +108,10 @@ def _is_part(place: Place, whole: Place) -> bool:
 
 
 _NEAREST, _WIDEST = 96, 320
-"""Side [px] of the part of the frame that is shown, at least and at most."""
+"""Minimum and maximum side of the shown region [px]."""
 
 _RING = 10.0
-"""Radius [px] of the ring around the middle of a place."""
+"""Radius of the ring around the centre of a place [px]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,26 +122,26 @@ class _Question:
     extraction: BlockParameters
     error: NDArray[np.float32] | None
     to_check: dict[int, str]
-    """Blocks that came from another frame and need a look -> why."""
+    """Propagated blocks that need a check -> reason."""
 
 
 class ReviewPresenter(QObject):
-    """Shows one place after the other: zooms there, chooses the block, says why, and counts.
+    """Shows one flagged place after the other: zooms to it, selects the block, and shows reason and number.
 
-    Places are looked for off the GUI's thread, and anew after every edit while the strip is there. Those that were
-    left as they are stay left as long as the frame is open.
+    The search runs in a worker thread, and again after every edit while the strip is visible. Ignored places stay
+    ignored while the frame is open.
 
     Parameters
     ----------
     leave : QAction
-        What leaves a place as it is; enabled while one is looked at.
+        Command that ignores a place; enabled while there is a current one.
 
     Signals
     -------
     shown()
-        A place is looked at, in the views.
+        The views show a place.
     failed(object)
-        The exception that kept places from being found.
+        The exception raised during the search.
     """
 
     shown = Signal()
@@ -156,7 +157,7 @@ class ReviewPresenter(QObject):
         self._marks = Marks(views)
         self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
         self._asked: _Question | None = None
-        """What has been asked last; None while nobody wants to know."""
+        """The last request; None while the review is closed."""
         self._fresh = False
         self._wish = 0
         self._questions = LatestQuestion[_Question, Sequence[Place]](_find, self)
@@ -169,28 +170,28 @@ class ReviewPresenter(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether places are being looked for."""
+        """Whether the search is in progress."""
         return self._questions.busy
 
     @property
     def review(self) -> Review:
-        """The places of the present frame."""
+        """The places of the current frame."""
         return self._reviews.setdefault(self._workspace.session, Review())
 
     def go(self, by: int) -> None:
-        """Show the next place, or the one before with -1."""
+        """Show the next place, or the previous one with -1."""
         if not self._workspace.has_session:
             return
         if not self._fresh:
             self._wish = by
-            self._strip.say("Looking for suspicious places…")
+            self._strip.say("Running quality checks…")
             if self._asked is None:
                 self._ask()
             return
         self._show(self.review.step(by))
 
     def leave(self) -> None:
-        """Leave what is looked at as it is, and show the next; a block from another frame needs no look any more."""
+        """Ignore the current place and show the next; a propagated block is marked as checked."""
         if not (self._workspace.has_session and self._fresh):
             return
         place = self.review.present
@@ -201,7 +202,7 @@ class ReviewPresenter(QObject):
             self._show(self.review.leave())
 
     def close(self) -> None:
-        """Look at no more places."""
+        """Close the review."""
         self._questions.forget()
         self._asked, self._fresh, self._wish = None, False, 0
         self._marks.clear()
@@ -209,7 +210,7 @@ class ReviewPresenter(QObject):
         self._strip.hide()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _ask_again(self) -> None:
@@ -217,7 +218,7 @@ class ReviewPresenter(QObject):
             self._ask()
 
     def _note_checked(self) -> None:
-        """Others of the blocks may need a look."""
+        """Search again if other blocks need a check."""
         if self._asked is not None and self._workspace.session.to_check != self._asked.to_check.keys():
             self._ask()
 
@@ -236,7 +237,7 @@ class ReviewPresenter(QObject):
             return
         former = self.review.present
         gone = self.review.take(found)
-        # what was expected of depth that is yet to be completed again is not known
+        # the expected error is unknown until the depth has been completed again
         mended = gone and former is not None and (former.kind != "error" or question.error is not None)
         self._fresh = True
         wish, self._wish = self._wish, 0
@@ -269,18 +270,17 @@ class ReviewPresenter(QObject):
             self._strip.say(f"{review.number} of {count}: {self._named(place.reason)}")
             return
         self._marks.clear()
-        left = f" {review.left} left as they are." if review.left else ""
+        left = f" {review.left} ignored." if review.left else ""
         if count:
-            done = "Mended. " if mended else ""
-            places = "1 suspicious place is" if count == 1 else f"{count} suspicious places are"
-            self._strip.say(f"{done}{places} left to look at.")
+            done = "Fixed. " if mended else ""
+            self._strip.say(f"{done}{counted(count, 'flagged place')} left to check.")
         elif mended:
-            self._strip.say(f"Mended. That was the last suspicious place.{left}")
+            self._strip.say(f"Fixed. That was the last flagged place.{left}")
         else:
-            self._strip.say(f"Nothing looks suspicious any more.{left}" if left else "Nothing looks suspicious.")
+            self._strip.say(f"No more flagged places.{left}" if left else "No flagged places.")
 
     def _named(self, reason: str) -> str:
-        """The reason, with the blocks' names instead of their numbers."""
+        """Return the reason, with the names of blocks instead of their numbers."""
         infos = self._workspace.session.infos
 
         def name(found: re.Match[str]) -> str:
@@ -291,14 +291,14 @@ class ReviewPresenter(QObject):
 
 
 def _find(question: _Question) -> Sequence[Place]:
-    """Off the GUI's thread."""
+    """Find the flagged places; called in a worker thread."""
     strength = find_edges(question.frame, question.extraction).strength
     carried = carried_places(question.labels, question.to_check)
     return [*carried, *suspicious_places(question.frame, question.labels, strength, question.error)]
 
 
 def _around(place: Place, shape: tuple[int, int]) -> Box:
-    """What to show of the frame: the place with its surroundings, or only its middle where it is too large."""
+    """Return the region to show: the place with its surroundings, or only its centre if it is too large."""
     spans = []
     for span, middle, size in zip(place.box, place.point[::-1], shape, strict=True):
         side = min(max(2 * (span.stop - span.start), _NEAREST), _WIDEST)

@@ -1,1 +1,1 @@
-"""Reports: what is asked for, and pages on paper."""
+"""Reports: dialog, writing in the background, and PDF layout."""

@@ -53,24 +53,24 @@ COMMANDS = (
 )
 
 
-# The dialog that asks what a report is about, and shows how far it is.
+# The report dialog: frames, format, hold-out test and progress.
 
 THIS_FRAME, ALL_FRAMES = "frame", "all"
-_FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, to print or to send"}
-_PATTERNS = {"areas": "areas, like the holes that cameras leave", "random": "random pixels"}
+_FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
+_PATTERNS = {"areas": "areas, like holes in sensor depth", "random": "random pixels"}
 _KEY = "report/"
 _SEEDS, _MOST_SEEDS = 3, 20
 
 
 class ReportDialog(QDialog):
-    """What, in which format, and whether on hidden depth, too. It stays open until the report is written.
+    """Dialog of a report: frames, format and hold-out test. It stays open until the report is written.
 
     Signals
     -------
     wished()
-        The user wants it written.
+        The user requested the report.
     cancelled()
-        The user wants no more of it.
+        The user cancelled the report.
     """
 
     wished = Signal()
@@ -81,38 +81,38 @@ class ReportDialog(QDialog):
         self.setWindowTitle("Report")
         about = Message(lines=3)
         about.say(
-            "Pictures with their scales, blocks with their figures, parameters that differ from the preset, curves, "
-            "errors, kept runs, versions and the hashes of all files, in one file that needs no other."
+            "Pictures with scales, blocks with their figures, parameters that differ from the preset, curves, errors, "
+            "run history, versions and the hashes of all files, in one self-contained file."
         )
         self.scope = QComboBox()
-        self.scope.setToolTip("Which frames the report is about; several have an index with a row for each")
+        self.scope.setToolTip("Frames of the report; several frames get an index with a row for each")
         self._scopes = QStandardItemModel(self)
         self.scope.setModel(self._scopes)
         self.scope.addItem("", THIS_FRAME)
         self.scope.addItem("", ALL_FRAMES)
         self.format = QComboBox()
-        self.format.setToolTip("What kind of file is written")
+        self.format.setToolTip("File type of the report")
         for name, text in _FORMATS.items():
             self.format.addItem(text, name)
-        self.hidden = QCheckBox("Hide known depth and say how well it comes back")
+        self.hidden = QCheckBox("Measure the error on held-out known depth")
         self.hidden.setToolTip(
-            "Test every frame that has results on hidden depth; takes about as long as running it, once for each seed"
+            "Run a hold-out test for every frame with results; takes about as long as a run per seed"
         )
         self.pattern = QComboBox()
         self.pattern.setToolTip("Which known depth is hidden")
         for name in sorted(HIDDEN_PATTERNS):
             self.pattern.addItem(_PATTERNS.get(name, name), name)
         self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=_SEEDS)
-        self.seeds.setToolTip("How often other depth is hidden; the errors are pooled, and shown for each")
-        self.opens = QCheckBox("Open it when it is done")
-        self.opens.setToolTip("Show the report in the browser, or in the program that shows PDF files")
+        self.seeds.setToolTip("Number of random hold-outs; errors are shown for each and pooled")
+        self.opens = QCheckBox("Open when done")
+        self.opens.setToolTip("Open the report in the browser or the PDF viewer")
         self.state = Message()
         self.work = WorkRow("report", "nothing is written")
 
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Close)
         self.write_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.write_button.setText("&Write…")
-        self.write_button.setToolTip("Choose the file and write the report, in the background")
+        self.write_button.setToolTip("Select the file and write the report in the background")
         buttons.accepted.connect(self.wished)
         buttons.rejected.connect(self.reject)
         self.work.cancelled.connect(self.cancelled)
@@ -123,12 +123,12 @@ class ReportDialog(QDialog):
         test.addWidget(self.seeds)
         form = QFormLayout()
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("&About", self.scope)
+        form.addRow("F&rames", self.scope)
         form.addRow("&Format", self.format)
-        form.addRow("Hidden depth", self.hidden)
+        form.addRow("Hold-out test", self.hidden)
         form.addRow("Pattern and seeds", test)
         form.addRow("", self.opens)
-        self.pattern.setAccessibleName("Pattern in which depth is hidden")
+        self.pattern.setAccessibleName("Pattern of the hold-out")
         self.seeds.setAccessibleName("Number of seeds")
         self._form = QWidget()
         self._form.setLayout(form)
@@ -145,7 +145,7 @@ class ReportDialog(QDialog):
         self._allow()
 
     def set_frames(self, name: str, worked_on: int) -> None:
-        """What there is to report on: the present frame, and how many have been worked on."""
+        """Set the name of the current frame, and the number of frames that have been worked on."""
         self.scope.setItemText(0, f"This frame: {name}")
         self.scope.setItemText(1, f"All frames that have been worked on: {worked_on}")
         item = self._scopes.item(1)
@@ -156,13 +156,13 @@ class ReportDialog(QDialog):
 
     @property
     def test(self) -> HiddenTest | None:
-        """How depth is hidden; None for no test."""
+        """The hold-out test; None for no test."""
         if not self.hidden.isChecked():
             return None
         return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
 
     def begin(self) -> None:
-        """The report is being written."""
+        """Show that the report is being written."""
         self._keep()
         self._form.setEnabled(False)
         self.write_button.setEnabled(False)
@@ -170,19 +170,19 @@ class ReportDialog(QDialog):
         self.work.begin()
 
     def show_step(self, share: float, text: str) -> None:
-        """So much is done, 0-1, and this is under way."""
+        """Show the share done, 0-1, and the current step."""
         self.work.show_share(share)
         self.state.say(text)
 
     def end(self, text: str = "", tone: str = "muted") -> None:
-        """It is written, or will not be."""
+        """Show that the report has ended, with a message."""
         self.work.end()
         self._form.setEnabled(True)
         self.write_button.setEnabled(True)
         self.state.say(text, tone)
 
     def reject(self) -> None:
-        self.cancelled.emit()  # however it is closed
+        self.cancelled.emit()  # on any way of closing
         super().reject()
 
     def _allow(self) -> None:
@@ -206,11 +206,11 @@ class ReportDialog(QDialog):
         settings.setValue(_KEY + "open", self.opens.isChecked())
 
 
-# Frames of the window as subjects of a report.
+# Conversion of frames of the window to subjects of a report.
 
 
 def subject_of(session: Session) -> Subject:
-    """A frame that is open, as it is now; what becomes of it afterwards does not show."""
+    """Snapshot of an open frame; later changes do not affect it."""
     completion = session.completion() or compose(session.frame, {})
     infos = {label: session.info(label) for label in session.counts()}
     return Subject(
@@ -226,9 +226,9 @@ def subject_of(session: Session) -> Subject:
 def subjects_of(
     entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
 ) -> Iterator[Subject | Unreadable]:
-    """Frames that have been worked on, open or not; those that are not are read when it is their turn.
+    """Subjects of frames, open or not; closed frames are read when they are reached.
 
-    To be called in the GUI's thread, and gone through in any. `for_all`: the parameters of all frames, if there are.
+    Call in the GUI thread, iterate in any thread. `for_all`: the parameters shared by all frames, if any.
     """
     open_ones = {entry.id: subject_of(entry.session) for entry in entries if entry.session is not None}
     noted = [(entry, entry.note) for entry in entries]
@@ -243,23 +243,23 @@ def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | Non
     return Subject.of_state(decoded.state.as_set(note, for_all), problems=decoded.problems)
 
 
-# Writing a report, step by step, in any thread.
+# Writing of a report, step by step, for any thread.
 
 _OF_CONTENT = 0.8
-"""Share of the work that is done when the pages begin to be written."""
+"""Share of the work done before the pages are written."""
 
 
 def write_steps(
     path: Path, subjects: Iterable[Subject | Unreadable], count: int, options: ReportOptions
 ) -> Generator[Step, None, Path]:
-    """Write a report of so many subjects, as PDF if the file is called so, otherwise as HTML.
+    """Write a report of `count` subjects, as PDF if that is the suffix, otherwise as HTML.
 
     Raises
     ------
     InputError
-        As `ilf.report.report_steps` does.
+        As from `ilf.report.report.report_steps`.
     ExportError
-        If the file cannot be written; what was there is as it was.
+        If the file cannot be written; an existing file stays unchanged.
     """
     content = yield from part_of(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
     if path.suffix.lower() == ".pdf":
@@ -274,7 +274,7 @@ _KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
 
 
 class ReportPart(Part):
-    """*File > Report…*: the dialog, and what it starts."""
+    """The command *File > Report…*: its dialog and the report."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -285,14 +285,14 @@ class ReportPart(Part):
         self.worker.progressed.connect(self._show_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
-        self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled: nothing was written."))
+        self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled. Nothing was written."))
         self.dialog.wished.connect(self._choose_file)
         self.dialog.cancelled.connect(self.worker.cancel)
         desk.workspace.session_changed.connect(self._allow)
         self._allow()
 
     def ask(self) -> None:
-        """Ask what is wished for, by the dialog."""
+        """Open the dialog."""
         if not self.worker.busy:
             self._describe()
         self.dialog.show()
@@ -300,7 +300,7 @@ class ReportPart(Part):
         self.dialog.activateWindow()
 
     def write(self, path: Path, every: bool = False) -> None:
-        """Write a report of the present frame, or of every frame that has been worked on, as the dialog says."""
+        """Write a report of the current frame, or of all worked-on frames, with the settings of the dialog."""
         workspace = self.desk.workspace
         if self.worker.busy or not workspace.has_session:
             return
@@ -312,7 +312,7 @@ class ReportPart(Part):
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if no thread is left."""
+        """Stop permanently before the window closes. True if all threads have ended."""
         ended = self.worker.shutdown()
         self.dialog.close()
         return ended
@@ -334,7 +334,7 @@ class ReportPart(Part):
         self.dialog.set_frames(name, len(self._worked_on()))
 
     def _worked_on(self) -> list[Entry]:
-        """Frames that somebody has done anything with, and that are open or stored."""
+        """Frames that have been worked on and are open or stored."""
         store = self.desk.store
         return [
             entry

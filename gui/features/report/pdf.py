@@ -1,4 +1,4 @@
-"""A report as PDF: the same content as the page, laid out for paper."""
+"""A report as PDF: the same content as the HTML page, laid out for paper."""
 
 from __future__ import annotations
 
@@ -54,26 +54,25 @@ _STYLE = "body {{ color: #1c2126; }} th {{ color: #5c6670; }} .soft {{ color: #5
 
 
 def millimetres(length: float) -> float:
-    """Millimetres in the units of the pages."""
+    """Convert millimetres to dots of the page."""
     return length * DPI / 25.4
 
 
 def points(size: float) -> float:
-    """Points in the units of the pages."""
+    """Convert points to dots of the page."""
     return size * DPI / 72
 
 
 class Pages:
-    """Pages that are written from top to bottom; to be closed at the end.
+    """Pages of a PDF, written from top to bottom; call `close` at the end.
 
-    Everything is laid out in dots of the page, so that nothing depends on any screen. May be used in any thread, from
-    one at a time.
+    The layout is in dots of the page, independent of the screen. May be used in any thread, by one thread at a time.
 
     Parameters
     ----------
     path : Path
     title : str
-        Of the document, and in its pages' feet.
+        Title of the document, also in the footers.
     """
 
     def __init__(self, path: Path, title: str) -> None:
@@ -91,25 +90,25 @@ class Pages:
         self.number = 1
         self._painter = QPainter()
         if not self._painter.begin(writer):
-            raise ExportError(f"Could not write {path}. Choose another folder, or make space.")
+            raise ExportError(f"Could not write {path}. Choose another folder, or free disk space.")
 
     @property
     def width(self) -> float:
-        """Of all pieces, in dots."""
+        """Width of all pieces, in dots."""
         return self._area.width()
 
     @property
     def height(self) -> float:
-        """Of an empty page, in dots."""
+        """Height of an empty page, in dots."""
         return self._area.height()
 
     @property
     def left(self) -> float:
-        """What is left of the present page, in dots."""
+        """Free height on the current page, in dots."""
         return self._area.height() - self._y
 
     def piece(self, html: str, images: dict[str, QImage] | None = None) -> QTextDocument:
-        """A piece to be added: rich text as wide as the page, with the images that it names."""
+        """Create a piece: rich text as wide as the page, with its named images."""
         document = QTextDocument()
         font = QFont()
         font.setPixelSize(round(points(_TEXT_PT)))
@@ -124,16 +123,16 @@ class Pages:
         return document
 
     def add(self, piece: QTextDocument, before: float = 0.0, together: float = 0.0) -> None:
-        """Put a piece below the last one, or on a new page if the rest of this one is too small.
+        """Add a piece below the last one, or on a new page if the rest of this page is too small.
 
         Parameters
         ----------
         piece : QTextDocument
-            No higher than a page; what is beyond that is cut off.
+            At most as high as a page; the rest is cut off.
         before : float
-            Room above it, where it is not the first of its page [dots].
+            Space above it, unless it is the first of its page [dots].
         together : float
-            Room below it that what follows needs on the same page [dots].
+            Height below it to keep on the same page, for the next pieces [dots].
         """
         height = piece.size().height()
         above = before if self._y else 0.0
@@ -151,7 +150,7 @@ class Pages:
         self._y += above + height
 
     def turn(self) -> None:
-        """Go on on a new page, unless this one is empty."""
+        """Start a new page, unless this one is empty."""
         if self._y:
             self._write_foot()
             self._writer.newPage()
@@ -159,7 +158,7 @@ class Pages:
             self._y = 0.0
 
     def close(self) -> None:
-        """Write the last foot; the file is whole afterwards."""
+        """Write the last footer and finish the file."""
         self._write_foot()
         self._painter.end()
 
@@ -180,21 +179,21 @@ def _foot() -> float:
     return millimetres(_FOOT_MM)
 
 
-# The images of a report as they stand on paper.
+# The images of a report on paper.
 
 _MARK_PT = 6.5
 _INK = QColor("#1c2126")
 
 
 def image_of(image: Image) -> QImage:
-    """A decoded image."""
+    """Decode an image."""
     found = QImage()
     found.loadFromData(image.data)
     return found.convertToFormat(QImage.Format.Format_RGB32)
 
 
 def picture_image(picture: Picture, width: int) -> QImage:
-    """A picture, so many dots wide if it has marks, which are written on it."""
+    """Image of a picture; with marks, it is scaled to `width` dots and the marks are drawn on it."""
     image = image_of(picture.image)
     if not picture.marks:
         return image
@@ -219,7 +218,7 @@ def picture_image(picture: Picture, width: int) -> QImage:
 
 
 def bar_image(bar: ColourBar, width: int) -> QImage:
-    """A colour bar under a picture that is so many dots wide."""
+    """Colour bar for a picture of `width` dots."""
     gap, height = round(points(3)), round(points(6))
     image = QImage(width, gap + height, QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -230,7 +229,7 @@ def bar_image(bar: ColourBar, width: int) -> QImage:
 
 
 def scale_image(scale: ScaleBar, width: int) -> QImage:
-    """A scale bar under a picture that is so many dots wide."""
+    """Scale bar for a picture of `width` dots."""
     gap, height = points(3), round(points(7))
     image = QImage(max(round(scale.share * width), 4), height, QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -243,7 +242,7 @@ def scale_image(scale: ScaleBar, width: int) -> QImage:
 
 
 def plate_image(colour: tuple[int, int, int]) -> QImage:
-    """A small plate of a colour."""
+    """Small colour swatch."""
     side = round(points(6))
     image = QImage(side, side, QImage.Format.Format_RGB32)
     image.fill(QColor(*colour))
@@ -251,7 +250,7 @@ def plate_image(colour: tuple[int, int, int]) -> QImage:
 
 
 def line_image(item: Legend) -> QImage:
-    """A short line as it stands for a curve."""
+    """Short line for the legend of a curve."""
     width, height = round(points(20)), round(points(6))
     image = QImage(width, height, QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -267,7 +266,7 @@ def line_image(item: Legend) -> QImage:
 
 
 def plot_image(plot: Plot, width: int) -> QImage:
-    """Curves, so many dots wide."""
+    """Image of a plot, `width` dots wide."""
     image = QImage(width, round(width * plot.size[1] / plot.size[0]), QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
     painter = QPainter(image)
@@ -282,20 +281,20 @@ _COLUMNS = 2
 _GUTTER_MM = 6.0
 _HEAD_PT, _SECTION_PT, _TABLE_PT, _SMALL_PT = 18.0, 12.0, 7.5, 7.5
 _LETTERS = 4, 30
-"""That a column of a table is taken to have at least and at most."""
+"""Minimum and maximum number of letters assumed for a column of a table."""
 _THUMBNAIL_MM = 22.0
 _CELL = f"padding:{round(points(1.4))}px {round(points(3))}px; border-bottom:2px solid #d9dde2"
 
 
 def write_pdf(path: str | os.PathLike[str], report: Report, made: str) -> Generator[Step, None, None]:
-    """Write a report as PDF, step by step; all of it or nothing.
+    """Write a report as PDF, step by step and atomically.
 
     Parameters
     ----------
     path : path-like
     report : Report
     made : str
-        When it was made, in words.
+        Date and time of creation, as text.
 
     Raises
     ------
@@ -320,21 +319,21 @@ def _sections(chapter: Chapter) -> Sequence[Section | Chapter]:
 
 
 class _Writer:
-    """Lays the parts of a section out."""
+    """Lays out the parts of a section."""
 
     def __init__(self, pages: Pages) -> None:
         self._pages = pages
         self._images: dict[str, QImage] = {}
 
     def add(self, section: Section | Chapter) -> None:
-        """A section, or the head of a chapter."""
+        """Add a section, or the head of a chapter."""
         if isinstance(section, Chapter):
             self.add_text(_sized(f"<b>{escape(section.title)}</b>", _HEAD_PT))
             if section.lead:
                 self.add_text(escape(section.lead).replace("\n", "<br>"))
             return
         if section.title:
-            # with what stands below it: at least a row of a table, or a row of figures
+            # keep the title with the next piece: at least a row of a table or of figures
             first = section.parts[0] if section.parts else None
             figures = next((part for part in section.parts[:2] if isinstance(part, Gallery)), None)
             below = millimetres(15) if figures is None else self._figures(figures.items[:_COLUMNS]).size().height()
@@ -353,7 +352,7 @@ class _Writer:
                     self._pages.add(self._figures(part.items[start : start + _COLUMNS]), millimetres(_FIGURE_MM))
 
     def add_text(self, html: str, before_mm: float = _GAP_MM, together: float = 0.0) -> None:
-        """A piece of rich text."""
+        """Add a piece of rich text."""
         self._pages.add(self._piece(html), millimetres(before_mm), together)
 
     def _piece(self, html: str) -> QTextDocument:
@@ -361,7 +360,7 @@ class _Writer:
         return self._pages.piece(html, images)
 
     def _image(self, image: QImage, width: float) -> str:
-        """The tag of an image of such a width."""
+        """HTML tag of an image of this width."""
         name = f"image-{len(self._images)}"
         self._images[name] = image
         height = width * image.height() / image.width()
@@ -423,7 +422,7 @@ class _Writer:
     # tables
 
     def _add_table(self, table: Table) -> None:
-        """A table, in as many pieces as there are pages, each with the headings."""
+        """Add a table, split at page ends, with headings on each page."""
         rows = list(table.rows)
         while rows:
             count = len(rows)
@@ -461,7 +460,7 @@ class _Writer:
 
 
 def _column_widths(table: Table) -> list[int]:
-    """In per cent, by what stands in them."""
+    """Column widths in per cent, from the lengths of their texts."""
     least, most = _LETTERS
     letters = []
     for number, column in enumerate(table.columns):

@@ -1,1 +1,1 @@
-"""The runs of a frame that are kept, side by side."""
+"""Run history of a frame."""

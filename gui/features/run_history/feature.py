@@ -1,4 +1,4 @@
-"""The kept runs of the present frame: their panel and their commands."""
+"""Run history of the current frame: panel and commands."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, Qt, Signal
 from PySide6.QtWidgets import QMenu
 
+from ilf._runtime.formatting import counted
 from ilf.completion.confidence.expected_error import error_summary, expected_error
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters, likeness
@@ -34,52 +35,51 @@ from ..documents.file_dialogs import ask_path, save
 from .model import Column, RunRow, run_rows
 from .table import RunTable
 
-# Commands on kept runs.
+# Commands on the run history.
 
 COMMANDS = (
-    Command("show_runs", "&Kept runs", "ph.list-numbers", "Ctrl+Shift+R", "Open the list of this frame's runs"),
+    Command("show_runs", "Run histor&y", "ph.list-numbers", "Ctrl+Shift+R", "Open the list of this frame's runs"),
     Command(
         "compare_runs",
-        "Co&mpare with present",
+        "Co&mpare with current",
         "ph.columns",
         "Ctrl+Shift+D",
-        "Show the chosen runs, four at most, beside the present result, in views and curves; again to stop",
+        "Show the selected runs (max. four) beside the current result, in views and curves; again to stop",
     ),
     Command(
         "restore_run",
         "Restore &parameters",
         "ph.arrow-u-up-left",
         "",
-        "Set the parameters of the chosen run, those of all blocks and those of some; results stay as they are",
+        "Set the parameters of the selected run, common and per-block ones; results stay as they are",
     ),
     Command(
         "accept_run",
         "&Accept as the result",
         "ph.check-circle",
         "Ctrl+Shift+A",
-        "Let the results of the chosen run be the present ones, with its parameters, where blocks are as they were",
+        "Use the results and parameters of the selected run for all blocks that are unchanged since",
     ),
-    Command("rename_run", "Re&name run", "ph.pencil-simple", "", "Give the chosen run another name (F2 in the list)"),
-    Command("note_run", "Edit n&ote", "ph.note-pencil", "", "Say something of the chosen run"),
-    Command("delete_runs", "&Delete runs", "ph.trash", "", "Keep the chosen runs no longer (Del in the list)"),
+    Command("rename_run", "Re&name run", "ph.pencil-simple", "", "Rename the selected run (F2 in the list)"),
+    Command("note_run", "Edit n&ote", "ph.note-pencil", "", "Edit the note on the selected run"),
+    Command("delete_runs", "&Delete runs", "ph.trash", "", "Delete the selected runs (Del in the list)"),
     Command(
         "export_runs", "Export runs as CS&V…", "ph.export", "", "Write the list of runs, with all parameters, as CSV"
     ),
-    Command("clear_runs", "Clear ru&ns", "ph.backspace", "", "Keep none of the frame's runs"),
+    Command("clear_runs", "Clear ru&ns", "ph.backspace", "", "Delete all runs of the frame"),
 )
-"""What the window has for them; `RUN_MENU` says in which order."""
 
 RUN_MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 
 
-# How good kept runs are: worked out one after the other, off the GUI's thread, while the frame does not run.
+# Errors of stored runs: computed one after the other in a worker thread while the frame is not running.
 
 Truth = NDArray[np.float32] | None
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """A kept run with its results as they are, and what they are to be compared with."""
+    """Request: a stored run with its current results, and the ground truth to compare them with."""
 
     session: Session
     kept: KeptRun
@@ -90,19 +90,19 @@ class _Question:
 
 @dataclass(frozen=True)
 class Measures:
-    """Root mean squares [m] over the pixels that a run's blocks have filled; NaN where there is none."""
+    """Root mean square errors [m] over the pixels filled by a run's blocks; NaN if undefined."""
 
     truth_error: float = math.nan
     expected_error: float = math.nan
 
 
 class RunMeasurer(QObject):
-    """Works out what the list of kept runs lacks of the present frame's runs, the latest first.
+    """Computes the missing errors of the current frame's runs, the latest run first.
 
     Signals
     -------
     failed(object)
-        The exception that kept a run from being measured.
+        The exception raised while a run was measured.
     """
 
     failed = Signal(object)
@@ -117,11 +117,11 @@ class RunMeasurer(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether measures are to come."""
+        """Whether measures are pending."""
         return self._questions.busy
 
     def go_on(self) -> None:
-        """Measure the next run, if there is one."""
+        """Measure the next run without errors, if there is one."""
         if not self._workspace.has_session or self._questions.busy:
             return
         session = self._workspace.session
@@ -133,7 +133,7 @@ class RunMeasurer(QObject):
             self._questions.ask(_Question(session, kept, kept.run.frame, kept.results, session.frame.truth))
 
     def shutdown(self) -> bool:
-        """Stop for good. True if the thread has ended."""
+        """Stop permanently. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _take(self, question: _Question, measures: Measures) -> None:
@@ -149,7 +149,7 @@ class RunMeasurer(QObject):
 
 
 def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], truth: Truth) -> Measures:
-    """How good results of a frame's blocks are, by a truth [m] if there is one."""
+    """Compute the errors of results of a frame's blocks, with ground truth [m] if there is one."""
     completion = compose(frame, results)
     if not completion.filled.any():
         return Measures()
@@ -160,28 +160,28 @@ def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], truth: Truth) 
 
 
 def _answer(question: _Question) -> Measures:
-    """Off the GUI's thread."""
+    """Measure a run; called in a worker thread."""
     return measure(question.frame, question.results, question.truth)
 
 
-# The list of kept runs as a file.
+# The run history as a file.
 
 _ERRORS = ("rmse_truth [mm]", "rmse_hidden [mm]", "expected_error_rms [mm]")
 
 
 def write_runs(path: str | os.PathLike[str], rows: Sequence[RunRow]) -> None:
-    """Write runs as CSV, one per line: what the list shows, and all common parameters that have an effect.
+    """Write runs as CSV, one per line: the columns of the list, and all common parameters that have an effect.
 
     Parameters
     ----------
     path : path
     rows : sequence of RunRow
-        One at least.
+        At least one.
 
     Raises
     ------
     ExportError
-        If the file cannot be written; what was there before is as it was.
+        If the file cannot be written; an existing file is not changed.
     """
     lines = [_line(row) for row in rows]
     write_csv(path, [lines[0], *(line.values() for line in lines)])
@@ -222,7 +222,7 @@ _TITLE = "Runs"
 
 
 class KeptRunsPart(Part):
-    """Runs are kept as they end, shown in a table with how good they are, compared, restored and accepted."""
+    """Stores finished runs, shows them in a table with their errors, and compares, restores and accepts them."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -265,7 +265,7 @@ class KeptRunsPart(Part):
         self.table.contextMenuRequested.connect(self._show_menu)
         self.table.selectionChanged.connect(self._allow)
         self.keeper.message.connect(desk.notes.tell)
-        self.measurer.failed.connect(lambda error: desk.notes.report("How good a run is", error))
+        self.measurer.failed.connect(lambda error: desk.notes.report("Errors of a run", error))
         for signal in (workspace.session_changed, workspace.kept_runs_changed, workspace.truth_changed):
             signal.connect(self._allow)
             signal.connect(self.measurer.go_on)
@@ -273,19 +273,19 @@ class KeptRunsPart(Part):
         self._allow()
 
     def show(self) -> None:
-        """A row per run, if anybody looks."""
+        """Show a row per run if the table is visible."""
         if self.table.isVisible():
             workspace = self.desk.workspace
             self.table.set_rows(run_rows(workspace.session) if workspace.has_session else [])
 
     def shutdown(self) -> bool:
-        """Keep and measure nothing any more. True if no thread is left."""
+        """Stop permanently. True if no thread is left."""
         return self.keeper.shutdown() and self.measurer.shutdown()
 
     # commands
 
     def compare(self) -> None:
-        """Compare the chosen runs, and no others, with the present result; none if it is these already."""
+        """Compare exactly the selected runs with the current result; stop if they are compared already."""
         chosen = self._selected()[:MOST_COMPARED]
         compared = self.desk.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
@@ -294,62 +294,62 @@ class KeptRunsPart(Part):
             first = chosen[0]
             title = title_of(first.name, self.desk.workspace.session, first.run)
             what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
-            text = f"{what} compared with the present result: held V shows it."
+            text = f"{what} compared with the current result: hold V to show it."
             self.desk.notes.offer(text, self.desk.actions["compare_two"])
 
     def restore(self) -> None:
-        """Take the parameters of the chosen run."""
+        """Set the parameters of the selected run."""
         kept = self._chosen()
         if kept is None:
             return
         if self.desk.workspace.restore_run(kept):
             left = len(self.desk.workspace.session.changed_blocks())
-            more = f" {left} blocks have no result of them yet: run them (F5)." if left else ""
-            self.desk.notes.tell(f"The parameters are those of {kept.name}.{more}")
+            more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
+            self.desk.notes.tell(f"Parameters of {kept.name} restored.{more}")
         else:
-            self.desk.notes.tell(f"The parameters are those of {kept.name} already.")
+            self.desk.notes.tell(f"The parameters equal those of {kept.name} already.")
 
     def accept(self) -> None:
-        """Have the results of the chosen run for the present ones, where they fit."""
+        """Use the results of the selected run as the current ones for unchanged blocks."""
         kept = self._chosen()
         if kept is None:
             return
         taken = len(self.desk.workspace.accept_run(kept))
         count = len(kept.results)
         if not taken:
-            text = f"Nothing of {kept.name} can be accepted: all its blocks have other pixels or known depth since."
+            text = f"{kept.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
         elif taken < count:
-            text = f"{kept.name} is the result now; {count - taken} of {count} blocks have other pixels since."
+            text = f"{kept.name} is the result now, except {count - taken} of {count} blocks that have changed since."
         else:
             text = f"{kept.name} is the result now."
         self.desk.notes.tell(text)
 
     def delete(self) -> None:
-        """Keep the chosen runs no longer."""
+        """Delete the selected runs."""
         if self.desk.workspace.has_session:
             self.desk.workspace.delete_runs(self.desk.workspace.session, self._selected())
 
     def clear(self) -> None:
-        """Keep none of the frame's runs."""
+        """Delete all runs of the frame."""
         session = self.desk.workspace.session
         self.desk.workspace.delete_runs(session, list(session.kept_runs))
 
     def ask_export(self) -> None:
-        """Write the list as a file that the user chooses."""
+        """Write the list to a file that the user chooses."""
         name = f"{self.desk.workspace.session.name}-runs.csv"
         path = ask_path(self.desk.window, "Export runs", name, "Table (*.csv)")
         if path:
             self.export(path)
 
     def export(self, path: str) -> bool:
-        """Write the list as CSV; False, with a message, if the file cannot be written."""
+        """Write the list as CSV; return False, with a message, if the file cannot be written."""
         rows = run_rows(self.desk.workspace.session)
         return save(self.desk.notes, path, lambda: write_runs(path, rows))
 
-    # what the table reports
+    # signals of the table
 
     def _selected(self) -> list[KeptRun]:
-        """The chosen runs of the present frame: while nobody looks, the table may have another's."""
+        """Return the selected runs of the current frame; a hidden table may contain those of another frame."""
         workspace = self.desk.workspace
         there = workspace.session.kept_runs if workspace.has_session else []
         return [kept for kept in self.table.selected() if kept in there]
@@ -370,8 +370,8 @@ class KeptRunsPart(Part):
         there = bool(workspace.has_session and workspace.session.kept_runs)
         chosen = self._selected()
         none = "" if there else "There are no runs yet."
-        actions.allow(none or ("" if chosen else "Choose a run first."), "compare_runs", "delete_runs")
-        one = none or ("" if len(chosen) == 1 else "Choose one run first.")
+        actions.allow(none or ("" if chosen else "Select a run first."), "compare_runs", "delete_runs")
+        one = none or ("" if len(chosen) == 1 else "Select one run first.")
         actions.allow(one, "restore_run", "accept_run", "rename_run", "note_run")
         actions.allow(none, "export_runs", "clear_runs")
 

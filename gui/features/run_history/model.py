@@ -1,4 +1,4 @@
-"""The list of kept runs as text, colours, marks and sort keys."""
+"""Model of the run history: texts, colours, marks and sort keys."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QWidget
 
-from ilf._runtime.formatting import millimetres
+from ilf._runtime.formatting import counted, millimetres
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ilf.data.parameters import PRESETS, Parameters, likeness
 from ilf.project.run_history import Colour, KeptRun
@@ -27,35 +27,35 @@ from ...state.session import Session
 from ...widgets.basics import as_it_is
 from ...widgets.tables import Index, RowModel
 
-# What the list of kept runs shows: one row per run.
+# Rows of the run history, one per run.
 
 COMPARABLE = 0.9
-"""Share of the pixels that any run has filled which a run must have filled to be called the best."""
+"""Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
 
 ERRORS = ("truth_error", "hidden_error", "expected_error")
-"""Attributes of `KeptRun` that say how good it is."""
+"""Attributes of `KeptRun` with its errors."""
 
 
 @dataclass(frozen=True)
 class RunRow:
-    """What the list shows of one run, which identifies the row.
+    """Row of the list for one run, which identifies the row.
 
     Attributes
     ----------
     kept : KeptRun
     name, note : str
     title : str
-        The name without the values, which have a place of their own.
+        The name without the values, which have their own column.
     values : str
-        What differs from the nearest preset, and what keeps it from being a whole run of all blocks.
+        Differences to the nearest preset, and what is missing for a complete run of all blocks.
     colour : tuple of int
     compared, present : bool
-        Whether it is compared, and whether its results are the present ones.
+        Whether the run is compared, and whether its results are the current ones.
     when : datetime
     seconds : float
     iterations : int
     errors : tuple of (float or None)
-        Those of `ERRORS` [m].
+        The errors in `ERRORS` [m].
     best : tuple of bool
         Which of them are the smallest of all runs.
     """
@@ -76,7 +76,7 @@ class RunRow:
 
 
 def run_rows(session: Session) -> list[RunRow]:
-    """One row per kept run, the latest first."""
+    """Return one row per stored run, the latest first."""
     present = session.valid_results()
     best = [best_of(session.kept_runs, error) for error in ERRORS]
     return [
@@ -100,18 +100,18 @@ def run_rows(session: Session) -> list[RunRow]:
 
 
 def lacks_of(kept: KeptRun) -> str:
-    """What keeps a run from being a whole one, whose results are all of its own values; "" if nothing does."""
+    """Describe what is missing for a complete run with results of its own parameters only; "" for nothing."""
     texts = [] if kept.how == "finished" else [kept.how]
     if missing := kept.block_count - len(kept.results):
         texts.append(f"{missing} of {kept.block_count} blocks without result")
     if outdated := len(kept.outdated):
-        texts.append(f"{outdated} of {kept.block_count} blocks of other values")
+        texts.append(f"{outdated} of {kept.block_count} blocks with other parameters")
     return ", ".join(texts)
 
 
 def best_of(runs: Sequence[KeptRun], error: str) -> list[KeptRun]:
-    """Runs with the smallest error of such a kind, of those that have filled about as much as any, and were tested in
-    the same way as most; none if there are no two to choose from."""
+    """Return the runs with the smallest error of a kind, of those that have filled about as many pixels as any, and for
+    hold-out errors were tested like most; none if fewer than two are comparable."""
     most = max((kept.recovered for kept in runs), default=0)
     values = [(kept, getattr(kept, error)) for kept in runs if kept.recovered >= COMPARABLE * most]
     judged = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
@@ -145,22 +145,22 @@ EDITABLE = (Column.NAME, Column.NOTE)
 ERROR_COLUMNS = (Column.TRUTH, Column.HIDDEN, Column.EXPECTED)
 """In the order of `ERRORS`."""
 
-_BEST = "Bold with a star: the best of the runs that have filled about as many pixels."
+_BEST = "Bold with a star: best of the runs that have filled about as many pixels."
 HEADERS = {
-    Column.COMPARED: ("", f"Compare: show the run beside the present result, {MOST_COMPARED} at most. Click the tick."),
+    Column.COMPARED: ("", f"Compare: show the run beside the current result (max. {MOST_COMPARED}). Click the tick."),
     Column.COLOUR: ("", "Colour of the run in curves and profiles."),
-    Column.NAME: ("Run", "Name of the run; “present” is whose results are shown now. Press F2 to rename."),
-    Column.VALUES: ("Values", "The nearest preset, and what differs from it."),
-    Column.SECONDS: ("Time [s]", "How long the run took, in seconds."),
-    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter, in all blocks that were run."),
+    Column.NAME: ("Run", "Name of the run; “current” marks the run whose results are shown now. Press F2 to rename."),
+    Column.VALUES: ("Values", "The nearest preset, and the differences to it."),
+    Column.SECONDS: ("Time [s]", "Duration of the run in seconds."),
+    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter in all blocks of the run."),
     Column.TRUTH: (
         "Truth [mm]",
-        f"Root mean square error against the frame's truth, over the pixels that blocks have filled. {_BEST}",
+        f"Root mean square error against the frame's ground truth, over the pixels filled by blocks. {_BEST}",
     ),
     Column.HIDDEN: (
-        "Hidden [mm]",
-        "Root mean square error on known depth that was hidden to test the run's values: Test on hidden depth in the "
-        f"panel Accuracy. {_BEST}",
+        "Hold-out [mm]",
+        "Root mean square error on hold-out depth with the run's parameters: hold-out test in the panel Accuracy. "
+        f"{_BEST}",
     ),
     Column.EXPECTED: (
         f"{RMS_NAME} [mm]",
@@ -168,21 +168,21 @@ HEADERS = {
     ),
     Column.NOTE: (
         "Note",
-        "What you want to remember of the run. Double-click to write; runs with a note are not dropped.",
+        "Your note on the run. Double-click to edit; runs with a note are not deleted automatically.",
     ),
 }
 _NUMBERS = (Column.SECONDS, Column.ITERATIONS, *ERROR_COLUMNS)
 
 
 class RunModel(RowModel[RunRow]):
-    """Rows of kept runs, the latest first.
+    """Table model of the run history, the latest run first.
 
     Signals
     -------
     edited(object, str, str)
-        A kept run, "name" or "note", and what the user typed.
+        A stored run, "name" or "note", and the text typed by the user.
     ticked(object, bool)
-        A kept run, and whether it is to be compared.
+        A stored run, and whether it is to be compared.
     """
 
     edited = Signal(object, str, str)
@@ -195,7 +195,7 @@ class RunModel(RowModel[RunRow]):
         self.set_palette(parent.palette())
 
     def set_palette(self, palette: QPalette) -> None:
-        """Take the colours of a palette."""
+        """Apply the colours of a palette."""
         self._colours = theme.colours(palette)
         self.announce_all()
 
@@ -282,7 +282,7 @@ def _text(row: RunRow, column: Column) -> str:
         place = ERROR_COLUMNS.index(column)
         return f"★ {_millimetres(row.errors[place])}" if row.best[place] else _millimetres(row.errors[place])
     texts = {
-        Column.NAME: f"{row.title} · present" if row.present else row.title,
+        Column.NAME: f"{row.title} · current" if row.present else row.title,
         Column.VALUES: row.values,
         Column.SECONDS: f"{row.seconds:.2f}",
         Column.ITERATIONS: str(row.iterations),
@@ -320,12 +320,12 @@ def _tooltip(row: RunRow, column: Column) -> str:
     if column in ERROR_COLUMNS:
         error = row.errors[ERROR_COLUMNS.index(column)]
         if error is None:
-            return f"{HEADERS[column][1]} It has not been worked out."
+            return f"{HEADERS[column][1]} It has not been computed."
         if math.isnan(error):
-            return f"{HEADERS[column][1]} There is none for this run."
+            return f"{HEADERS[column][1]} It is not defined for this run."
         if column == Column.HIDDEN and row.kept.hidden_test is not None:
             test = row.kept.hidden_test
-            return f"{HEADERS[column][1]} Hidden: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
+            return f"{HEADERS[column][1]} Hold-out: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
     return row.note if column == Column.NOTE and row.note else HEADERS[column][1]
 
 
@@ -335,13 +335,14 @@ def _story(row: RunRow) -> str:
         row.name,
         f"{row.when:%H:%M:%S}: {len(kept.done)} of {kept.block_count} blocks in {row.seconds:.2f} s, "
         f"{row.iterations} iterations, {kept.how}.",
-        f"{kept.recovered} pixels filled by blocks" + (", and the rest guessed." if kept.guess is not None else "."),
+        f"{counted(kept.recovered, 'pixel')} filled by blocks"
+        + (", the rest extrapolated." if kept.guess is not None else "."),
     ]
-    return "\n".join([*lines, "Its results are the present ones."] if row.present else lines)
+    return "\n".join([*lines, "Its results are the current ones."] if row.present else lines)
 
 
 def _all_values(parameters: Parameters, values: str) -> str:
-    """All values that have an effect as rich text; those that differ from the preset are bold."""
+    """Return all parameters that have an effect as rich text; those that differ from the preset are bold."""
     differs = likeness(parameters, PRESETS).differs
     lines = []
     for name, declaration in Parameters.declarations().items():

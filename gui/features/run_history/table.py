@@ -1,4 +1,4 @@
-"""The list of kept runs: which there are, how good they are, and which of them are meant."""
+"""Table of the run history: runs, their errors, and the selection."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ _WIDTHS = {
     Column.NOTE: 110,
 }
 _NAME = 0.4, 120, 240
-"""Width of names: share of what the other columns leave, and bounds [px]."""
+"""Width of names: share of the width that the other columns leave, and bounds [px]."""
 _VALUES_WIDTH = 120
-"""Width of values, at least [px]; below, the table scrolls sideways."""
+"""Minimum width of the values [px]; below, the table scrolls horizontally."""
 
 
 class RunTable(QWidget):
-    """Table of kept runs with its buttons. It shows rows and reports wishes; the rows change only by `set_rows`.
+    """Table of the run history with its buttons. It shows rows and emits requests; only `set_rows` changes the rows.
 
     Parameters
     ----------
     buttons : sequence of (QAction, bool) or None
-        What stands above the table, and whether with its text; None separates.
+        Buttons above the table, and whether they show their text; None for a separator.
 
     Signals
     -------
     selectionChanged()
-        Other rows are chosen.
+        The selection has changed.
     edited(object, str, str), ticked(object, bool)
-        As of `RunModel`.
+        As in `RunModel`.
     deleteWished()
-        Of the chosen rows.
+        Request to delete the selected rows.
     contextMenuRequested(QPoint)
         Global position.
     shown()
-        The table has come into view.
+        The table has become visible.
     """
 
     selectionChanged = Signal()
@@ -100,7 +100,7 @@ class RunTable(QWidget):
         )
 
     def set_rows(self, rows: Sequence[RunRow]) -> None:
-        """Show these rows, and the kinds of errors that any has; selection, scroll position and sorting stay."""
+        """Show these rows, and the columns of errors that any row has; selection, scroll position and sorting stay."""
         self._model.set_rows(rows)
         known = {
             column
@@ -110,21 +110,21 @@ class RunTable(QWidget):
         self.view.show_errors({Column.EXPECTED, *known})
 
     def runs(self) -> list[KeptRun]:
-        """All runs in table order."""
+        """Return all runs in table order."""
         return [self._run(row) for row in range(self._proxy.rowCount())]
 
     def selected(self) -> list[KeptRun]:
-        """The chosen runs in table order."""
+        """Return the selected runs in table order."""
         return [self._run(row) for row in sorted(index.row() for index in self.view.selectionModel().selectedRows())]
 
     def select(self, kept: KeptRun) -> None:
-        """Choose a run and no other, and bring it into view."""
+        """Select only this run, and scroll to it."""
         row = self.runs().index(kept)
         self.view.selectRow(row)
         self.view.scrollTo(self._proxy.index(row, Column.NAME))
 
     def edit(self, column: Column) -> None:
-        """Let the user type the name or the note of the chosen run."""
+        """Edit the name or the note of the selected run in the table."""
         rows = self.view.selectionModel().selectedRows(column)
         if rows:
             index = self._proxy.index(rows[0].row(), column)
@@ -156,10 +156,10 @@ class _RunView(QTableView):
     delete_wished = Signal()
 
     def arrange(self) -> None:
-        """Columns, selection and look; once, after the model is set."""
+        """Set up columns, selection and appearance; called once, after the model is set."""
         lay_out(self)
         self.setItemDelegate(SoftRows((Column.COLOUR,), self, elided_within=(Column.NAME,)))
-        self.setAccessibleName("Kept runs")
+        self.setAccessibleName("Run history")
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
         header = self.horizontalHeader()
         for column, width in _WIDTHS.items():
@@ -168,7 +168,7 @@ class _RunView(QTableView):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
 
     def show_errors(self, known: Collection[Column]) -> None:
-        """Show just these columns of errors."""
+        """Show only these columns of errors."""
         for column in ERROR_COLUMNS:
             self.setColumnHidden(column, column not in known)
         self._fit()
@@ -191,7 +191,7 @@ class _RunView(QTableView):
             column = current.column() if current.column() in EDITABLE else Column.NAME
             self.edit(current.siblingAtColumn(column))
         elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # it pans the views, wherever the focus is
+            event.ignore()  # Space pans the views, regardless of the focus
         elif event.key() == Qt.Key.Key_Delete:
             self.delete_wished.emit()
         else:
@@ -200,4 +200,4 @@ class _RunView(QTableView):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         if self.model().rowCount() == 0:
-            paint_hint(self, "No runs yet. Every run is kept here, with what it was made of and how good it is.")
+            paint_hint(self, "No runs yet. Every run is listed here with its parameters and errors.")

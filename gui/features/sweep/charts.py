@@ -1,4 +1,4 @@
-"""The error against the value of a parameter: a curve with its best point and the present value marked."""
+"""Charts of a sweep: error over one parameter as a curve, or over two as a grid."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ...base import theme
 from ...views.colours import error_table
 
 _LABEL_WIDTH = 52
-"""Least distance between the labels of values [px]."""
+"""Minimum distance between the labels of values [px]."""
 _LEAST_RANGE = 0.05
-"""Range of the errors that is shown at least, as a share of the largest."""
+"""Minimum range of errors shown, as a share of the largest."""
 _REACH = 40
-"""How far from a point a click still means it, across [px]."""
+"""Horizontal distance [px] within which a click hits a point."""
 
 
 class ErrorCurve(pg.PlotWidget):
-    """A point per value that has been tried.
+    """Plot with a point per tested value; the best point and the current value are marked.
 
     Signals
     -------
@@ -42,7 +42,7 @@ class ErrorCurve(pg.PlotWidget):
         self.curve = pg.PlotDataItem(antialias=True, connect="finite", symbol="o", symbolSize=7)
         self.best = pg.ScatterPlotItem(size=15, symbol="o")
         self.present = pg.InfiniteLine(
-            angle=90, label="now", labelOpts={"position": 0.95, "anchors": [(0, 0), (1, 0)], "movable": False}
+            angle=90, label="current", labelOpts={"position": 0.95, "anchors": [(0, 0), (1, 0)], "movable": False}
         )
         self.addItem(self.present, ignoreBounds=True)
         self.addItem(self.curve)
@@ -53,13 +53,13 @@ class ErrorCurve(pg.PlotWidget):
         self.getAxis("left").enableAutoSIPrefix(False)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setAccessibleName("Error against the value")
-        self.setToolTip("The error at every value that was tried. Click a point to take its value.")
+        self.setToolTip("Error of every tested value. Click a point to apply its value.")
         self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
         self.set_points([], [], None)
         self._style()
 
     def set_scale(self, name: str, values: Sequence[float], logarithmic: bool) -> None:
-        """Which parameter, its values in rising order, and whether their ratios count."""
+        """Set the parameter's name, its values in rising order, and whether the axis is logarithmic."""
         self._name = name
         self._logarithmic = logarithmic and min(values) > 0
         self._places = [self._place(value) for value in values]
@@ -68,7 +68,7 @@ class ErrorCurve(pg.PlotWidget):
         self._style()
 
     def set_present(self, value: float) -> None:
-        """Mark the value that the parameter has now, where it is in the range."""
+        """Mark the current value of the parameter, if it is in the range."""
         shown = not (self._logarithmic and value <= 0)
         place = self._place(value) if shown else math.nan
         shown = shown and bool(self._places) and self._places[0] <= place <= self._places[-1]
@@ -77,13 +77,13 @@ class ErrorCurve(pg.PlotWidget):
             self.present.setValue(place)
 
     def set_points(self, places: Sequence[int], errors: Sequence[float], best: int | None) -> None:
-        """Errors [m] of some of the values, NaN where there is none, and which of them is the best."""
+        """Set the errors [m] of some of the values, NaN = none, and the best of them."""
         known = dict(sorted(zip(places, errors, strict=True)))
         across = np.array([self._places[place] for place in known], float)
         above = 1000 * np.array(list(known.values()), float)
         self.curve.setData(across, above)
         if np.isfinite(above).any():
-            # what makes next to no difference is not to look like one
+            # do not magnify negligible differences
             self.getViewBox().setLimits(minYRange=_LEAST_RANGE * float(np.nanmax(above)))
         self.best.setData(pos=[(self._places[best], 1000 * known[best])] if best in known else [])
 
@@ -102,7 +102,7 @@ class ErrorCurve(pg.PlotWidget):
             self._style()
 
     def point(self, number: int) -> QPointF:
-        """Where on the widget a value is, at half height."""
+        """Widget position of a value, at half height."""
         return QPointF(self._screen(self._places[number]), self.height() / 2)
 
     def _screen(self, place: float) -> float:
@@ -127,7 +127,7 @@ class ErrorCurve(pg.PlotWidget):
 
 
 class _ValueAxis(pg.AxisItem):
-    """Labels at the values that are tried, as many as have room."""
+    """Axis with labels at the tested values, as many as fit."""
 
     def __init__(self) -> None:
         super().__init__("bottom")
@@ -152,28 +152,28 @@ class _ValueAxis(pg.AxisItem):
 
 
 def style_axis(axis: pg.AxisItem, label: str, colours: theme.Colours) -> None:
-    """An axis in the theme's colours."""
+    """Set label and theme colours of an axis."""
     axis.setPen(colours.grid)
     axis.setTextPen(colours.muted)
     axis.setLabel(label, color=colours.muted.name())
 
 
-# The errors of a sweep over two parameters: a cell for every pair of values.
+# Errors of a sweep over two parameters: a cell for every pair of values.
 
 _PAD = 8
 _GAP = 1
 _LEAST_CELL = QSize(34, 18)
-"""Of which the error fits in as text [px]."""
+"""Minimum size of a cell with the error as text [px]."""
 _RING = 2.5
 
 
 class ErrorGrid(QWidget):
-    """Rows are the values of the second parameter, from below; columns those of the first, from the left.
+    """Grid of errors: columns are the first parameter's values, from the left; rows the second's, from below.
 
     Signals
     -------
     taken(int)
-        The pair that was clicked, counted up the columns, then from column to column.
+        The pair that was clicked, counted upwards in each column, column by column.
     """
 
     taken = Signal(int)
@@ -192,24 +192,24 @@ class ErrorGrid(QWidget):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
 
     def set_scale(self, names: tuple[str, str], values: tuple[Sequence[float], Sequence[float]]) -> None:
-        """Which parameters, and their values in rising order."""
+        """Set the parameters' names, and their values in rising order."""
         self._names, self._values = names, values
         self._errors, self._best, self._present = {}, None, None
         self.update()
 
     def set_present(self, number: int | None) -> None:
-        """Mark the pair of values as they are now, if it is among them."""
+        """Mark the pair of current values, if it is in the grid."""
         if number != self._present:
             self._present = number
             self.update()
 
     def set_errors(self, errors: Mapping[int, float], best: int | None) -> None:
-        """Errors [m] of the pairs that have been tried, and which of them is the best."""
+        """Set the errors [m] of the tested pairs, and the best of them."""
         self._errors, self._best = errors, best
         self.update()
 
     def cell(self, number: int) -> QRectF:
-        """Where a pair's cell is."""
+        """Rectangle of a pair's cell."""
         columns, rows = (len(values) for values in self._values)
         area = self._area()
         width, height = area.width() / columns, area.height() / rows
@@ -249,7 +249,7 @@ class ErrorGrid(QWidget):
         column, row = divmod(number, len(self._values[1]))
         pair = f"{self._names[0]} {self._values[0][column]:g}, {self._names[1]} {self._values[1][row]:g}"
         error = self._errors.get(number, math.nan)
-        known = f"{1000 * error:.4g} mm. Click to take them." if math.isfinite(error) else "no error yet."
+        known = f"{1000 * error:.4g} mm. Click to apply." if math.isfinite(error) else "no error yet."
         QToolTip.showText(event.globalPosition().toPoint(), f"{pair}: {known}", self)
 
     def _at(self, place: QPointF) -> int | None:
@@ -300,7 +300,7 @@ class ErrorGrid(QWidget):
             painter.drawText(cell, Qt.AlignmentFlag.AlignCenter, f"{1000 * error:.3g}")
 
     def _colour(self, error: float) -> QColor:
-        """Of the logarithm, between the least and the largest error."""
+        """Colour of an error, on a logarithmic scale from the smallest to the largest."""
         logs = np.log([max(one, 1e-6) for one in self._errors.values() if math.isfinite(one)])
         low, high = float(logs.min()), float(logs.max())
         share = (math.log(max(error, 1e-6)) - low) / (high - low) if high > low else 0.0

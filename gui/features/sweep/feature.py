@@ -1,4 +1,4 @@
-"""The sweep: many values of one parameter or of two, each judged and shown, and the one that is clicked taken."""
+"""The sweep: many values of one or two parameters, each evaluated and shown; a click applies one."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ COMMANDS = (
         "S&weep a parameter…",
         "ph.chart-bar",
         "",
-        "Try many values of a parameter, or pairs of two, and see which comes nearest to the truth or to hidden depth",
+        "Test many values of a parameter, or of two, and compare their errors against ground truth or on hold-outs",
     ),
 )
 
 
 class SweepPart(Part):
-    """Runs sweeps in the background, one at a time, and brings what comes to their window."""
+    """Runs sweeps in the background, one at a time, and shows the results in their window."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
@@ -43,7 +43,7 @@ class SweepPart(Part):
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
-        self.worker.cancelled.connect(lambda: self.window_.end("Cancelled: what had come stays."))
+        self.worker.cancelled.connect(lambda: self.window_.end("Cancelled. Results so far are kept."))
         desk.actions["sweep"].triggered.connect(lambda _=False: self.open())
         desk.filter_panel.form.menu_wished.connect(self._show_menu)
         workspace = desk.workspace
@@ -56,7 +56,7 @@ class SweepPart(Part):
 
     @cached_property
     def window_(self) -> SweepWindow:
-        """Made when it is first opened."""
+        """The window, created on first use."""
         window, mark = SweepWindow(self.desk.window), self.desk.refresh.mark
         window.begun.connect(self.start)
         window.cancelled.connect(self.worker.cancel)
@@ -70,7 +70,7 @@ class SweepPart(Part):
         return "window_" in vars(self) and self.window_.isVisible()
 
     def open(self, name: str = "") -> None:
-        """Open the window, with a parameter if one is meant."""
+        """Open the window, with a parameter if one is given."""
         if not self.desk.workspace.has_session:
             return
         self.window_.show()
@@ -84,7 +84,7 @@ class SweepPart(Part):
             self.window_.choose(name)
 
     def show(self) -> None:
-        """Bring the window up to date with the present frame, if it is looked at."""
+        """Update the window for the current frame, if it is visible."""
         workspace = self.desk.workspace
         if not self._is_looked_at or not workspace.has_session:
             return
@@ -96,7 +96,7 @@ class SweepPart(Part):
         self.window_.set_colour_map(self.desk.views.ranges.depth_map)
 
     def start(self) -> None:
-        """Sweep what the window says."""
+        """Start a sweep with the settings of the window."""
         workspace = self.desk.workspace
         if self.worker.busy or not workspace.has_session:
             return
@@ -115,30 +115,30 @@ class SweepPart(Part):
         self.worker.start(lambda: sweep_steps(sweep, threads=spare_cores()))
 
     def take(self, number: int) -> None:
-        """Set the values of a point: of all blocks, or of the block that alone was swept."""
+        """Apply the values of a point to all blocks, or to the only block swept."""
         found, workspace = self.found, self.desk.workspace
         if found is None or found.session not in workspace.sessions:
             return
         workspace.show_session(found.session)
         if found.label and found.label not in found.session.counts():
-            self.window_.state.say("The block that was swept is gone.", "warning")
+            self.window_.state.say("The swept block no longer exists.", "warning")
             return
         self.desk.filter_presenter.set_values(found.values(number), found.label)
         where = found.session.info(found.label).name if found.label else "all blocks"
-        text = f"{found.text_of(number)} is taken for {where}."
+        text = f"{found.text_of(number)} applied to {where}."
         if found.session.changed_blocks() and self.desk.runs.state is RunState.IDLE:
             self.desk.notes.offer(text, self.desk.actions["run"])
         else:
             self.desk.notes.tell(text)
 
     def under_way(self) -> list[UnderWay]:
-        """The sweep, if one is under way."""
+        """The sweep in progress, if any."""
         if self.found is None or not self.worker.busy:
             return []
         return [UnderWay(f"a sweep of {self.found.session.name}", self.found.session)]
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         ended = self.worker.shutdown()
         if self._is_looked_at:
             self.window_.close()
@@ -170,7 +170,7 @@ class SweepPart(Part):
             self.desk.notes.report("The sweep stopped", error)
 
     def _leave_closed(self) -> None:
-        """Nothing goes on for a frame that is no longer open."""
+        """Cancel the sweep if its frame was closed."""
         if self.found is not None and self.found.session not in self.desk.workspace.sessions:
             self.worker.cancel()
             self.found = None
@@ -180,11 +180,11 @@ class SweepPart(Part):
         self.desk.actions.allow("" if self.desk.workspace.has_session else "Open a frame first.", "sweep")
 
     def _show_menu(self, name: str, place: QPoint) -> None:
-        """What can be done with a parameter of the filter's form."""
+        """Show the context menu of a parameter of the filter form."""
         declaration = Parameters.declarations()[name]
         menu = QMenu(self.desk.window)
         action = menu.addAction(f"Sweep {declaration.label}…")
-        action.setToolTip("Try many values and see which is best")
+        action.setToolTip("Test many values and find the best")
         action.setEnabled(can_be_swept(declaration) and self.desk.workspace.has_session)
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

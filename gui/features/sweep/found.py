@@ -1,4 +1,4 @@
-"""What a sweep has found so far: its points by number, their errors, the best of them, and their pictures."""
+"""Results of a sweep so far: points by number, errors, the best point, and pictures."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ from .multiples import Scale, small
 Picture = NDArray[np.float32]
 
 _MARGIN = 0.1
-"""Around a block that alone is swept, in its sides."""
+"""Margin around a single swept block, as a share of its sides."""
 
 
 class Found:
-    """Of one sweep of one frame.
+    """Results of one sweep of one frame.
 
     Parameters
     ----------
     session : Session
-        The frame's.
+        Session of the frame.
     sweep : Sweep
     label : int
-        The block that alone is swept; 0 for all.
+        The only block swept; 0 for all.
     """
 
     def __init__(self, session: Session, sweep: Sweep, label: int) -> None:
         self.session, self.sweep, self.label = session, sweep, label
         self.errors: dict[int, float] = {}
-        """Point by number -> root mean square error [m]; NaN where nothing could be judged."""
+        """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
         self.coverage: dict[int, float] = {}
-        """Point by number -> share of the pixels to be filled that were, 0-1."""
+        """Point by number -> share of the pixels to fill that were filled, 0-1."""
         self.is_over_all = False
-        """Whether all errors are over the pixels that every point filled."""
+        """Whether all errors are over the same pixels: those filled by every point."""
         self._numbers = {tuple(point.items()): number for number, point in enumerate(sweep.points)}
         self._best: int | None = None
         self._depths: dict[int, Picture] = {}
@@ -59,18 +59,18 @@ class Found:
 
     @property
     def shape(self) -> QSize:
-        """Width and height of what the pictures show [px]."""
+        """Width and height of the area in the pictures [px]."""
         rows, columns = self._box
         return QSize(columns.stop - columns.start, rows.stop - rows.start)
 
     @property
     def has_differences(self) -> bool:
-        """Whether there is something to take differences to: the truth, or a result."""
+        """Whether there is a reference for differences: ground truth, or a result."""
         return self._reference is not None
 
     @property
     def best(self) -> int | None:
-        """The point with the smallest error, of those that fill enough; None while there is none."""
+        """The point with the smallest error among those that fill enough; None if there is none."""
         if self.is_over_all:
             return self._best
         known = {number: error for number, error in self.errors.items() if math.isfinite(error)}
@@ -81,24 +81,24 @@ class Found:
         return dict(self.sweep.points[number])
 
     def text_of(self, number: int) -> str:
-        """Its values in words."""
+        """Text of the values of a point."""
         labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
         return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
 
     @property
     def present_values(self) -> dict[str, Value]:
-        """Name -> value as it is now."""
+        """Name -> current value."""
         common = self.session.common
         now = self.session.parameters_of(self.label, common) if self.label else common
         return {name: getattr(now, name) for name in self.sweep.values}
 
     @property
     def present(self) -> int | None:
-        """The point that has just the present values, if there is one."""
+        """The point with the current values, if there is one."""
         return self._numbers.get(tuple(self.present_values.items()))
 
     def add(self, point: SweepPoint) -> None:
-        """A point has come."""
+        """Add a point."""
         number = self._number(point)
         self.errors[number], self.coverage[number] = point.whole.rmse, point.coverage
         depth = self._depths[number] = small(point.depth[self._box])
@@ -106,7 +106,7 @@ class Found:
             self._differences[number] = 1000 * (depth - self._reference)
 
     def finish(self, result: SweepResult) -> None:
-        """All have come: their errors are over the same pixels now. If none is better, the present values are best."""
+        """Set the final errors, over the same pixels. If no point is better, the current values are the best."""
         for point in result.points:
             self.errors[self._number(point)] = point.whole.rmse
         self._best = None if result.best is None else self._number(result.best)
@@ -119,7 +119,7 @@ class Found:
         return self._numbers[tuple(point.values.items())]
 
     def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Mapping[int, Picture], Scale]:
-        """Pictures of the points by number, and one scale for all: of depth [m] or of differences [mm]."""
+        """Pictures of the points by number, with a common scale: depth [m] or differences [mm]."""
         if not differences:
             return self._depths, Scale(_depth_table(colour_map), *self._levels)
         all_values = [picture.ravel()[::7] for picture in self._differences.values()]
@@ -127,13 +127,13 @@ class Found:
         return self._differences, Scale(_difference_table(dark), -level, level)
 
 
-# the very same table each time, so that pictures that are in its colours need not be drawn again
+# cached: the identical table each time, so that pictures need not be redrawn
 _depth_table = lru_cache(maxsize=None)(depth_table)
 _difference_table = lru_cache(maxsize=None)(difference_table)
 
 
 def _around(session: Session, label: int) -> Box:
-    """The block with some of what is around it; all of the frame for no block."""
+    """Box of the block with a margin; the whole frame without a block."""
     height, width = session.labels.shape
     rows, columns = np.nonzero(session.labels == label) if label else (np.array([]), np.array([]))
     if rows.size == 0:

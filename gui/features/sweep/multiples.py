@@ -1,4 +1,4 @@
-"""Small multiples: a picture for every value that has been tried, all in one colour scale."""
+"""Small multiples: a picture for every tested value, all in one colour scale."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ...base import theme
 from ...views.pixel_items import rgb_image
 
 PICTURE = QSize(176, 132)
-"""Most that a picture takes [px]."""
+"""Maximum size of a picture [px]."""
 SMALL_PICTURE = QSize(128, 96)
-"""The same where there are pictures for pairs of values."""
+"""Maximum size of a picture for pairs of values [px]."""
 _LEAST_PICTURE = QSize(110, 40)
 _GAP = 8
 _RING = 2.5
 
 
 class Scale(NamedTuple):
-    """What colours mean: a lookup table (256, 4) of the values from low to high; 0 is missing."""
+    """Colour scale: a lookup table (256, 4) for values from low to high; 0 is missing."""
 
     table: NDArray[np.uint8]
     low: float
@@ -35,7 +35,7 @@ class Scale(NamedTuple):
 
 
 class Tile(QAbstractButton):
-    """One picture with the value and its error below; a click takes the value."""
+    """Picture with its value and error below; a click applies the value."""
 
     def __init__(self, caption: str, size: QSize) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class Tile(QAbstractButton):
         return self._size + QSize(0, 2 * self.fontMetrics().height() + 6)
 
     def set_values(self, values: NDArray[np.float32] | None, scale: Scale | None) -> None:
-        """Draw these values, float32 (h, w), NaN = missing, or nothing yet."""
+        """Draw these values, float32 (h, w), NaN = missing; None for nothing yet."""
         self._values = values
         if values is None or scale is None:
             self._image = QImage()
@@ -62,7 +62,7 @@ class Tile(QAbstractButton):
         self.update()
 
     def set_marks(self, error_text: str, best: bool, present: bool) -> None:
-        """Say how far off it is, whether it is the best, and whether it is the value as it is now."""
+        """Set the error, whether it is the best, and whether it is the current value."""
         if (error_text, best, present) != (self.error_text, self.best, self.present):
             self.error_text, self.best, self.present = error_text, best, present
             self._describe()
@@ -81,7 +81,7 @@ class Tile(QAbstractButton):
             where.moveCenter(room.center())
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(where, self._image)
-        marks = [mark for mark, on in (("best", self.best), ("now", self.present)) if on]
+        marks = [mark for mark, on in (("best", self.best), ("current", self.present)) if on]
         mark = f" ({', '.join(marks)})" if marks else ""
         colour = colours.good if self.best else colours.text
         for text, tone, row in ((self.caption, colours.text, 0), (self.error_text + mark, colour, 1)):
@@ -108,14 +108,14 @@ class Tile(QAbstractButton):
         self.update()
 
     def _describe(self) -> None:
-        marks = [mark for mark, on in (("the best", self.best), ("as it is now", self.present)) if on]
+        marks = [mark for mark, on in (("best", self.best), ("current", self.present)) if on]
         text = ", ".join([self.caption, self.error_text, *marks])
         self.setAccessibleName(text)
-        self.setToolTip(f"{text}. Click to take it.")
+        self.setToolTip(f"{text}. Click to apply.")
 
 
 class Multiples(QScrollArea):
-    """Tiles in the order of the values, as many side by side as there is room for.
+    """Tiles in the order of the values, in as many columns as fit.
 
     Signals
     -------
@@ -142,9 +142,9 @@ class Multiples(QScrollArea):
         self.setAccessibleName("Pictures of the values")
 
     def set_captions(self, captions: Sequence[str], shape: QSize = PICTURE, rows: int = 0) -> None:
-        """A tile for every value, whose picture of that shape is to come.
+        """Create a tile for every value, for pictures of that shape.
 
-        With `rows`, they are in columns of so many, from below, as in the grid of errors.
+        With `rows`, tiles are in columns of that many, from below, as in the grid of errors.
         """
         room = SMALL_PICTURE if rows else PICTURE
         size = shape.scaled(room, Qt.AspectRatioMode.KeepAspectRatio).expandedTo(_LEAST_PICTURE)
@@ -160,7 +160,7 @@ class Multiples(QScrollArea):
         self._arrange()
 
     def set_pictures(self, pictures: Mapping[int, NDArray[np.float32]], scale: Scale) -> None:
-        """Values, float32 (h, w), of some tiles, NaN = missing, and what colours mean in all of them."""
+        """Set the values, float32 (h, w), of some tiles, NaN = missing, and the common colour scale."""
         same = self._scale is not None and self._scale[1:] == scale[1:] and self._scale.table is scale.table
         for number, tile in enumerate(self.tiles):
             values = pictures.get(number)
@@ -191,14 +191,14 @@ class Multiples(QScrollArea):
 
 
 def small(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Every so manieth pixel, so that a picture is at most twice as fine as it is shown."""
+    """Subsample a picture to at most twice its resolution on the screen."""
     height, width = values.shape
     stride = max(math.ceil(height / (2 * PICTURE.height())), math.ceil(width / (2 * PICTURE.width())))
     return np.ascontiguousarray(values[::stride, ::stride])
 
 
 class ScaleBar(QWidget):
-    """A lying bar that says what the colours of the pictures mean."""
+    """Horizontal colour bar of the pictures."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What is swept: one parameter or two over their ranges, what tells the better value, and for which blocks."""
+"""Options of a sweep: one or two parameters with their ranges, the criterion, and the blocks."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _FIELD = 84
 
 
 class RangeBox(QGroupBox):
-    """One parameter and the values of it that are tried.
+    """Box with one parameter and its values to test.
 
     Signals
     -------
     changed()
-        Another parameter, or other values.
+        Another parameter or other values were set.
     """
 
     changed = Signal()
@@ -39,14 +39,14 @@ class RangeBox(QGroupBox):
         self.setChecked(not optional)
         self._parameters = Parameters()
         self.names = QComboBox()
-        self.names.setToolTip("The parameter whose values are tried")
+        self.names.setToolTip("The parameter to sweep")
         self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.low, self.high = _number("From: the first value"), _number("To: the last value")
+        self.low, self.high = _number("First value"), _number("Last value")
         self.steps = QSpinBox(minimum=LEAST_STEPS, maximum=MOST_STEPS, value=STEPS_OF_TWO if optional else STEPS_OF_ONE)
-        self.steps.setToolTip("How many values; the present one is tried besides if it lies between")
+        self.steps.setToolTip("Number of values; the current value is added if it lies in the range")
         self.scale = QComboBox()
         self.scale.addItems(["linear", "log"])
-        self.scale.setToolTip("linear: neighbours differ by as much. log: by the same ratio.")
+        self.scale.setToolTip("linear: equal differences. log: equal ratios.")
         grid = QGridLayout(self)
         grid.setContentsMargins(8, 6, 8, 8)
         grid.setSpacing(4)
@@ -73,27 +73,27 @@ class RangeBox(QGroupBox):
 
     @property
     def declaration(self) -> Declaration:
-        """Of the parameter that is chosen."""
+        """Declaration of the selected parameter."""
         return Parameters.declarations()[str(self.names.currentData())]
 
     @property
     def present(self) -> Value:
-        """The value that the parameter has now."""
+        """Current value of the parameter."""
         value: Value = getattr(self._parameters, self.declaration.name)
         return value
 
     @property
     def logarithmic(self) -> bool:
-        """Whether values go by their ratio."""
+        """Whether the values have equal ratios."""
         return self.scale.currentText() == "log"
 
     def values(self) -> tuple[Value, ...]:
-        """The values that are to be tried; raises ParameterError with a sentence where the range makes no sense."""
+        """Values to test; raises ParameterError with a message for an invalid range."""
         low, high = self.low.value(), self.high.value()
         return spread(self.declaration, low, high, self.steps.value(), self.logarithmic, self.present)
 
     def set_parameters(self, parameters: Parameters) -> None:
-        """Offer what matters with these values; the range stays as long as its parameter is among them."""
+        """Offer the parameters that have an effect with these values; keep the range if its parameter is offered."""
         self._parameters = parameters
         declarations = Parameters.declarations()
         offered = [name for name, one in declarations.items() if can_be_swept(one) and parameters.matters(name)]
@@ -108,7 +108,7 @@ class RangeBox(QGroupBox):
         self.choose(chosen if chosen in offered else offered[0], again=chosen not in offered)
 
     def choose(self, name: str, again: bool = True) -> None:
-        """Choose a parameter, with a range that makes sense for it; without `again`, the range stays."""
+        """Select a parameter with its usual range; without `again`, keep the range."""
         position = self.names.findData(name)
         if position >= 0:
             self.names.setCurrentIndex(position)
@@ -132,12 +132,12 @@ class RangeBox(QGroupBox):
 
 
 class CriterionBox(QWidget):
-    """What tells the better value, and for which blocks.
+    """Criterion of the sweep, and the blocks.
 
     Signals
     -------
     changed()
-        The user has chosen otherwise.
+        The user changed the criterion or the blocks.
     """
 
     changed = Signal()
@@ -145,18 +145,16 @@ class CriterionBox(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.kind = QComboBox()
-        self.kind.setToolTip(
-            "What tells the better value: the frame's truth, or known depth that is hidden and has to come out again"
-        )
+        self.kind.setToolTip("Criterion: error against ground truth, or on held-out known depth")
         self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=1)
-        self.seeds.setToolTip("How often other depth is hidden; more take as many times as long and are surer")
+        self.seeds.setToolTip("Number of random hold-outs; more are slower but more reliable")
         self.blocks = QComboBox()
-        self.blocks.addItems(["All blocks", "Chosen block"])
-        self.blocks.setToolTip("Whose values are swept and judged; a value taken goes to the same blocks")
+        self.blocks.addItems(["All blocks", "Selected block"])
+        self.blocks.setToolTip("Blocks to sweep and evaluate; an applied value is set for the same blocks")
         form = QFormLayout(self)
         form.setContentsMargins(0, 0, 0, 0)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("&Judge by", self.kind)
+        form.addRow("&Criterion", self.kind)
         form.addRow("S&eeds", self.seeds)
         form.addRow("&Blocks", self.blocks)
         self._form = form
@@ -168,26 +166,26 @@ class CriterionBox(QWidget):
 
     @property
     def by_truth(self) -> bool:
-        """Whether the truth tells."""
+        """Whether the criterion is ground truth."""
         return bool(self.kind.currentData() == TRUTH)
 
     @property
     def for_chosen(self) -> bool:
-        """Whether only the chosen block is swept."""
+        """Whether only the selected block is swept."""
         return self.blocks.currentIndex() == 1
 
     def test(self) -> HiddenTest | None:
-        """The test on hidden depth; None for the truth."""
+        """The hold-out test; None for ground truth."""
         if self.by_truth:
             return None
         return HiddenTest(pattern=str(self.kind.currentData()), seeds=tuple(range(self.seeds.value())))
 
     def set_frame(self, has_truth: bool, chosen: str) -> None:
-        """Whether the frame has a truth, and what its chosen block is called; "" for none."""
+        """Set whether the frame has ground truth, and the name of its selected block; "" for none."""
         if has_truth != (self.kind.findData(TRUTH) >= 0):
             self._fill(has_truth)
         with QSignalBlocker(self.blocks):
-            self.blocks.setItemText(1, f"{chosen} only" if chosen else "Chosen block (none is chosen)")
+            self.blocks.setItemText(1, f"{chosen} only" if chosen else "Selected block (none selected)")
             model = self.blocks.model()
             model.item(1).setEnabled(bool(chosen))  # type: ignore[attr-defined]
             if not chosen:
@@ -198,9 +196,9 @@ class CriterionBox(QWidget):
         with QSignalBlocker(self.kind):
             self.kind.clear()
             if has_truth:
-                self.kind.addItem("Truth", TRUTH)
+                self.kind.addItem("Ground truth", TRUTH)
             for name, about in sorted(HIDDEN_PATTERNS.items()):
-                self.kind.addItem(f"Hidden depth, {name}", name)
+                self.kind.addItem(f"Hold-out, {name}", name)
                 self.kind.setItemData(self.kind.count() - 1, about, 3)
             kept = self.kind.findData(former)
             self.kind.setCurrentIndex(kept if self._touched and kept >= 0 else 0)
@@ -213,7 +211,7 @@ class CriterionBox(QWidget):
 
 
 def captions(names: Sequence[str], points: Sequence[dict[str, Value]]) -> list[str]:
-    """What the values of points are called, in short."""
+    """Short texts of the values of points."""
     return [" · ".join(f"{point[name]:g}" for name in names) for point in points]
 
 
@@ -227,7 +225,7 @@ def _number(hint: str) -> QDoubleSpinBox:
 
 
 class _FreeBox(QDoubleSpinBox):
-    """Shows just the decimals that a value has, and is no wider than most values need."""
+    """Spin box that shows only significant decimals, with a fixed small width."""
 
     def minimumSizeHint(self) -> QSize:
         return QSize(_FIELD, super().minimumSizeHint().height())

@@ -1,4 +1,4 @@
-"""The window of the sweep: what is tried at the left, the errors and the pictures at the right."""
+"""The sweep window: parameters at the left, errors and pictures at the right."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.formatting import millimetres
+from ilf._runtime.formatting import counted, millimetres
 from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
@@ -36,21 +36,21 @@ _SIZE = QSize(1040, 660)
 _LEFT = 300
 _DEPTH, _DIFFERENCE = 0, 1
 _ALL = 0.95
-"""Share of the pixels to be filled from which on nothing is said of those that were not."""
+"""Share of filled pixels above which the coverage is not shown."""
 
 
 class SweepWindow(QDialog):
-    """Shows and reports wishes; what is swept is the part's.
+    """Window of a sweep; emits the user's requests.
 
     Signals
     -------
     begun()
-        The user wants what is chosen to be swept.
+        The user started the sweep.
     cancelled()
     taken(int)
-        The user wants the values of this point.
+        The user applied the values of this point.
     looked_at()
-        It has been opened: what changed meanwhile is to be shown.
+        The window became visible: show what changed meanwhile.
     """
 
     begun = Signal()
@@ -65,16 +65,16 @@ class SweepWindow(QDialog):
         self.resize(_SIZE)
         self._found: Found | None = None
         self._colour_map = "turbo"
-        self.first, self.second = RangeBox("Parameter"), RangeBox("And a second one", optional=True)
+        self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
         self.start_button = QPushButton("&Sweep", default=True)
-        self.start_button.setToolTip("Complete the frame with every value, and see how far off each comes out")
+        self.start_button.setToolTip("Complete the frame with every value and compare the errors")
         self.start_button.clicked.connect(lambda _: self.begun.emit())
         self.work = WorkRow("sweep")
         self.work.cancelled.connect(self.cancelled)
         self.state = Message(lines=2)
-        self.take_button = QPushButton("&Take the best", autoDefault=False)
-        self.take_button.setToolTip("Set the value with the smallest error; Ctrl+Z in the main window takes it back")
+        self.take_button = QPushButton("&Apply best", autoDefault=False)
+        self.take_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
         self.take_button.clicked.connect(lambda _: self._take_best())
         self.take_button.setEnabled(False)
         self.curve, self.grid, self.multiples = ErrorCurve(), ErrorGrid(), Multiples()
@@ -82,7 +82,7 @@ class SweepWindow(QDialog):
             shown.taken.connect(self.taken)
         self.pictures = QComboBox()
         self.pictures.setAccessibleName("What the pictures show")
-        self.pictures.setToolTip("What the pictures show, all in one colour scale")
+        self.pictures.setToolTip("Content of the pictures, all in one colour scale")
         self.pictures.addItems(["Depth", "Difference"])
         self.pictures.activated.connect(lambda _: self.show_found())
         self.bar = ScaleBar()
@@ -145,15 +145,15 @@ class SweepWindow(QDialog):
         splitter.setChildrenCollapsible(False)
         return splitter
 
-    # what is to be swept
+    # settings of the sweep
 
     def variation(self) -> dict[str, tuple[Value, ...]]:
-        """Name -> values to try; raises ParameterError with a sentence where that makes no sense."""
+        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
         boxes = [self.first, *([self.second] if self.second.isChecked() else [])]
         return {box.declaration.name: box.values() for box in boxes}
 
     def set_frame(self, parameters: Parameters, has_truth: bool, chosen: str) -> None:
-        """The values that the frame, or its chosen block, has now; whether it has a truth; the chosen block's name."""
+        """Set the current values of the frame or its selected block, whether there is ground truth, and the name."""
         self.first.set_parameters(parameters)
         self.second.set_parameters(parameters)
         self.criterion.set_frame(has_truth, chosen)
@@ -161,12 +161,12 @@ class SweepWindow(QDialog):
         self._show_marks()
 
     def choose(self, name: str) -> None:
-        """Sweep this parameter next."""
+        """Select the parameter to sweep."""
         self.second.setChecked(False)
         self.first.choose(name)
 
     def describe(self, edited: bool = False) -> None:
-        """Say why what is chosen cannot be swept; or what came of the last sweep, or, `edited`, what would be swept."""
+        """Show why the settings are invalid; or the result of the last sweep or, if `edited`, the size of the next."""
         if self.work.isVisible():
             return
         try:
@@ -176,7 +176,7 @@ class SweepWindow(QDialog):
             self.start_button.setEnabled(False)
             return
         if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
-            self.state.say("Choose two different parameters, or switch the second one off.", "error")
+            self.state.say("Select two different parameters, or switch the second one off.", "error")
             self.start_button.setEnabled(False)
             return
         self.start_button.setEnabled(True)
@@ -184,12 +184,12 @@ class SweepWindow(QDialog):
         test = self.criterion.test()
         runs = count * (1 if test is None else len(test.seeds) + 1)
         outcome = "" if edited else self._outcome()
-        self.state.say(outcome or f"{count} values, {runs} runs.")
+        self.state.say(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
 
-    # what came out
+    # results
 
     def begin(self, found: Found) -> None:
-        """A sweep has begun."""
+        """Show that a sweep has started."""
         self._found = found
         self._outcomes.setCurrentIndex(1)
         names, points = list(found.sweep.points[0]), found.sweep.points
@@ -209,12 +209,12 @@ class SweepWindow(QDialog):
         if not found.has_differences:
             self.pictures.setCurrentIndex(_DEPTH)
         self.work.begin()
-        self.state.say("The first values are under way…")
+        self.state.say("Running the first values…")
         self._set_busy(True)
         self.show_found()
 
     def end(self, text: str = "", tone: str = "muted") -> None:
-        """The sweep is over; with `text`, not as it should be."""
+        """Show that the sweep has ended; `text` is a message, if not successful."""
         self.work.end()
         self._set_busy(False)
         self.show_found()
@@ -222,7 +222,7 @@ class SweepWindow(QDialog):
             self.state.say(text, tone)
 
     def forget(self) -> None:
-        """What was found is of a frame that is no longer open."""
+        """Clear the results of a frame that was closed."""
         self._found = None
         self._outcomes.setCurrentIndex(0)
         self.multiples.set_captions([])
@@ -232,13 +232,13 @@ class SweepWindow(QDialog):
         self.take_button.setEnabled(False)
 
     def set_colour_map(self, name: str) -> None:
-        """Of depth."""
+        """Set the depth colour map."""
         if name != self._colour_map:
             self._colour_map = name
             self.show_found()
 
     def show_found(self) -> None:
-        """Draw what has come so far."""
+        """Draw the results so far."""
         found = self._found
         if found is None:
             return
@@ -272,13 +272,13 @@ class SweepWindow(QDialog):
         found = self._found
         best = None if found is None else found.best
         if found is None or best is None:
-            return "Nothing could be judged." if found is not None and found.errors else ""
+            return "Nothing could be evaluated." if found is not None and found.errors else ""
         where = found.session.info(found.label).name if found.label else "all blocks"
-        over = "over what all of them filled" if found.is_over_all else "so far"
+        over = "over the pixels that all values filled" if found.is_over_all else "so far"
         text = f"{found.session.name}, {where}: best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
         if found.present in found.errors and found.present != best:
             now = _millimetres(found.errors[found.present])
-            text += f" (now {now}{', hardly a gain' * (now == _millimetres(found.errors[best]))})"
+            text += f" (current: {now}{', nearly equal' * (now == _millimetres(found.errors[best]))})"
         return f"{text}, {over}."
 
     def _take_best(self) -> None:
@@ -300,10 +300,8 @@ class SweepWindow(QDialog):
 
 
 def _hint() -> QLabel:
-    """What there will be where nothing has been swept yet."""
-    label = PlainLabel(
-        "How far off each value comes out is plotted here,\nwith a picture of each. A click on one takes it."
-    )
+    """Placeholder before the first sweep."""
+    label = PlainLabel("The error of each value is plotted here,\nwith a picture of each. Click one to apply it.")
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setEnabled(False)
     return label
@@ -317,4 +315,4 @@ def _with_unit(box: RangeBox) -> str:
 def _millimetres(error: float | None) -> str:
     if error is None:
         return "…"
-    return f"{millimetres(error)} mm" if math.isfinite(error) else "not judged"
+    return f"{millimetres(error)} mm" if math.isfinite(error) else "not evaluated"

@@ -1,1 +1,1 @@
-"""The point cloud: its scene, its drawing, and its view."""
+"""The point cloud: scene, drawing and view."""

@@ -1,4 +1,4 @@
-"""The picture of a point cloud, with mouse and keys: coarse while it moves, whole when it is at rest."""
+"""The canvas of a point cloud, with mouse and keys: coarse while it moves, full at rest."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from ...base.theme import Colours
 from .drawing import CloudDrawing
 from .scene import Scene, empty_scene
 
-# What is drawn over a cloud: axes, scale bar, mark.
+# Overlays of a cloud: axes, scale bar, mark.
 
 _MARGIN = 6
 _ARM = 26
 _BOX = 2 * (_ARM + 14)
 _LONGEST = 150
-"""Of the scale bar [px]."""
+"""Maximum length of the scale bar [px]."""
 _TICK = 4
 _RING = 6
 _DOT = 2.5
@@ -44,7 +44,7 @@ _VEIL = 190
 
 
 def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom: float) -> None:
-    """The cloud's axes as the camera sees them, at the lower left, the one that points at the eye last."""
+    """Draw the cloud's axes at the lower left, from back to front."""
     box = QRectF(_MARGIN, bottom - _BOX - _MARGIN, _BOX, _BOX)
     _paint_backing(painter, colours, box)
     origin = box.center()
@@ -52,13 +52,13 @@ def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom:
     for name, colour, (right, down, forward) in sorted(axes, key=lambda axis: -axis[2][2]):
         painter.setPen(QPen(colour, 2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         painter.drawLine(origin, origin + QPointF(right, down) * _ARM)
-        if abs(forward) < 0.97:  # an axis seen end on has no room for its letter
+        if abs(forward) < 0.97:  # an axis towards the camera has no room for its letter
             middle = origin + QPointF(right, down) * (_ARM + 9)
             painter.drawText(QRectF(middle.x() - 8, middle.y() - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
 
 
 def paint_scale(painter: QPainter, metres_per_pixel: float, colours: Colours, bottom: float) -> None:
-    """A bar of a round length, at the right of the axes; it holds at the depth of the middle of the view."""
+    """Draw a scale bar of a round length, right of the axes; valid at the depth of the view's centre."""
     length = round_length(metres_per_pixel * _LONGEST)
     pixels = length / metres_per_pixel
     text = length_text(length)
@@ -79,7 +79,7 @@ def paint_scale(painter: QPainter, metres_per_pixel: float, colours: Colours, bo
 
 
 def paint_mark(painter: QPainter, place: QPointF) -> None:
-    """A ring around the point that the pointer is at, here or in the images; it is seen on light and on dark."""
+    """Draw a ring around the point under the pointer, here or in the images; visible on light and dark."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for colour, width in ((QColor(0, 0, 0, 200), 3.5), (QColor(255, 255, 255), 1.5)):
         painter.setPen(QPen(colour, width))
@@ -89,7 +89,7 @@ def paint_mark(painter: QPainter, place: QPointF) -> None:
 
 
 def paint_line(painter: QPainter, places: Sequence[QPointF | None]) -> None:
-    """A line through places, with a dot at each; what leads to one that is not there is left out."""
+    """Draw a line through positions, with a dot at each; segments to None are omitted."""
     painter.setBrush(QColor(255, 255, 255))
     for colour, width in ((QColor(0, 0, 0, 200), 4.0), (QColor(255, 255, 255), 2.0)):
         painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
@@ -103,7 +103,7 @@ def paint_line(painter: QPainter, places: Sequence[QPointF | None]) -> None:
 
 
 def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) -> None:
-    """A text about a place."""
+    """Draw a text centred at a position."""
     metrics = painter.fontMetrics()
     box = QRectF(0, 0, metrics.horizontalAdvance(text) + _MARGIN, metrics.height())
     box.moveCenter(middle)
@@ -113,13 +113,13 @@ def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) 
 
 
 def round_length(most: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten up to a length [m]."""
+    """Largest 1, 2 or 5 times a power of ten up to a length [m]."""
     power = 10.0 ** math.floor(math.log10(most))
     return next(step * power for step in (5, 2, 1) if step * power <= most * (1 + 1e-9))
 
 
 def length_text(length: float) -> str:
-    """A round length [m] in the unit in which it is a small number."""
+    """Text of a round length [m] in a suitable unit."""
     for unit, metres in (("km", 1000.0), ("m", 1.0), ("cm", 0.01)):
         if length >= metres * (1 - 1e-9):
             return f"{length / metres:.4g} {unit}"
@@ -127,7 +127,7 @@ def length_text(length: float) -> str:
 
 
 def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
-    """Keep what is written over the cloud readable."""
+    """Draw a plate that keeps text over the cloud readable."""
     veil = QColor(colours.background)
     veil.setAlpha(_VEIL)
     painter.setPen(Qt.PenStyle.NoPen)
@@ -136,22 +136,22 @@ def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-MOVES = "Drag: turn | Shift+drag: move | wheel: zoom"
-HINT = f"{MOVES} | click: choose block | double-click: centre | R: reset | hold X: raw depth"
-EMPTY_TEXT = "No cloud yet: open a frame whose camera is known"
+MOVES = "Drag: rotate | Shift+drag: pan | wheel: zoom"
+HINT = f"{MOVES} | click: select block | double-click: centre | R: reset | hold X: raw depth"
+EMPTY_TEXT = "No point cloud: open a frame with known camera intrinsics"
 _DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
 _ORBIT_STEP = math.radians(5)
 _ORBIT_PER_PIXEL = math.radians(0.4)
 _PAN_STEP = 30
 _ZOOM_STEP = 0.85
 _CLICK = 4
-"""Farther than this [px] and a press is a drag."""
+"""Distance [px] beyond which a press is a drag."""
 _REACH = 4
-"""How far from a point [px] the pointer is still at it."""
+"""Distance [px] within which the pointer hits a point."""
 
 
 class CloudCanvas(QWidget):
-    """The picture of the cloud, the mouse and the keys.
+    """Widget that draws the cloud and handles mouse and keys.
 
     Signals
     -------
@@ -160,9 +160,9 @@ class CloudCanvas(QWidget):
     picked(int, int, bool)
         x and y of the pixel whose point was clicked, and whether Ctrl was held.
     pointed_at(bool)
-        The pointer has come or gone.
+        The pointer entered or left.
     failed(object)
-        The exception that kept the cloud from being drawn.
+        The exception that stopped the drawing.
     """
 
     hovered = Signal(object)
@@ -198,11 +198,11 @@ class CloudCanvas(QWidget):
 
     @property
     def scene(self) -> Scene:
-        """What is shown."""
+        """The scene shown."""
         return self.drawing.scene
 
     def set_scene(self, scene: Scene, reset: bool) -> None:
-        """Show another cloud; with `reset`, from where all of it is seen."""
+        """Show another cloud; with `reset`, fit all of it into the view."""
         self.drawing.set_scene(scene)
         if reset:
             self.look("home")
@@ -217,12 +217,12 @@ class CloudCanvas(QWidget):
         self.update()
 
     def set_drawing(self, point_size: int | None, shaded: bool) -> None:
-        """Size of a point in logical pixels (None: by density), and eye-dome lighting."""
+        """Set the point size in logical pixels (None: from density), and eye-dome lighting."""
         self.point_size, self.shaded = point_size, shaded
         self._redraw()
 
     def set_depths(self, low: float, high: float) -> None:
-        """Draw only points whose depth [m] lies between these two."""
+        """Draw only points with depth [m] between these two."""
         if (low, high) != self.depths:
             self.depths = low, high
             self._redraw(moving=True)
@@ -235,20 +235,19 @@ class CloudCanvas(QWidget):
         self._redraw(moving=True)
 
     def mark(self, pixel: tuple[int, int] | None) -> None:
-        """Mark the point that comes from a pixel (x, y) of the frame; None for none."""
+        """Mark the point of a pixel (x, y) of the frame; None for none."""
         if pixel != self._marked:
             self._marked = pixel
             self.update()
 
     def set_lines(self, lines: Sequence[Sequence[tuple[float, float]]], texts: Sequence[str]) -> None:
-        """Draw lines between the points that come from places of the frame, in image coordinates, with a text at the
-        middle of each of their stretches."""
+        """Draw lines between the points of image positions, with a text at the middle of each segment."""
         if (lines, texts) != (self._lines, self._texts):
             self._lines, self._texts = lines, texts
             self.update()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self.drawing.shutdown()
 
     def sizeHint(self) -> QSize:
@@ -286,7 +285,7 @@ class CloudCanvas(QWidget):
             painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
 
     def _place_of(self, pixel: tuple[int, int]) -> QPointF | None:
-        """Where the point that comes from a pixel of the frame is on the widget; None if it is not there."""
+        """Widget position of the point of a pixel; None if it has none or lies behind the camera."""
         index = self.scene.index_of(pixel)
         if index is None:
             return None
@@ -294,7 +293,7 @@ class CloudCanvas(QWidget):
         return QPointF(x, y) if before > NEAR else None
 
     def _look(self) -> Look:
-        """How the cloud is looked at now."""
+        """The current look."""
         ratio = self.devicePixelRatioF()
         back = theme.colours(self.palette()).background
         return Look(
@@ -319,7 +318,7 @@ class CloudCanvas(QWidget):
     # the point under the pointer
 
     def _point_at(self, position: QPointF) -> int | None:
-        """Index of the point seen at a place of the widget, or near it."""
+        """Index of the visible point at a position of the widget, or near it."""
         ratio = self.devicePixelRatioF()
         return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _REACH * ratio)
 
@@ -365,7 +364,7 @@ class CloudCanvas(QWidget):
             self.picked.emit(*pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Turn about the point that is double-clicked from now on; beside the cloud, show all of it."""
+        """Set the centre of rotation to the double-clicked point; beside the cloud, show all of it."""
         self._last = event.position()
         index = self._point_at(event.position())
         if index is None:
@@ -411,11 +410,11 @@ class CloudCanvas(QWidget):
             super().keyPressEvent(event)
 
     def _pan(self, dx: float, dy: float) -> None:
-        """Move the cloud with the cursor [logical px]: exact at the target's depth."""
+        """Pan with the cursor [logical px]; exact at the target's depth."""
         metres = self.camera.metres_per_pixel(max(self.height(), 1))
         self._move(self.camera.pan(-dx * metres, -dy * metres))
 
-    # the widget's own life
+    # events of the widget
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

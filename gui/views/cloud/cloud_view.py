@@ -1,4 +1,4 @@
-"""The 3D view of a point cloud: its picture, what its colours mean, and ways to look at it."""
+"""The 3D view of a point cloud: canvas, colour bar, tool bar and depth clipping."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ from .canvas import EMPTY_TEXT, CloudCanvas
 from .colouring import ColourBy
 from .scene import Scene
 
-# A button that opens a menu of choices and shows the present one.
+# A button that opens a menu of choices and shows the current one.
 
 Choice = TypeVar("Choice")
 
 
 class ChoiceButton(QToolButton, Generic[Choice]):
-    """One of several, to be chosen from a menu.
+    """Button with a menu to select one of several choices.
 
     Parameters
     ----------
     texts : mapping
-        Choice -> what the user reads; the first is the present one.
+        Choice -> text; the first one is current.
     hint : str
-        What is chosen.
+        Tooltip.
     chosen : callable
-        Takes the user's choice.
+        Called with the user's choice.
     """
 
     def __init__(self, texts: Mapping[Choice, str], hint: str, chosen: Callable[[Choice], None]) -> None:
@@ -70,35 +70,35 @@ class ChoiceButton(QToolButton, Generic[Choice]):
             self._choices[choice] = action
             self.show_choice(choice)
             widths.append(self.sizeHint().width())
-        # the bar keeps still when the choice changes; the icon comes with the theme
+        # fixed width, so that the bar does not move; the icon is set with the theme
         self.setMinimumWidth(max(widths) + self.iconSize().width())
         self.show_choice(next(iter(texts)))
 
     def show_choice(self, choice: Choice) -> None:
-        """Mark a choice as the present one."""
+        """Mark a choice as the current one."""
         self._choices[choice].setChecked(True)
         self.setText(f"{self._choices[choice].text()} \u25be")
 
     def allow(self, choice: Choice, allowed: bool, hint: str) -> None:
-        """Whether a choice can be made, with what it is and why it cannot."""
+        """Enable or disable a choice and set its tooltip."""
         self._choices[choice].setEnabled(allowed)
         self._choices[choice].setToolTip(hint)
 
 
-# Which depths of a cloud are drawn: a slider with two handles, in metres.
+# The depth range that is drawn: a slider with two handles, in metres.
 
 _HANDLE = 7.0
 _STEP = 0.01
-"""Of an arrow key, of the whole range; ten times that with Shift."""
+"""Step of an arrow key, as a share of the range; ten times that with Shift."""
 
 
 class TwoHandles(QWidget):
-    """A slider with two handles, both within 0-1. Arrows move the handle that was used last.
+    """Range slider with two handles within 0-1. Arrow keys move the last used handle.
 
     Signals
     -------
     moved(float, float)
-        Where the handles are now.
+        New positions of the handles.
     """
 
     moved = Signal(float, float)
@@ -113,7 +113,7 @@ class TwoHandles(QWidget):
         self._held = False
 
     def set_values(self, low: float, high: float) -> None:
-        """Put both handles somewhere, without a signal."""
+        """Set both handles, without a signal."""
         self.values = [low, high]
         self.update()
 
@@ -162,7 +162,7 @@ class TwoHandles(QWidget):
                 super().keyPressEvent(event)
 
     def _move(self, value: float) -> None:
-        """Move the present handle, up to the other."""
+        """Move the current handle, up to the other one."""
         low, high = (0.0, self.values[1]) if self._present == 0 else (self.values[0], 1.0)
         value = min(max(value, low), high)
         if value != self.values[self._present]:
@@ -178,12 +178,12 @@ class TwoHandles(QWidget):
 
 
 class ClipRow(QWidget):
-    """The slider with what its handles stand for, and a way back to all depths.
+    """Range slider with the depths at its handles, and a button to show all depths.
 
     Signals
     -------
     changed(float, float)
-        Depths [m] between which the cloud is to be drawn; infinite where a handle is at its end.
+        Depths [m] between which the cloud is drawn; infinite where a handle is at its end.
     """
 
     changed = Signal(float, float)
@@ -192,11 +192,11 @@ class ClipRow(QWidget):
         super().__init__(parent)
         self._bounds = 0.0, 1.0
         self.depths = -math.inf, math.inf
-        """Depths [m] that are drawn."""
+        """Depth range [m] that is drawn."""
         self._low, self._high = PlainLabel(), PlainLabel()
         self.slider = TwoHandles()
-        self.slider.setAccessibleName("Depths that are drawn")
-        self.slider.setToolTip("Drag a handle, or use the arrow keys; Space turns to the other one")
+        self.slider.setAccessibleName("Depth range")
+        self.slider.setToolTip("Drag a handle, or use the arrow keys; Space switches to the other handle")
         self.slider.moved.connect(self._take)
         everything = QToolButton()
         everything.setText("All")
@@ -215,7 +215,7 @@ class ClipRow(QWidget):
         self._show()
 
     def set_bounds(self, low: float, high: float) -> None:
-        """Smallest and largest depth [m] of the cloud; what is cut off stays, in metres."""
+        """Set the minimum and maximum depth [m] of the cloud; the drawn range stays the same in metres."""
         self._bounds = low, max(high, low + 1e-3)
         self._show()
 
@@ -247,9 +247,9 @@ _BAR_SHARE = 0.55
 _BAR_HEIGHTS = 110, 260
 _LOOKS = {
     "home": ("ph.house", "Show the whole cloud (R, Home, double-click beside it)"),
-    "front": ("ph.camera", "Look as the depth camera saw it: along its axis"),
-    "top": ("ph.arrow-line-down", "Look from above"),
-    "side": ("ph.arrow-line-left", "Look from the right"),
+    "front": ("ph.camera", "View along the axis of the depth camera"),
+    "top": ("ph.arrow-line-down", "View from above"),
+    "side": ("ph.arrow-line-left", "View from the right"),
 }
 
 
@@ -259,13 +259,13 @@ class CloudView(QWidget):
     Parameters
     ----------
     raw, chosen_only, beside : QAction
-        Whether the depth as it was before the completion is shown, whether only the chosen blocks are, whether the
-        view stands beside the images: buttons of its bar.
+        Actions for buttons of the bar: show the depth before completion, show only the selected blocks, put the view
+        beside the images.
 
     Signals
     -------
     colours_changed()
-        Other colours are wanted: they are to mean something else, or the theme has changed.
+        The cloud needs other colours: another colouring was selected, or the theme changed.
     """
 
     colours_changed = Signal()
@@ -277,7 +277,7 @@ class CloudView(QWidget):
         self.canvas = CloudCanvas(self)
         self.setFocusProxy(self.canvas)
         self.strip = TitleStrip()
-        self.strip.setToolTip("Click on the title to choose what the colours mean")
+        self.strip.setToolTip("Click the title to select what colours the points")
         self.strip.menuWished.connect(lambda place: self._colours.menu().popup(place))
         self.clip = ClipRow()
         self.clip.hide()
@@ -295,7 +295,7 @@ class CloudView(QWidget):
         self._take_theme()
 
     def show_scene(self, scene: Scene, reset: bool = True) -> None:
-        """Show a cloud; without `reset` it is seen from where the one before was: it is of the same frame."""
+        """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
         colouring = scene.colouring
@@ -312,7 +312,7 @@ class CloudView(QWidget):
             self.bar.set_levels(scale.levels, scale.logarithmic)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
-        """Drop the cloud and show a text in its place."""
+        """Show a text in place of the cloud."""
         self.canvas.set_message(text)
         self.strip.set_title("3D")
         self.strip.set_text("")
@@ -320,28 +320,28 @@ class CloudView(QWidget):
         self.bar.set_levels(None)
 
     def set_colour_by(self, colour_by: ColourBy) -> None:
-        """Choose what the colours mean."""
+        """Select what colours the points."""
         self.colour_by = ColourBy(colour_by)
         self._colours.show_choice(self.colour_by)
         self.colours_changed.emit()
 
     def set_lacking(self, lacking: Mapping[ColourBy, str]) -> None:
-        """Which colours there are not, and why."""
+        """Disable the unavailable colourings and show the reasons."""
         for choice in ColourBy:
             why = lacking.get(choice, "")
             self._colours.allow(choice, not why, f"{choice.hint}. {why}" if why else choice.hint)
 
     def set_point_size(self, size: int | None) -> None:
-        """Side of a point in logical pixels; None: by the density of the cloud."""
+        """Set the side of a point in logical pixels; None: from the density of the cloud."""
         self._sizes.show_choice(size or 0)
         self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self.canvas.shutdown()
 
     def eventFilter(self, watched: object, event: QEvent) -> bool:
-        """Keep the colour bar at the canvas's side."""
+        """Keep the colour bar at the side of the canvas."""
         if isinstance(event, QResizeEvent):
             least, most = _BAR_HEIGHTS
             room = self.canvas.height() - 2 * _BAR_MARGIN
@@ -364,16 +364,16 @@ class CloudView(QWidget):
         self.bar.set_colours(colours)
 
     def _tool_bar(self, beside: QAction) -> QToolBar:
-        """Where there is too little room, what stands last is in the bar's extension."""
+        """Create the tool bar; without room, the last items move to its extension."""
         bar = QToolBar("3D", self)
         bar.setIconSize(QSize(16, 16))
         self._colours = ChoiceButton(
-            {choice: choice.text for choice in ColourBy}, "What the colours of the points mean", self.set_colour_by
+            {choice: choice.text for choice in ColourBy}, "What colours the points", self.set_colour_by
         )
         bar.addWidget(self._colours)
         self._icons.append((self._colours, "ph.palette"))
         bar.addActions([self.raw, self.chosen_only])
-        clip = self._switch(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only depths between two handles", False)
+        clip = self._switch(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False)
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         for name, (icon, hint) in _LOOKS.items():
@@ -381,12 +381,12 @@ class CloudView(QWidget):
             action.setToolTip(hint)
             self._icons.append((action, icon))
         bar.addSeparator()
-        self._shading = self._switch(bar, "Shading", "ph.circle-half", "darken what lies behind its surroundings", True)
+        self._shading = self._switch(bar, "Shading", "ph.circle-half", "darken points behind their neighbours", True)
         self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
         sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
         self._sizes = ChoiceButton(
             sizes,
-            "Size of a point; auto: as wide as the gap to its neighbours",
+            "Point size; auto: the distance to neighbouring points",
             lambda size: self.set_point_size(size or None),
         )
         bar.addWidget(self._sizes)

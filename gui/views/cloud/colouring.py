@@ -1,4 +1,4 @@
-"""What the colours of a cloud can mean, and the colours for it: the same tables and levels as in the images."""
+"""Colourings of a point cloud, with the same tables and colour ranges as in the images."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ Depth = NDArray[np.float32]
 _MM = np.float32(1000)
 _DIMMED = 0.8
 _LEAST_MM = 0.01
-"""A logarithmic scale begins above 0."""
+"""Lower limit of a logarithmic scale."""
 
 
 class ColourBy(StrEnum):
-    """What the points' colours mean."""
+    """Quantity that colours the points."""
 
     COLOUR = "colour"
     DEPTH = "depth"
@@ -48,51 +48,51 @@ class ColourBy(StrEnum):
 
     @property
     def text(self) -> str:
-        """What the user reads."""
+        """Text in the window."""
         return _TEXTS.get(self, self.value).capitalize()
 
     @property
     def hint(self) -> str:
-        """What it shows, in a sentence."""
+        """Tooltip."""
         return _HINTS[self]
 
 
 _TEXTS = {ColourBy.DIFFERENCE: "difference to a run", ColourBy.FILLED: "measured or filled"}
 _HINTS = {
     ColourBy.COLOUR: "The colours of the image",
-    ColourBy.DEPTH: "Distance along the camera's axis, as in the depth views",
+    ColourBy.DEPTH: "Depth along the camera's axis, as in the depth views",
     ColourBy.BLOCK: "The colours of the blocks",
-    ColourBy.EXPECTED: "How far off the filled depth may be, from it alone",
-    ColourBy.ERROR: "Depth less the truth: red is too far, blue too near",
-    ColourBy.DIFFERENCE: "Depth less that of the first run that is ticked for comparison: red is farther, blue nearer",
-    ColourBy.FILLED: "Which depth was measured, filled, or guessed",
+    ColourBy.EXPECTED: "Expected error of the filled depth, estimated without ground truth",
+    ColourBy.ERROR: "Depth minus ground truth: red is too far, blue too near",
+    ColourBy.DIFFERENCE: "Depth minus the first run ticked for comparison: red is farther, blue nearer",
+    ColourBy.FILLED: "Which depth was measured, filled or extrapolated",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """All that a cloud can be coloured by.
+    """Data that a cloud can be coloured by.
 
     Parameters
     ----------
     rgb : ndarray
         uint8 (H, W, 3).
     depth : ndarray
-        float32 (H, W) [m], what the points are made of.
+        float32 (H, W) [m], of the points.
     shades : Colours
-        Of the theme.
+        Colours of the theme.
     depth_table : ndarray
         uint8 (256, 4).
     ranges : mapping
-        Kind of `KINDS` -> Range: how the values at the ends of the colours are found, as in the images.
+        Kind of `KINDS` -> Range: colour ranges, as in the images.
     labels, block_colours : ndarray, optional
         int32 (H, W), and uint8 (labels, 4) by label.
     unvouched : ndarray, optional
-        bool (H, W): where nothing vouches for the depth.
+        bool (H, W): unsupported by measurements.
     expected, truth, other : ndarray, optional
-        float32 (H, W) [m], NaN where not known: expected error, true depth, depth of another run.
+        float32 (H, W) [m], NaN where unknown: expected error, ground truth, depth of another run.
     other_name : str
-        Of that run.
+        Name of that run.
     filled, guessed : ndarray, optional
         bool (H, W).
     """
@@ -114,8 +114,7 @@ class Subject:
 
 
 def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[np.int32]) -> Colouring:
-    """The colours of points that come from these pixels of the subject; those of the image where it lacks what is
-    asked for."""
+    """Colours of the points of these pixels; those of the image if the subject lacks the data for `by`."""
     match by:
         case ColourBy.DEPTH:
             levels = _levels(subject, "depth", robust_depth_levels(subject.depth), subject.depth)
@@ -130,25 +129,27 @@ def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[n
         case ColourBy.EXPECTED if subject.expected is not None:
             return _expected(subject, subject.expected, pixels)
         case ColourBy.ERROR if subject.truth is not None:
-            return _signed(subject, subject.truth, pixels, "no truth")
+            return _signed(subject, subject.truth, pixels, "no ground truth")
         case ColourBy.DIFFERENCE if subject.other is not None:
             return _signed(subject, subject.other, pixels, f"not in {subject.other_name}")
         case ColourBy.FILLED if subject.filled is not None:
             return _filled(subject, subject.filled, pixels)
-    lacking = "" if by is ColourBy.COLOUR else "in the image's colours until it is known"
+    lacking = "" if by is ColourBy.COLOUR else "image colours until it is computed"
     return Colouring(subject.rgb.reshape(-1, 3)[pixels], note=lacking)
 
 
 def signed_table() -> NDArray[np.uint8]:
-    """Table of differences, uint8 (256, 4), whose zero is grey: in the images it is near the background, before which a
-    surface without error could not be seen."""
+    """Table of differences, uint8 (256, 4), with grey zero.
+
+    In the images zero is close to the background, where a surface without error would be invisible.
+    """
     table = difference_table(dark=False)
     table[:, :3] = np.round(table[:, :3] * _DIMMED)
     return table
 
 
 def value_of(subject: Subject, by: ColourBy, pixel: tuple[int, int]) -> float | None:
-    """What the colour of a pixel (x, y) stands for, in the unit of the scale; None where that is not a number."""
+    """Value of a pixel (x, y), in the unit of the scale; None where it is not a number."""
     place = pixel[1], pixel[0]
     match by:
         case ColourBy.DEPTH:
@@ -176,13 +177,13 @@ def _expected(subject: Subject, expected: Depth, pixels: NDArray[np.int32]) -> C
         return colouring
     colour = _rgb(subject.shades.warning)
     colours = np.where(doubtful[:, None], np.array(colour, np.uint8), colouring.colours)
-    return replace(colouring, colours=colours, legend=(*colouring.legend, (colour, "nothing vouches")))
+    return replace(colouring, colours=colours, legend=(*colouring.legend, (colour, "unsupported")))
 
 
 def _signed(subject: Subject, other: Depth, pixels: NDArray[np.int32], lacking: str) -> Colouring:
     difference = (subject.depth - other) * _MM
     few = sample(difference)
-    level = robust_difference_level(few[few != 0])  # what is equal says nothing of how far the rest is apart
+    level = robust_difference_level(few[few != 0])  # ignores equal pixels
     level = max(abs(end) for end in _levels(subject, "signed", (-level, level), few))
     levels = -level, level
     indices = to_indices(difference.reshape(-1)[pixels], *levels)
@@ -195,7 +196,7 @@ def _levels(subject: Subject, kind: str, robust: Levels, values: Depth) -> Level
 
 
 def _by_table(subject: Subject, indices: NDArray[np.uint8], scale: Scale, lacking: str) -> Colouring:
-    """Colours of a scale, with a plain one for points that have no value."""
+    """Colours of a scale, with a plain colour for points without value."""
     plain = _plain(subject.shades)
     table = scale.table[:, :3].copy()
     table[0] = plain
@@ -207,17 +208,17 @@ def _filled(subject: Subject, filled: NDArray[np.bool_], pixels: NDArray[np.int3
     colours: Rgb = subject.rgb.reshape(-1, 3)[pixels]
     kinds = [(filled, shades.accent, "filled")]
     if subject.guessed is not None and subject.guessed.any():
-        kinds.append((subject.guessed, shades.warning, "guessed"))
+        kinds.append((subject.guessed, shades.warning, "extrapolated"))
     legend = []
     for mask, colour, name in kinds:
         chosen = mask.reshape(-1)[pixels]
         colours[chosen] = _rgb(colour)
         legend.append((_rgb(colour), f"{np.count_nonzero(chosen):,} {name}"))
-    return Colouring(colours, legend=tuple(legend), note="in the image's colours where measured")
+    return Colouring(colours, legend=tuple(legend), note="image colours where measured")
 
 
 def _plain(shades: Colours) -> tuple[int, int, int]:
-    """Of points that have no value: seen before the background, and unlike any value."""
+    """Colour of points without value: visible on the background, and unlike any value."""
     return _rgb(shades.grid if shades.is_dark else shades.muted)
 
 
@@ -225,25 +226,25 @@ def _rgb(colour: QColor) -> tuple[int, int, int]:
     return colour.red(), colour.green(), colour.blue()
 
 
-# What a cloud is to be, and making it: no widgets, for another thread.
+# The request for a scene, and its computation. No widgets; for a worker thread.
 
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """What the cloud is to be.
+    """Request for a scene.
 
     Parameters
     ----------
     key : str
-        Of the session.
+        Key of the session.
     intrinsics : CameraIntrinsics
     subject : Subject
-        The depth, and what it is coloured by.
+        Depth, and data to colour it by.
     by : ColourBy
     chosen : frozenset of int or None
-        The only blocks that are shown; None for everything.
+        The only blocks shown; None for all pixels.
     title : str
-        What the colours mean.
+        Meaning of the colours.
     """
 
     key: str
@@ -254,13 +255,13 @@ class Wish:
     title: str
 
     def is_same(self, other: Wish | None) -> bool:
-        """Whether another wish would give the same scene."""
+        """Whether another request would give the same scene."""
         if other is None or (self.by, self.title) != (other.by, other.title):
             return False
         return self.has_same_points(other) and _same(self.subject, other.subject)
 
     def has_same_points(self, other: Wish) -> bool:
-        """Whether the scene of another wish has the same points."""
+        """Whether the scene of another request has the same points."""
         return (
             self.key == other.key
             and self.intrinsics == other.intrinsics
@@ -271,7 +272,7 @@ class Wish:
 
 
 def compose(wish: Wish, before: Scene | None = None) -> Scene:
-    """The scene that is wished for; `before` has the same points, and perhaps other colours."""
+    """Compute the requested scene; `before` is a scene with the same points to reuse."""
     subject = wish.subject
     if before is None:
         only = None if wish.chosen is None or subject.labels is None else np.isin(subject.labels, list(wish.chosen))
@@ -285,6 +286,6 @@ def compose(wish: Wish, before: Scene | None = None) -> Scene:
 
 
 def _same(one: Subject, other: Subject) -> bool:
-    """Whether two subjects are made of the very same arrays and of equal values."""
+    """Whether two subjects have identical arrays and equal values."""
     pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(Subject))
     return all(a is b or (not isinstance(a, np.ndarray) and a == b) for a, b in pairs)

@@ -1,4 +1,4 @@
-"""Drawing a cloud at two speeds: as much as there is time for while it moves, all of it when it is at rest."""
+"""Drawing of a cloud: a coarse picture in limited time while it moves, the full one at rest."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ilf.drawing.clouds import Look, Splat, splat, splat_in_steps
 from ...work.jobs import Worker
 from .scene import Points, Rgb, Scene, empty_scene
 
-# How much of a cloud is drawn while it moves, by what drawing takes on this machine. No widgets.
+# Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
 
 MOVING_S = 0.03
-"""Time that a frame of a moving cloud may take."""
+"""Maximum drawing time of a frame of a moving cloud."""
 
 _POINT_S = 12e-9
 _PIXEL_S = 22e-9
-"""What a point and a pixel of the picture take on a usual machine."""
+"""Drawing times of a point and of a pixel of the picture on a typical machine."""
 
 _LADDER = ((1, 1 << 62), (1, 400_000), (2, 400_000), (2, 150_000), (3, 100_000), (4, 50_000))
-"""From fine to coarse: side of a pixel of the picture in pixels of the screen, and most points."""
+"""From fine to coarse: side of a picture pixel in screen pixels, and maximum number of points."""
 
 _LEAST, _MOST = 0.2, 20.0
 _SETTLED = 0.8
@@ -35,20 +35,20 @@ _WEIGHT = 0.3
 
 
 class Detail:
-    """Chooses from a ladder of pictures, from whole to coarse, the finest that is quick enough.
+    """Selects the finest level of detail that is fast enough.
 
-    How quick this machine is follows from the pictures that have been drawn; finer ones are taken up again only when
-    there is time to spare, so that the picture does not change to and fro.
+    The speed of this machine is measured on the pictures drawn; a finer level is used again only with time to spare,
+    so that the picture does not alternate.
     """
 
     def __init__(self) -> None:
         self._slowness = 1.0
-        """Time over what a usual machine takes."""
+        """Drawing time relative to a typical machine."""
         self._rung = 0
 
     def choose(self, points: int, pixels: int) -> tuple[int, int]:
-        """For a cloud of so many points on so many pixels of the screen: the side of a pixel of the picture, and how
-        many points to draw."""
+        """Select the side of a picture pixel [screen px] and the number of points to draw, for a cloud of this many
+        points on this many screen pixels."""
         costs = [_cost(min(points, most), pixels / side**2) for side, most in _LADDER]
         fitting = [rung for rung, cost in enumerate(costs) if self._slowness * cost <= MOVING_S]
         best = fitting[0] if fitting else len(_LADDER) - 1
@@ -59,7 +59,7 @@ class Detail:
         return side, min(points, most)
 
     def note(self, seconds: float, points: int, pixels: float) -> None:
-        """Drawing so many points on so many pixels of the picture took that long."""
+        """Record the time that drawing `points` points on `pixels` picture pixels took."""
         found = seconds / _cost(points, pixels)
         self._slowness += _WEIGHT * (min(max(found, _LEAST), _MOST) - self._slowness)
 
@@ -68,18 +68,18 @@ def _cost(points: int, pixels: float) -> float:
     return _POINT_S * points + _PIXEL_S * pixels
 
 
-# The picture of all of a cloud, drawn off the GUI's thread when the view is at rest.
+# The full picture of a cloud, drawn in a worker thread when the view is at rest.
 
 
 class WholePicture(QObject):
-    """Draws one picture at a time, the last that was asked for; one that nobody wants any more is given up on its way.
+    """Draws full pictures in a worker thread: always the last one requested; an outdated one is cancelled.
 
     Signals
     -------
     drawn(object, object, object)
-        Scene, look, and their picture.
+        Scene, look, and picture.
     failed(object)
-        The exception that kept a picture from being drawn.
+        The exception that stopped a picture.
     """
 
     drawn = Signal(object, object, object)
@@ -96,11 +96,11 @@ class WholePicture(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a picture is to come."""
+        """Whether a picture is being drawn."""
         return self._wanted is not None
 
     def ask(self, scene: Scene, look: Look) -> None:
-        """Draw a cloud; `drawn` follows unless something else is asked for before."""
+        """Request a picture; `drawn` follows unless another one is requested before."""
         if self._present is not None and self._present[0] is scene and self._present[1] == look:
             return
         self._wanted = scene, look
@@ -111,12 +111,12 @@ class WholePicture(QObject):
             self._start()
 
     def drop(self) -> None:
-        """No picture is wanted."""
+        """Cancel the request."""
         self._wanted = self._present = None
         self._worker.cancel()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         self._wanted = None
         return self._worker.shutdown()
 
@@ -140,13 +140,13 @@ class WholePicture(QObject):
 
 
 REST_MS = 120
-"""All of the cloud is drawn when the view has not moved for this long."""
+"""The full picture is drawn when the view has not moved for this long."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
-    """What has been drawn, of what; `side` is that of its pixels on the screen, and `some` are the points that were
-    drawn, None if those were all."""
+    """A drawn picture with its scene and look; `side` is that of its pixels [screen px], `some` the indices of the
+    points drawn, None for all."""
 
     image: QImage
     scene: Scene
@@ -158,7 +158,7 @@ class _Picture:
 
 @dataclass(frozen=True, eq=False)
 class _Few:
-    """Some of a scene's points, spread evenly."""
+    """An evenly spread subset of a scene's points."""
 
     some: NDArray[np.intp]
     points: Points
@@ -166,14 +166,14 @@ class _Few:
 
 
 class CloudDrawing(QObject):
-    """The picture of a cloud as it is looked at.
+    """The current picture of a cloud.
 
     Signals
     -------
     ready()
-        All of the cloud has been drawn.
+        The full picture has been drawn.
     failed(object)
-        The exception that kept it from being drawn.
+        The exception that stopped the drawing.
     """
 
     ready = Signal()
@@ -187,7 +187,7 @@ class CloudDrawing(QObject):
         self._picture: _Picture | None = None
         self._few: _Few | None = None
         self._is_due = False
-        """Whether the next picture is drawn at once."""
+        """Whether `image` draws a new picture."""
         self._whole = WholePicture(self)
         self._whole.drawn.connect(self._take_whole)
         self._whole.failed.connect(self.failed)
@@ -195,15 +195,18 @@ class CloudDrawing(QObject):
         self._rest.timeout.connect(self._ask_whole)
 
     def set_scene(self, scene: Scene) -> None:
-        """Draw another cloud from the next look on."""
+        """Set another cloud, drawn from the next look on."""
         self.scene, self._few = scene, None
         if not len(scene):
             self._picture = None
             self.pause()
 
     def look(self, look: Look, moving: bool) -> None:
-        """Look at the cloud so, in pixels of the screen. What is shown stays until all of it has been drawn, unless the
-        cloud is moving or all of it can be drawn at once."""
+        """Set the look, in screen pixels.
+
+        The old picture stays until the full one is drawn, unless the cloud moves or is small enough to draw
+        immediately.
+        """
         self._look = look
         at_once = self.detail.choose(len(self.scene), look.width * look.height) == (1, len(self.scene))
         if moving or at_once or self._picture is None:
@@ -213,28 +216,28 @@ class CloudDrawing(QObject):
             self._ask_whole()
 
     def image(self) -> QImage | None:
-        """The picture as it is to be shown now, scaled to the screen; None without a cloud."""
+        """The current picture, to be scaled to the screen; None without a cloud."""
         if self._look is not None and len(self.scene) and (self._is_due or self._picture is None):
             self._draw_now(self._look)
         return None if self._picture is None else self._picture.image
 
     @property
     def is_whole(self) -> bool:
-        """Whether the picture is of all of the cloud, as it is looked at now."""
+        """Whether the picture is the full one for the current look."""
         picture = self._picture
         if picture is None or self._is_due or picture.scene is not self.scene:
             return False
         return picture.some is None and picture.look == self._look
 
     def finish(self) -> None:
-        """Draw all of the cloud at once, for those who cannot wait."""
+        """Draw the full picture immediately, in the calling thread."""
         if self._look is not None and len(self.scene) and not self.is_whole:
             scene = self.scene
             drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
             self._take_whole(scene, self._look, drawn)
 
     def point_at(self, x: float, y: float, reach: float) -> int | None:
-        """Index of the point seen at a place [px of the screen], or nearest to it within a reach; None if none is."""
+        """Index of the visible point nearest to a position, within `reach` [screen px]; None if there is none."""
         picture = self._picture
         if picture is None or picture.scene is not self.scene:
             return None
@@ -249,22 +252,22 @@ class CloudDrawing(QObject):
         return index if picture.some is None else int(picture.some[index])
 
     def pause(self) -> None:
-        """Draw nothing while nobody looks."""
+        """Stop drawing while the view is hidden."""
         self._rest.stop()
         self._whole.drop()
 
     def resume(self) -> None:
-        """Go on with what was not drawn when it was paused."""
+        """Resume drawing."""
         if not self.is_whole:
             self._rest.start()
 
     @property
     def busy(self) -> bool:
-        """Whether all of the cloud is to come."""
+        """Whether the full picture is pending."""
         return self._rest.isActive() or self._whole.busy
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         self._rest.stop()
         return self._whole.shutdown()
 
@@ -287,7 +290,7 @@ class CloudDrawing(QObject):
 
     def _few_points(self, count: int) -> _Few:
         if self._few is None or len(self._few.some) != count:
-            # one at random out of each run of points: a fixed stride beats with the image's rows and shows stripes
+            # one random point per run of points: a fixed stride interferes with the image's rows and shows stripes
             total = len(self.scene)
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
@@ -307,7 +310,7 @@ class CloudDrawing(QObject):
 
 
 def _coarse(look: Look, side: int) -> Look:
-    """The same look with pixels of that many pixels of the screen a side."""
+    """The same look with picture pixels of `side` screen pixels."""
     size = None if look.point_size is None else max(round(look.point_size / side), 1)
     return replace(look, width=max(look.width // side, 1), height=max(look.height // side, 1), point_size=size)
 

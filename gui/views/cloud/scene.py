@@ -1,4 +1,4 @@
-"""A cloud that can be drawn: points, the pixels that they come from, and colours that mean something."""
+"""A point cloud to draw: points, their pixels, and their colours with scale and legend."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Legend = tuple[tuple[tuple[int, int, int], str], ...]
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """What a colour bar shows.
+    """Scale of a colour bar.
 
     Parameters
     ----------
     unit : str
     table : ndarray
-        uint8 (256, 4) RGBA; entries 1-255 run from the low to the high level.
+        uint8 (256, 4) RGBA; entries 1-255 run from the low to the high end.
     levels : tuple of float
         Values at the ends, in the unit.
     logarithmic : bool
@@ -34,7 +34,7 @@ class Scale:
 
 @dataclass(frozen=True, eq=False)
 class Colouring:
-    """Colours of a cloud's points, and how they are to be read.
+    """Colours of a cloud's points, with their meaning.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ class Colouring:
     scale : Scale, optional
         For the colour bar.
     legend : tuple
-        Colours, red first, and what they stand for.
+        Colours, red first, and their meaning.
     note : str
-        What there is to say beside the number of points.
+        Text beside the number of points.
     """
 
     colours: Rgb
@@ -56,23 +56,23 @@ class Colouring:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A cloud of one frame.
+    """Point cloud of one frame.
 
     Parameters
     ----------
     points : ndarray
-        float32 (N, 3) [m], x right, y down, z forward, as the depth camera saw it.
+        float32 (N, 3) [m], x right, y down, z forward, in camera coordinates.
     pixels : ndarray
         int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
     width : int
-        Of the frame [px].
+        Width of the frame [px].
     colouring : Colouring
     spacing : float
-        Of the points over their depth, see `ilf.drawing.clouds.spacing_of`.
+        Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
     depths : tuple of float
         Smallest and largest z [m].
     title : str
-        What the colours mean.
+        Meaning of the colours.
     """
 
     points: Points
@@ -95,12 +95,12 @@ class Scene:
         return len(self.points)
 
     def pixel_of(self, index: int) -> tuple[int, int]:
-        """The pixel (x, y) that a point comes from."""
+        """Pixel (x, y) of a point."""
         row, column = divmod(int(self.pixels[index]), self.width)
         return column, row
 
     def index_of(self, pixel: tuple[int, int]) -> int | None:
-        """The point that comes from a pixel (x, y); None if it has none."""
+        """Index of the point of a pixel (x, y); None if it has none."""
         x, y = pixel
         if not 0 <= x < self.width:
             return None
@@ -110,6 +110,6 @@ class Scene:
 
 
 def empty_scene() -> Scene:
-    """A scene without any point."""
+    """Scene without points."""
     nothing = np.empty((0, 3), np.float32)
     return Scene(nothing, np.empty(0, np.int32), 1, Colouring(np.empty((0, 3), np.uint8)))

@@ -1,4 +1,4 @@
-"""A curve: the iterations of one block in one run, as numbers that can be drawn. No widgets."""
+"""A curve: the iterations of one block in one run, as numbers to plot. No widgets."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ from .readout import Column
 Values = NDArray[np.float64]
 
 FLOOR = 1e-6
-"""Smaller lengths [m], zero included, are drawn here: a logarithmic axis has no zero."""
+"""Smaller lengths [m], including zero, are drawn at this value on the logarithmic axis."""
 
 QUANTITIES = ("sigma_i", "error", "held_out", "residual", "l1")
-"""Of an `IterationRecord`, what is drawn."""
+"""Fields of an `IterationRecord` that are plotted."""
 
 _LEAST_LIGHT, _MOST_LIGHT = 0.4, 0.5
-"""Luminances of lines on a dark ground and on a light one."""
+"""Minimum luminance of lines on a dark background, maximum on a light one."""
 
 _LENGTHS = ("sigma_i", "error", "held_out", "residual")
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The iterations of one block in one run, and how they are told from others.
+    """The iterations of one block in one run, with name and style.
 
     Attributes
     ----------
     name : str
-        Of block or run.
+        Name of the block or run.
     colour : tuple of int
         Red, green, blue.
     records : sequence of IterationRecord
         May grow at its end.
     dashed : bool
-        Whether it is of a run that is compared.
+        Whether it belongs to a compared run.
     s_criteria : float or None
-        The stop criterion [m] of the block; None where it has no part in a run.
+        The stop criterion [m] of the block; None if a run does not use it.
     remark : str
-        What is to be said of that criterion.
+        Remark on the criterion.
     corrected : float
-        Error [m] against the truth after the learned correction, which follows the last iteration; NaN where there was
-        none or the truth is not known.
+        Error [m] against ground truth after the learned correction, which follows the last iteration; NaN without
+        correction or ground truth.
     """
 
     name: str
@@ -60,12 +60,12 @@ class Curve:
     corrected: float = math.nan
 
     def looks_like(self, other: Curve) -> bool:
-        """Whether the other has the same looks, whatever its records."""
+        """Whether the other has the same name and style, regardless of records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
 
 
 def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:
-    """The same colour as dark, or as light, as a thin line has to be on a light ground, or a dark one.
+    """Darken a colour for thin lines on a light background, or lighten it for a dark one.
 
     Examples
     --------
@@ -84,14 +84,14 @@ def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]
 
 
 class Columns:
-    """The numbers of a curve, column by column: what has been read of its records is not read again.
+    """The numbers of a curve, column by column; each record is read only once.
 
     Attributes
     ----------
     count : int
-        Iterations.
+        Number of iterations.
     stages : list of int
-        Where a stage begins after one of some length: where one begins every time there is nothing to mark.
+        Starts of stages that follow a stage of more than one iteration.
     """
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class Columns:
         self._weighted: list[int] = []
 
     def take(self, records: Sequence[IterationRecord]) -> None:
-        """Read the records; those that it has already must be at their beginning, unless it is another sequence."""
+        """Read new records; the sequence must begin with those read before, unless it is another one."""
         if records is not self._records:
             self.count = 0
             self.stages, self._weighted, self._records = [], [], records
@@ -126,13 +126,13 @@ class Columns:
         self.count = count
 
     def along(self, by_time: bool) -> Values:
-        """Where the iterations stand: their number, or the seconds since the block was begun."""
+        """Positions of the iterations: their numbers, or seconds since the start of the block."""
         return self._table[: self.count, int(by_time)]
 
     def values(self, quantity: str) -> Values:
-        """One of `QUANTITIES`: log10 of a length [m], or a sum [m]; NaN where it is not known.
+        """One of `QUANTITIES`: log10 of a length [m], or a sum [m]; NaN where unknown.
 
-        "l1_left" is by how much the L1 norm differs from the last one [%], which blocks of any size have in common.
+        "l1_left" is the difference of the L1 norm to its last value [%], comparable between blocks of any size.
         """
         if quantity == "l1_left":
             sums = self.values("l1")
@@ -140,16 +140,16 @@ class Columns:
         return self._table[: self.count, 2 + QUANTITIES.index(quantity)]
 
     def has(self, quantity: str) -> bool:
-        """Whether there is any such value."""
+        """Whether the quantity has any finite value."""
         return bool(np.isfinite(self.values(quantity)).any())
 
     def between(self, place: int, by_time: bool) -> float:
-        """Half-way between an iteration and the one before it."""
+        """Position half-way between an iteration and the one before it."""
         along = self.along(by_time)
         return float(along[place - 1] + along[place]) / 2
 
     def weighted(self, by_time: bool) -> tuple[float, float] | None:
-        """From where to where the colour weighted the iterations; None if it did not."""
+        """Span of the colour-weighted iterations; None if there are none."""
         if not self._weighted:
             return None
         if not by_time:
@@ -158,7 +158,7 @@ class Columns:
         return float(along[self._weighted[0]]), float(along[self._weighted[-1]])
 
     def nearest(self, where: float, by_time: bool) -> int:
-        """Which iteration is nearest to a place on the axis."""
+        """Index of the iteration nearest to a position on the axis."""
         along = self.along(by_time)
         after = int(np.searchsorted(along, where))
         if after == 0 or after == self.count:
@@ -166,7 +166,7 @@ class Columns:
         return after if along[after] - where < where - along[after - 1] else after - 1
 
 
-# What the readout says of an iteration, column by column. No widgets.
+# The readout of an iteration, column by column. No widgets.
 
 _LENGTH = "0.000 mm"
 
@@ -174,7 +174,7 @@ Numbers = Iterator[tuple[Column, str]]
 
 
 def readout_columns(records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool) -> list[Column]:
-    """The columns for some curves' iterations, the most telling first.
+    """Columns of the readout for one iteration of each curve, the most important first.
 
     Parameters
     ----------
@@ -183,13 +183,13 @@ def readout_columns(records: Sequence[IterationRecord], has: Mapping[str, bool],
     has : mapping of str to bool
         Whether any of the curves has an "error", or a "held_out".
     by_time : bool
-        Whether the time matters most.
+        Whether the time comes first.
     """
     return [column for column, _ in _numbers(records[0], has, by_time, len(records) == 1)] if records else []
 
 
 def readout_texts(records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool) -> list[tuple[str, ...]]:
-    """The texts in those columns, row by row."""
+    """Texts in those columns, row by row."""
     return [tuple(text for _, text in _numbers(record, has, by_time, len(records) == 1)) for record in records]
 
 
@@ -213,7 +213,7 @@ def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, al
 
 
 def _own(record: IterationRecord) -> Numbers:
-    """What a filter says of its iteration besides what all of them say."""
+    """Columns that only some filters have."""
     if isinstance(record, PassBandRecord):
         yield Column("radii", "000.0 × 000.0"), f"{record.radii[0]:.1f} × {record.radii[1]:.1f}"
     elif isinstance(record, EdgeAwareRecord):

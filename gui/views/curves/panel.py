@@ -1,4 +1,4 @@
-"""Live convergence curves of blocks and runs: sigma_i with S_criteria, errors, the L1 norm; and the way back."""
+"""Live convergence curves of blocks and runs (sigma_i, errors, L1 norm), and a slider over iterations."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_text
 from .plot import AXIS, NAMED_AXIS, ConvergencePlot, CriterionLines, HeldOutPlot, LengthAxis, Line, SumAxis
 from .readout import Readout, Row
 
-# A slider over the iterations of the last run: where it stands, the views show the depth as it was then.
+# A slider over the iterations of the last run: the views show the depth at the slider's iteration.
 
 
 class ScrubBar(QWidget):
-    """Slider, what it stands at, and the way back to the present, which is its right end.
+    """Slider over iterations, its position as text, and a button to its right end, the current depth.
 
     Signals
     -------
     moved(int)
-        The user has gone to an iteration; the last one is the present.
+        The user moved to an iteration; the last one is the current depth.
     """
 
     moved = Signal(int)
@@ -36,15 +36,15 @@ class ScrubBar(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._slider = _Slider(Qt.Orientation.Horizontal)
-        self._slider.setAccessibleName("Iteration to look back to")
+        self._slider.setAccessibleName("Iteration shown")
         self._slider.valueChanged.connect(self._tell)
         self._text = PlainLabel()
         font = QFont(self.font())
         font.setFeature(QFont.Tag("tnum"), 1)
         self._text.setFont(font)
         self._end = QToolButton(autoRaise=True)
-        self._end.setAccessibleName("Back to the present")
-        self._end.setToolTip("Back to the present: what there is after the last iteration (Esc or End)")
+        self._end.setAccessibleName("Go to the last iteration")
+        self._end.setToolTip("Go to the last iteration, the current depth (Esc or End)")
         self._end.clicked.connect(self.go_to_end)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 0, 0, 2)
@@ -57,21 +57,21 @@ class ScrubBar(QWidget):
 
     @property
     def position(self) -> int:
-        """The iteration that it stands at."""
+        """Iteration at the slider."""
         return self._slider.value()
 
     @property
     def last(self) -> int:
-        """The last iteration, which is the present; 0 if there are none."""
+        """The last iteration; 0 if there are none."""
         return self._slider.maximum() if self._slider.isEnabled() else 0
 
     @property
     def at_end(self) -> bool:
-        """Whether it stands at the present."""
+        """Whether the slider is at its end, the current depth."""
         return self._slider.value() == self._slider.maximum()
 
     def set_range(self, last: int) -> None:
-        """There are iterations from 1 up to this one. At the end it stays at the end; nobody is told."""
+        """Set the range to iterations 1 to `last`, without a signal. A slider at its end stays there."""
         was_at_end = self.at_end
         with QSignalBlocker(self._slider):
             self._slider.setRange(1, max(last, 1))
@@ -84,11 +84,11 @@ class ScrubBar(QWidget):
         self._show()
 
     def set_hint(self, text: str) -> None:
-        """What the slider's tooltip says."""
+        """Set the slider's tooltip."""
         self._slider.setToolTip(text)
 
     def go_to_end(self) -> None:
-        """Back to the present."""
+        """Go to the end, the current depth."""
         self._slider.setValue(self._slider.maximum())
 
     def _tell(self, position: int) -> None:
@@ -96,7 +96,7 @@ class ScrubBar(QWidget):
         self.moved.emit(position)
 
     def _show(self) -> None:
-        self._text.setText("present" if self.at_end else f"i {self.position} of {self._slider.maximum()}")
+        self._text.setText("current" if self.at_end else f"i {self.position} of {self._slider.maximum()}")
         self._text.setEnabled(self._slider.isEnabled())
         self._end.setEnabled(not self.at_end)
 
@@ -110,14 +110,14 @@ class ScrubBar(QWidget):
 
 
 class _Slider(QSlider):
-    """Goes to its end by Escape, as by End."""
+    """Slider that also goes to its end on Escape."""
 
     def __init__(self, orientation: Qt.Orientation) -> None:
         super().__init__(orientation)
         self.setMinimumWidth(60)
 
     def event(self, event: QEvent) -> bool:
-        """Escape is the slider's own while it stands somewhere in the past."""
+        """Reserve Escape for the slider while it is not at its end."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and self._escapes(event):
             event.accept()
             return True
@@ -135,37 +135,37 @@ class _Slider(QSlider):
 
 EMPTY_TEXT = "Run the filter to see how each block converges"
 
-_SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each other
-_LEAST_HEIGHT, _LEAST_WIDTH = 56, 180  # of a plot [px]; where there is less room, the last ones are left out
-_LOW = 250  # height of the panel [px] up to which axes have no name
-_LEAST_ROWS = 4  # of the readout over the plots
+_SIDE_BY_SIDE = 1.7  # width over height from which the plots are side by side
+_LEAST_HEIGHT, _LEAST_WIDTH = 56, 180  # minimum size of a plot [px]; without room, the last plots are omitted
+_LOW = 250  # panel height [px] up to which axes have no name
+_LEAST_ROWS = 4  # minimum rows of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
-_DECADES = 1.2  # in view, at least
+_DECADES = 1.2  # minimum range in view
 _BY_TIME = "curves/by_time"
 _OF_NUMBERS = (
-    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, "
-    "after the learned correction, and at an iteration that of the depth as it was then."
+    "i: iteration. σ: deviation sigma_i. err: error against ground truth: of the current depth, after the learned "
+    "correction, as in the table of blocks; or of the depth at the iteration shown."
 )
 _OF_ERRORS = (
-    "Error against the truth where depth was missing, as each iteration left it. The point at the end is the error "
-    "after the learned correction, which the table of blocks has."
+    "Error against ground truth where depth was missing, after each iteration. The point at the end is the error "
+    "after the learned correction, as in the table of blocks."
 )
 
 
 class CurvesPanel(QWidget):
     """The curves of some blocks and runs, with linked axes, a readout of all of them, and a slider over iterations.
 
-    One curve alone has its numbers in the colours of the plots; several have colours of their own.
+    A single curve has the colours of the plots; several curves have their own colours.
 
     Parameters
     ----------
     remembers : bool
-        Whether the choice of the axis is that of the last time, and is kept for the next.
+        Whether the axis (iterations or time) is saved in the settings and restored.
 
     Signals
     -------
     shown()
-        It can be seen again: what has come meanwhile is to be drawn.
+        The panel became visible: draw what changed meanwhile.
     """
 
     shown = Signal()
@@ -185,7 +185,7 @@ class CurvesPanel(QWidget):
         self.held_out_plot = HeldOutPlot(LengthAxis())
         self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
         self._plots = (self.sigma_plot, self.error_plot, self.held_out_plot, self.l1_plot)
-        names = "Deviation sigma_i", "Error against the truth", "Error at pixels that are held out", "L1 norm"
+        names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
         for plot, name in zip(self._plots, names, strict=True):
             plot.setAccessibleName(name)
             plot.hovered.connect(self._hover)
@@ -201,7 +201,7 @@ class CurvesPanel(QWidget):
         self._time_button.setCheckable(True)
         self._time_button.setChecked(self._by_time)
         self._time_button.setAccessibleName("Curves over time")
-        self._time_button.setToolTip("Draw the curves over the time since each block was begun, instead of iterations")
+        self._time_button.setToolTip("Plot the curves over the time since the start of each block, not over iterations")
         self._time_button.toggled.connect(self.set_by_time)
 
         plots = QWidget()
@@ -244,20 +244,20 @@ class CurvesPanel(QWidget):
 
     @property
     def names(self) -> list[str]:
-        """What the curves are called."""
+        """Names of the curves."""
         return [curve.name for curve in self._curves]
 
     @property
     def hint(self) -> str:
-        """Why there are no curves."""
+        """Text shown while there are no curves."""
         return self._hint.text()
 
     def set_hint(self, text: str = EMPTY_TEXT) -> None:
-        """Say why there are no curves, where there are none."""
+        """Set the text shown while there are no curves."""
         self._hint.setText(text)
 
     def show_curves(self, curves: Sequence[Curve]) -> None:
-        """Draw these curves; those that are there already get what their records have grown by."""
+        """Draw these curves; existing ones are extended by their new records."""
         same = len(curves) == len(self._curves) and all(map(Curve.looks_like, curves, self._curves))
         if not same:
             self._columns = [Columns() for _ in curves]
@@ -279,7 +279,7 @@ class CurvesPanel(QWidget):
         self._draw()
 
     def look_at(self, iteration: int | None) -> None:
-        """Point at an iteration until the mouse does; None: at the last one of each curve."""
+        """Put the cursor at an iteration until the mouse moves it; None: the last one of each curve."""
         self._looked_at = iteration
         self._update_readout()
 
@@ -327,7 +327,7 @@ class CurvesPanel(QWidget):
         self._update_readout()
 
     def _draw_errors(self, colour: QColor) -> None:
-        """Errors after the iterations, and at their end those after the correction."""
+        """Draw the errors after the iterations, and as last points those after the correction."""
         lines = self._lines("error", colour)
         curves = [curve for curve, columns in zip(self._curves, self._columns, strict=True) if columns.count]
         ends = [
@@ -341,7 +341,7 @@ class CurvesPanel(QWidget):
         return any(columns.has(quantity) for columns in self._columns)
 
     def _lines(self, quantity: str, colour: QColor) -> list[Line]:
-        """A line for every curve; of one alone in the colour of the quantity."""
+        """A line for every curve; a single one in the colour of the quantity."""
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
         return [
             Line(
@@ -359,7 +359,7 @@ class CurvesPanel(QWidget):
     # room
 
     def _arrange(self) -> None:
-        """Which plots there are, as far as there is room; where they and the readout stand."""
+        """Lay out the readout and the plots that fit."""
         there = True, self._has("error"), self._has("held_out"), True
         asked = self.size(), len(self._curves), there
         if asked == self._arranged:
@@ -386,7 +386,7 @@ class CurvesPanel(QWidget):
         wanted = [plot for plot in self._plots if plot in fit]
         for plot in self._plots:
             plot.setVisible(plot in wanted)
-            # stacked plots share the lowest one's places
+            # stacked plots share the axis of the lowest one
             plot.show_places(wide or plot is wanted[-1], self.height() > _LOW)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -400,18 +400,18 @@ class CurvesPanel(QWidget):
     # reading
 
     def _hover(self, place: float) -> None:
-        """Point at the iterations nearest to a place on the axis; NaN: at none."""
+        """Put the cursor at the iterations nearest to a position on the axis; NaN: none."""
         self._hovered = place if math.isfinite(place) else None
         self._update_readout()
 
     def _place(self, columns: Columns) -> int:
-        """Which of a curve's iterations is read."""
+        """Index of a curve's iteration in the readout."""
         if self._hovered is not None:
             return columns.nearest(self._hovered, self._by_time)
         return columns.count - 1 if self._looked_at is None else min(self._looked_at, columns.count) - 1
 
     def _update_readout(self) -> None:
-        """Say the numbers of the iterations under the cursor, or else of the last ones."""
+        """Show the numbers of the iterations under the cursor, or of the last ones."""
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
         pointing = bool(pairs) and (self._hovered is not None or self._looked_at is not None)
         cursor = None
@@ -421,7 +421,7 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.point_at(cursor)
         records = [curve.records[self._place(columns)] for curve, columns in pairs]
-        if not pointing:  # what there is at present has been corrected since
+        if not pointing:  # the current depth has been corrected since
             records = [
                 replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record
                 for record, (curve, _) in zip(records, pairs, strict=True)

@@ -17,20 +17,20 @@ from ...base import theme
 from .curve import FLOOR, Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
-"""Heights of the horizontal axis [px]: with its name, with numbers alone, and bare."""
+"""Heights of the horizontal axis [px]: with name, with numbers only, and bare."""
 
 _ERROR_RANGE = 0.4
-"""The plot of hold-out errors shows decades from the least of them up to so many above it."""
+"""Range [decades] above the minimum hold-out error that its plot shows."""
 
 _MARK_ROW = 0.05
-"""Height of the stage marks of one of several curves, as a share of the plot's."""
+"""Height of the stage marks of one of several curves, as a share of the plot."""
 
 _POINT = 6
 """Size of a curve that is a single point [px]."""
 
 
 class Line(NamedTuple):
-    """A curve in a plot: places along the axis, values there (NaN: none), and how it looks."""
+    """A curve in a plot: positions along the axis, values there (NaN: none), and style."""
 
     along: Values
     values: Values
@@ -41,25 +41,25 @@ class Line(NamedTuple):
 class ConvergencePlot(pg.PlotWidget):
     """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
 
-    Its ranges grow in steps: as long as they stay, new values are drawn quickly.
+    The ranges grow in steps: while they stay the same, new values are drawn quickly.
 
     Parameters
     ----------
     axis : pyqtgraph.AxisItem
-        The vertical one.
+        The vertical axis.
     label : str
-        What it is of.
+        Quantity on the vertical axis.
     least_span : float
-        Least span of values in view.
+        Minimum span of values in view.
 
     Signals
     -------
     hovered(float)
-        Place on the horizontal axis under the mouse, NaN when it leaves.
+        Position on the horizontal axis under the mouse, NaN when it leaves.
     moved(float, float)
-        The user has zoomed or moved along the horizontal axis: what of it is in view.
+        The user zoomed or panned the horizontal axis: its visible range.
     fit_wished()
-        The user wants to follow all iterations again.
+        The user double-clicked to follow all iterations again.
     """
 
     hovered = Signal(float)
@@ -93,31 +93,31 @@ class ConvergencePlot(pg.PlotWidget):
         self.follows = True
         """Whether all iterations are in view."""
         self.marked: list[float] = []
-        """Values that are in view whatever the lines are."""
+        """Values that are always in view."""
         self._ranges: dict[int, tuple[float, float]] = {}
         self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
         self.show_places(True)
         self.set_by_time(False)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
-        self.setStatusTip("Wheel or drag: zoom and move along the iterations. Double-click: all of them.")
+        self.setStatusTip("Wheel or drag: zoom and pan along the iterations. Double-click: show all.")
         self.scene().sigMouseMoved.connect(self._mouse_moved)
 
     def set_by_time(self, on: bool) -> None:
-        """Let the horizontal axis be the seconds of a block's iterations, or their number."""
+        """Set the horizontal axis to seconds, or to iterations."""
         self._places = "Time [s]" if on else "Iteration i"
         self._least_end = 0.01 if on else 10.0
         self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._least_end)
         self.getAxis("bottom").setLabel(self._places)
 
     def set_label(self, text: str) -> None:
-        """Say what the vertical axis is of."""
+        """Set the label of the vertical axis."""
         if text != self._label:
             self._label = text
             self.getAxis("left").setLabel(text)
 
     def show_lines(self, lines: Sequence[Line]) -> None:
-        """Draw these lines, and bring them into view; one with a single value is a point."""
+        """Draw these lines and bring them into view; a line with a single value is drawn as a point."""
         while len(self.lines) < len(lines):
             self.lines.append(_Curve())
             self.addItem(self.lines[-1])
@@ -162,7 +162,7 @@ class ConvergencePlot(pg.PlotWidget):
             (self.setYRange if axis else self.setXRange)(low, high, padding=0)
 
     def show_stages(self, stages: Sequence[Sequence[float]], colours: Sequence[QColor]) -> None:
-        """Mark where stages begin: of one curve all over the plot, of several in a row for each at the bottom."""
+        """Mark the starts of stages: for one curve over the full height, for several in one row each at the bottom."""
         looks = [list(places) for places in stages], [colour.rgb() for colour in colours]
         if looks == self._marked:
             return
@@ -188,29 +188,29 @@ class ConvergencePlot(pg.PlotWidget):
             self._span.setRegion(span)
 
     def name_span(self, text: str) -> None:
-        """Say in the plot what the shaded span means."""
+        """Label the shaded span in the plot."""
         self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
 
     def point_at(self, place: float | None) -> None:
-        """Put the cursor on a place of the horizontal axis, or nowhere."""
+        """Put the cursor at a position of the horizontal axis; None hides it."""
         self._cursor.setVisible(place is not None)
         if place is not None:
             self._cursor.setValue(place)
 
     def forget_ranges(self) -> None:
-        """What is drawn next is brought into view anew."""
+        """Reset the ranges: the next lines are brought into view."""
         self.follows = True
         self._ranges.clear()
 
     def show_places(self, shown: bool, named: bool = True) -> None:
-        """Write numbers along the horizontal axis and what it is of, or leave only its line."""
+        """Show numbers and name of the horizontal axis, or only its line."""
         axis = self.getAxis("bottom")
         axis.setStyle(showValues=shown)
         axis.showLabel(shown and named)
         axis.setHeight((NAMED_AXIS if named else AXIS) if shown else _BARE)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Take the theme's colours."""
+        """Apply the theme's colours."""
         self.setBackground(colours.background)
         self._stage_pen = pg.mkPen(colours.grid)
         self._marked = None
@@ -241,11 +241,10 @@ class ConvergencePlot(pg.PlotWidget):
 
 
 class HeldOutPlot(ConvergencePlot):
-    """Errors at known pixels that are held out of the iteration; of one curve with their least, and with those of the
-    other known pixels.
+    """Plot of hold-out errors; for one curve also of their minimum and of the errors at the other known pixels.
 
-    Its range is about the least hold-out error: the first errors may be 100 times as large, and the rise after the
-    least, which tells where noise comes in, would be invisible beside them.
+    The range is near the minimum hold-out error: the first errors may be 100 times as large, and the rise after the
+    minimum, which shows where noise begins, would be invisible beside them.
     """
 
     def __init__(self, axis: pg.AxisItem) -> None:
@@ -260,11 +259,11 @@ class HeldOutPlot(ConvergencePlot):
 
     @property
     def least(self) -> str:
-        """What is said of the least hold-out error; "" if nothing is."""
+        """Label of the minimum hold-out error; "" if it is hidden."""
         return self._least.label.toPlainText() if self._least.isVisible() else ""
 
     def show_errors(self, lines: Sequence[Line], residual: Line | None, iterations: Values) -> None:
-        """Draw hold-out errors, log10 of metres; of a curve alone with the residual and the least, which is marked.
+        """Draw hold-out errors, log10 of metres; for a single curve with the residual and the minimum marked.
 
         Parameters
         ----------
@@ -272,7 +271,7 @@ class HeldOutPlot(ConvergencePlot):
             Hold-out errors, not all of them NaN.
         residual : Line or None
         iterations : ndarray
-            The first line's.
+            Iterations of the first line.
         """
         self.show_lines(lines)
         alone = residual is not None
@@ -284,15 +283,15 @@ class HeldOutPlot(ConvergencePlot):
             self.residual.setPen(pg.mkPen(residual.colour, width=1.4))
             place = int(np.nanargmin(lines[0].values))
             self._least.setValue(lines[0].along[place])
-            self._least.label.setFormat(f"least at i = {int(iterations[place])}")
+            self._least.label.setFormat(f"minimum at i = {int(iterations[place])}")
             bottom = min(least, float(np.nanmin(residual.values)))
         self.show_values(bottom, least + _ERROR_RANGE)
 
     def _follow(self, lines: Sequence[Line]) -> None:
-        """Of the values, those about the least are brought into view."""
+        """Leave the ranges unchanged: `show_errors` brings values near the minimum into view."""
 
     def set_error_colours(self, colours: theme.Colours, held_out: QColor, residual: QColor, font: QFont) -> None:
-        """Take the theme's colours. The axis says which curve is which."""
+        """Apply the theme's colours. The axis label names the curves in their colours."""
         names = ((held_out, "Hold-out"), (residual, "residual"))
         self._label = ", ".join(f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
         self.set_colours(colours, font)
@@ -303,25 +302,25 @@ class HeldOutPlot(ConvergencePlot):
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:
-    """A range around another one with round ends, so that it need not change for every value that comes."""
+    """Widen a range to round ends, so that it does not change with every new value."""
     step = 2.0 ** (math.floor(math.log2(max(high - low, 1e-9))) - 3)
     return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
 class _Curve(pg.PlotCurveItem):
-    """A line that is told apart by its looks; one among several is as thin as lines are drawn quickly."""
+    """A line with its own style; several lines are thin, since thin lines draw quickly."""
 
     def __init__(self) -> None:
         super().__init__(antialias=True, connect="finite")
         self._looks: tuple[QColor, bool, bool] | None = None
 
     def show_line(self, line: Line, alone: bool) -> None:
-        """Draw a line, which is the only one or among others."""
+        """Draw a line; `alone` if it is the only one."""
         looks = line.colour, line.dashed, alone
         if looks != self._looks:
             self._looks = looks
             style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
-            # a long path takes many times as long, but in pieces dashes would begin anew, and thick lines have knots
+            # a single long path is much slower, but segments restart dashes and show joints in thick lines
             self.setSegmentedLineMode("off" if line.dashed or alone else "on")
             self.setPen(pg.mkPen(line.colour, width=1.8 if alone else 1, style=style))
         self.setData(line.along, line.values)
@@ -329,7 +328,7 @@ class _Curve(pg.PlotCurveItem):
 
 
 def veil(colours: theme.Colours) -> QBrush:
-    """Ground for a text that a curve may cross."""
+    """Background of a text that curves may cross."""
     ground = QColor(colours.background)
     ground.setAlpha(170)
     return QBrush(ground)
@@ -338,7 +337,7 @@ def veil(colours: theme.Colours) -> QBrush:
 # The vertical axes of the curves: lengths on a logarithmic scale, and sums.
 
 _AXIS_WIDTH = 64
-_TICK_GAP = 17  # least distance between the labels of a vertical axis [px]
+_TICK_GAP = 17  # minimum distance between the labels of a vertical axis [px]
 
 
 class LengthAxis(pg.AxisItem):
@@ -350,7 +349,7 @@ class LengthAxis(pg.AxisItem):
         self.setWidth(_AXIS_WIDTH)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        """Whole decades, thinned until the labels have room; 1, 2, 5 where few decades are in view."""
+        """Whole decades, thinned to fit the labels; 1, 2, 5 where few decades are in view."""
         first, last = math.ceil(minVal - 1e-9), math.floor(maxVal + 1e-9)
         labels = max(size / _TICK_GAP, 1.0)
         decades = maxVal - minVal
@@ -376,7 +375,7 @@ class SumAxis(pg.AxisItem):
         self.setStyle(maxTickLevel=0)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        """Round values, thinned until the labels have room."""
+        """Round values, thinned to fit the labels."""
         labels = max(size / _TICK_GAP, 1.0)
         spacing, values = super().tickValues(minVal, maxVal, size)[0]
         return [(spacing, values[:: math.ceil(len(values) / labels)])]
@@ -392,7 +391,7 @@ _LABEL = {"position": 0.02, "anchors": [(0, 1), (0, 1)], "movable": False}
 
 
 class CriterionLines:
-    """A line for each of the values that the shown blocks have, which says its value."""
+    """Labelled lines for the stop criteria of the shown blocks."""
 
     def __init__(self, plot: ConvergencePlot) -> None:
         self._plot = plot
@@ -403,11 +402,11 @@ class CriterionLines:
 
     @property
     def texts(self) -> list[str]:
-        """What the lines say."""
+        """Labels of the lines."""
         return [line.label.toPlainText() for line in self._lines if line.isVisible()]
 
     def show(self, criteria: Sequence[tuple[float, str]]) -> None:
-        """Draw these criteria [m], each with what is to be said of it; the same one once."""
+        """Draw these criteria [m], each with a remark; equal ones only once."""
         different = list(dict.fromkeys(criteria))
         if different == self._shown:
             return
@@ -415,7 +414,7 @@ class CriterionLines:
         self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
         while len(self._lines) < len(different):
             line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
-            line.setZValue(5)  # what it says is to be read over the curves
+            line.setZValue(5)  # its label stays readable over the curves
             self._lines.append(line)
             self._plot.addItem(line, ignoreBounds=True)
             self._paint(line)
@@ -427,7 +426,7 @@ class CriterionLines:
             line.setVisible(False)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Take the theme's colours."""
+        """Apply the theme's colours."""
         self._colours, self._font = colours, font
         for line in self._lines:
             self._paint(line)

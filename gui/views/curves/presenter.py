@@ -1,4 +1,4 @@
-"""Brings the records of blocks and of compared runs to the curves while they run, and afterwards."""
+"""Shows the records of blocks and of compared runs as curves, during and after runs."""
 
 from __future__ import annotations
 
@@ -29,8 +29,10 @@ MOST_CURVES = 8
 
 
 class CurvesPresenter(QObject):
-    """The curves of the chosen blocks; while they have none yet, of the block that runs, and where no block is chosen
-    of the one that took the most iterations. With them, the same blocks in the runs that are compared."""
+    """Presenter of the curves of the selected blocks, and of the same blocks in compared runs.
+
+    While they have no curves, it shows the running block; without a selection, the block with the most iterations.
+    """
 
     def __init__(self, workspace: Workspace, panel: CurvesPanel) -> None:
         super().__init__(panel)
@@ -38,9 +40,9 @@ class CurvesPresenter(QObject):
         self._panel = panel
 
     def show(self) -> None:
-        """Draw the curves: those that are shown already get what has come since, others start anew.
+        """Draw the curves; those already shown are extended.
 
-        Nothing is drawn while nobody can see it.
+        A hidden panel draws nothing.
         """
         if not self._panel.isVisible():
             return
@@ -56,7 +58,7 @@ class CurvesPresenter(QObject):
 
 
 def _shown(session: Session) -> list[int]:
-    """The blocks whose curves are shown, or if there are none, the block that is to be said why of."""
+    """The blocks whose curves are shown; if there are none, the block whose reason is shown."""
     with_records = [label for label in session.selected if session.records_of(label)]
     if with_records:
         return with_records
@@ -78,7 +80,7 @@ def _of_block(session: Session, label: int) -> Curve:
     if result is not None and result.history and label not in session.results.live:
         then = _criterion(result.parameters)
         if then is not None and then != metres:
-            remarks.append(f"was run with {length_text(then)}")
+            remarks.append(f"run used {length_text(then)}")
     return Curve(
         info.name or f"Block {label}",
         info.colour,
@@ -90,7 +92,7 @@ def _of_block(session: Session, label: int) -> Curve:
 
 
 def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
-    """The same blocks in the runs that are compared, run by run."""
+    """Curves of the same blocks in the compared runs, run by run."""
     curves = []
     for kept in session.compared:
         for label in labels:
@@ -103,7 +105,7 @@ def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
 
 
 def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
-    """What `IterationRecord.error` says of iterations, of the depth after the learned correction; NaN without one."""
+    """Error [m] as in `IterationRecord.error`, after the learned correction; NaN without one."""
     if result.correction is None or frame.truth is None:
         return math.nan
     box, mask = result.block.box, result.block.mask
@@ -113,7 +115,7 @@ def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
 
 
 def _hint(session: Session, label: int) -> str:
-    """Why a block has no curves."""
+    """The reason why a block has no curves."""
     result = session.valid_results().get(label)
     if result is None or result.history:
         return EMPTY_TEXT
@@ -121,19 +123,19 @@ def _hint(session: Session, label: int) -> str:
 
 
 def _criterion(parameters: Parameters) -> float | None:
-    """The stop criterion [m]; None where it has no part in a run, as in the linear schedule."""
+    """The stop criterion [m]; None if a run does not use it, as in the linear schedule."""
     used = parameters.filter == "edge-aware" or parameters.schedule == "staged"
     return parameters.s_criteria if used else None
 
 
-# Going back through the iterations of the last run: the views show the depth as it was then.
+# Viewing the iterations of the last run: the views show the depth after the iteration being viewed.
 
 _GOING = (RunState.RUNNING, RunState.RESOLVING)
 
 
 @dataclass(frozen=True, eq=False)
 class _Moment:
-    """What the present frame was like after an iteration: the blocks that went on after it, over all others."""
+    """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
 
     session: Session
     iteration: int
@@ -142,10 +144,12 @@ class _Moment:
 
 
 class Scrubbing(QObject):
-    """The slider under the curves. At iteration i every block is as it was after its own iteration i, or as it ended if
-    that was sooner; blocks without key frames are as they are.
+    """The slider under the curves.
 
-    A run that begins or goes on, an edit and another frame lead back to the present.
+    Iteration i shows every block after its own iteration i, or its final depth if it ended sooner; blocks without key
+    frames show their current depth.
+
+    Starting or resuming a run, an edit and another frame reset the slider to its end.
     """
 
     def __init__(self, workspace: Workspace, runs: RunController, panel: CurvesPanel) -> None:
@@ -164,7 +168,7 @@ class Scrubbing(QObject):
         runs.state_changed.connect(self._follow_run)
 
     def show(self) -> None:
-        """How far one can go back."""
+        """Update the range and tooltip of the slider."""
         session = self._workspace.session if self._workspace.has_session else None
         last = 0 if session is None else max((len(records) for records, _ in _tracks(session)), default=0)
         self._bar.set_range(last)
@@ -173,7 +177,7 @@ class Scrubbing(QObject):
             self._go()
 
     def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
+        """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
     def _follow_run(self) -> None:
@@ -182,7 +186,7 @@ class Scrubbing(QObject):
             self._bar.go_to_end()
 
     def _go(self) -> None:
-        """Show what there was at the position of the slider."""
+        """Show the depth at the slider's iteration."""
         if self._bar.at_end or not self._workspace.has_session:
             self._questions.forget()
             self._panel.look_at(None)
@@ -201,12 +205,12 @@ class Scrubbing(QObject):
 
 
 def _work_out(moment: _Moment) -> NDArray[np.float32]:
-    """Off the GUI's thread."""
+    """Compose the depth; runs in a worker thread."""
     return past_depth(moment.present, moment.blocks)
 
 
 def _tracks(session: Session) -> list[tuple[Sequence[IterationRecord], Track]]:
-    """The records of all blocks that there are key frames of, and those."""
+    """Records and key frames of all blocks that have key frames."""
     found = []
     for label in session.counts():
         records = session.records_of(label)
@@ -221,6 +225,6 @@ def _scrub_hint(session: Session) -> str:
     strides = {track.stride for _, track in _tracks(session)}
     every = f" Of long runs, one iteration in {max(strides)} is kept." if strides and max(strides) > 1 else ""
     return (
-        "Go back through the iterations: the views show the depth as it was after iteration i of every block.\n"
+        "View earlier iterations: the views show the depth after iteration i of every block.\n"
         f"Key frames of this frame: {frames.nbytes / 2**20:.1f} of {frames.budget / 2**20:.0f} MiB.{every}"
     )

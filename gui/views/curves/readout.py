@@ -1,4 +1,4 @@
-"""Legend and readout in one: a row for each curve with its numbers, in columns that stay where they are."""
+"""Combined legend and readout: a row for each curve with its numbers, in columns of fixed position."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class Column(NamedTuple):
-    """What a column is of, and the widest of its texts, for which it has room."""
+    """Name of a column, and its widest text, which sets its width."""
 
     name: str
     widest: str
 
 
 class Row(NamedTuple):
-    """One curve: how it looks, what it is called, and a text for each column."""
+    """One curve: name, style, and a text for each column."""
 
     name: str
     colour: tuple[int, int, int]
@@ -36,13 +36,13 @@ class Row(NamedTuple):
 
 
 class Readout(QWidget):
-    """Rows of numbers. Columns that there is no room for are left out, from the last on, and so are rows."""
+    """Rows of numbers. The last columns and rows are omitted if they do not fit."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAccessibleName("Numbers of the curves")
         font = QFont(self.font())
-        font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width, or the readout trembles
+        font.setFeature(QFont.Tag("tnum"), 1)  # digits of one width, so that the readout stays steady
         self.setFont(font)
         self._columns: list[Column] = []
         self._rows: list[Row] = []
@@ -59,13 +59,13 @@ class Readout(QWidget):
         self.update()
 
     def allow_rows(self, most: int) -> None:
-        """Have room for so many rows, at most."""
+        """Set the maximum number of rows."""
         self._most = max(most, 1)
         self.updateGeometry()
 
     @property
     def text(self) -> str:
-        """What can be read, line by line."""
+        """The visible text, line by line."""
         shown = self._shown_columns()
         return "\n".join(
             "   ".join([row.name, *(f"{column.name} {row.texts[at]}".strip() for at, column in shown)])
@@ -114,7 +114,7 @@ class Readout(QWidget):
 
     @property
     def _name_end(self) -> int:
-        """Where names end, as wide as the widest of them up to a share of the whole."""
+        """Right end of the names: width of the widest, up to a share of the widget."""
         widest = max((self.fontMetrics().horizontalAdvance(row.name) for row in self._rows), default=0)
         return _PAD + _KEY + 6 + min(widest + 1, self.width() // _NAME_SHARE)
 

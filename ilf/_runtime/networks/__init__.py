@@ -1,1 +1,1 @@
-"""ONNX networks: which there are, and running one so that it can be cancelled."""
+"""ONNX networks: their files, and running them with cancellation."""

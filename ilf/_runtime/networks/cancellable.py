@@ -1,4 +1,4 @@
-"""Networks that ask between their convolutions whether the work goes on: a look at a frame can be stopped."""
+"""Networks that check for cancellation between their convolutions, so that inference can be cancelled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..cancellation import check_stopped
 from . import protobuf as wire
 
 ASKED = "ilf-asked"
-"""Name of the input of one number that every question takes, and that says nothing."""
+"""Name of the unused input of one number that every check layer takes."""
 
 _OPERATOR = "IlfQuestion"
 
@@ -30,17 +30,17 @@ _ONE_NUMBER = wire.message(1, wire.integer(1, 1) + wire.message(2, wire.message(
 
 
 class _Question:
-    """A layer that stands between others and gives what it takes.
+    """A layer that checks for cancellation and returns its input.
 
-    To stop, it gives nothing at all, which OpenCV ends the look for: an exception would leave OpenCV with the
-    interpreter's lock held, for good.
+    On cancellation it returns nothing, so that OpenCV ends the inference: an exception would leave OpenCV holding the
+    interpreter's lock for good.
     """
 
     __slots__ = ()
     _SHAPES = ((1,),)
 
     def __init__(self, params: dict[str, cv2.dnn.DictValue], blobs: Sequence[MatLike]) -> None:
-        """As OpenCV makes layers."""
+        """Take the arguments that OpenCV passes to layers."""
 
     def getMemoryShapes(self, inputs: Sequence[Sequence[int]]) -> Sequence[Sequence[int]]:
         return self._SHAPES
@@ -57,20 +57,20 @@ cv2.dnn_registerLayer(_OPERATOR, _Question)
 
 
 def with_questions(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """An ONNX network with a question before each convolution, and one more input, `ASKED`, of one number.
+    """Add a check layer before each convolution of an ONNX network, and one more input, `ASKED`, of one number.
 
-    It gives the same, bit for bit, in the same memory: nobody takes what a question gives, so that it keeps none of
-    OpenCV's buffers, which are of any size, from the next layer.
+    Results are the same, bit for bit, with the same memory: no layer uses the output of a check, so that it keeps no
+    OpenCV buffer, which may be of any size, from the next layer.
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the network's file.
+        Content of the network's file.
 
     Raises
     ------
     ValueError
-        If it is no protocol buffer.
+        If it is not a protocol buffer.
     """
     parts = [bytes(span) for number, _, span in wire.spans(content.data) if number != _GRAPH]
     graph = wire.message(_GRAPH, b"".join(_asking(wire.joined(content.data, _GRAPH))))
@@ -78,7 +78,7 @@ def with_questions(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def first_input(content: NDArray[np.uint8]) -> str:
-    """Name of a network's first input, "" if it has none; raises ValueError as `with_questions` does."""
+    """Return the name of a network's first input, "" if it has none; raise ValueError as `with_questions` does."""
     graph = wire.joined(content.data, _GRAPH)
     constant = {wire.text(tensor, _TENSOR_NAME) for tensor in wire.messages(graph, _INITIALIZER)}
     names = (wire.text(value, _NAME) for value in wire.messages(graph, _INPUT))
@@ -86,7 +86,7 @@ def first_input(content: NDArray[np.uint8]) -> str:
 
 
 def _asking(graph: memoryview) -> Iterator[bytes | memoryview]:
-    """The fields of a graph, with questions."""
+    """Yield the fields of a graph, with check layers inserted."""
     questions = 0
     for number, value, span in wire.spans(graph):
         is_convolution = (

@@ -1,4 +1,4 @@
-"""The edge networks there are: the bundled ones and the user's own. Names and files only."""
+"""Names and files of the available networks: the bundled ones and the user's own."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ...errors import ExportError, InputError, cause
 from ..installation import asset_path
 
 BUNDLED = "edges"
-"""The network of contours that comes with the program."""
+"""The bundled contour network."""
 
 DEPTH_EDGES = "depth-edges"
-"""The network of depth edges, which comes with the program, too; there is no other of its kind."""
+"""The bundled depth-edge network, the only one of its kind."""
 
 CORRECTION = "correction"
-"""The network that corrects completed depth, which comes with the program, too; there is no other of its kind."""
+"""The bundled network that corrects completed depth, the only one of its kind."""
 
 _OURS = (BUNDLED, DEPTH_EDGES, CORRECTION)
 
@@ -27,19 +27,20 @@ _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
 
 
 def models_folder() -> Path:
-    """Folder of the user's own networks, which need not exist yet; the environment variable ILF_MODELS overrides it."""
+    """Return the folder of the user's networks, which may not exist yet; environment variable ILF_MODELS overrides
+    it."""
     chosen = os.environ.get("ILF_MODELS")
     return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "models"
 
 
 def model_names() -> tuple[str, ...]:
-    """Names of all networks of contours: the bundled one, then the user's in the order of the alphabet."""
+    """Return the names of all contour networks: the bundled one, then the user's in alphabetical order."""
     own = {path.stem for path in models_folder().glob(f"*{_SUFFIX}") if path.is_file() and _NAME.fullmatch(path.stem)}
     return (BUNDLED, *sorted(own - set(_OURS)))
 
 
 def model_path(name: str) -> Path:
-    """The file of a network.
+    """Return the path of a network's file.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def model_path(name: str) -> Path:
     Raises
     ------
     InputError
-        If there is no network of that name.
+        If no network has that name.
     """
     if name in _OURS:
         return asset_path(f"models/{name}{_SUFFIX}")
@@ -63,14 +64,14 @@ def model_path(name: str) -> Path:
 
 
 def new_model_path(name: str, replace: bool = False) -> Path:
-    """Where a network that is to be added goes.
+    """Return the path for a network that is to be added.
 
     Parameters
     ----------
     name : str
-        Letters, digits, - and _ only, 100 of them at most.
+        Letters, digits, - and _ only, at most 100 characters.
     replace : bool
-        Whether there may be one of the user's own of that name.
+        Whether one of the user's own networks may already have that name.
 
     Raises
     ------
@@ -84,12 +85,12 @@ def new_model_path(name: str, replace: bool = False) -> Path:
     if name in _OURS:
         raise InputError(f"{name!r} is the name of a bundled edge network. Choose another name (--name).")
     if not replace and name in model_names():
-        raise InputError(f"There is an edge network {name!r} already. Choose another name (--name), or --replace it.")
+        raise InputError(f"An edge network {name!r} already exists. Choose another name (--name), or --replace it.")
     return _own_path(name)
 
 
 def name_from(file: Path) -> str:
-    """A name for the network of a file: the file's own, with - for what a name cannot hold."""
+    """Derive a network's name from its file name, with - for characters that are not allowed."""
     return re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:100]
 
 
@@ -99,12 +100,12 @@ def remove_model(name: str) -> Path:
     Returns
     -------
     Path
-        Where it was.
+        Path of the deleted file.
 
     Raises
     ------
     InputError
-        If there is none of that name, or it is a bundled one.
+        If no network has that name, or it is a bundled one.
     ExportError
         If it cannot be deleted.
     """

@@ -1,4 +1,4 @@
-"""What every bundled or imported network is: an ONNX file, run by OpenCV's own reader, from any thread."""
+"""Base of all bundled and imported networks: ONNX files run by OpenCV, from any thread."""
 
 from __future__ import annotations
 
@@ -29,61 +29,61 @@ from .cancellable import ASKED, first_input, with_questions
 from .models import models_folder
 from .protobuf import has_external_data
 
-# Which networks have been tried, by content: the bundled ones, and those of which that is remembered; and which were
-# looking at an image when the program came to a sudden end.
+# Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
+# running when the program closed unexpectedly.
 
 _TRIED = ".tried"
-"""Folder beside the user's own networks: an empty file for each that has been tried."""
+"""Folder beside the user's own networks, with an empty file for each tested one."""
 
 _LOOK = ".look"
-"""What files are called there as long as a network looks."""
+"""Suffix of the files there that exist while a network runs."""
 
 _LONGEST_LOOK_S = 3600.0
 
 Shapes = dict[str, tuple[int, ...]]
-"""Of a network's inputs, by their names."""
+"""Shapes of a network's inputs, by name."""
 
 _proven: set[str] = set()
 
 
 def is_bundled(sha256: str) -> bool:
-    """Whether a network of this content comes with the program."""
+    """Whether a network with this content is bundled."""
     return sha256 in _bundled()
 
 
 def is_proven(sha256: str, kind: str) -> bool:
-    """Whether a network is bundled, or has been tried by this version of the reader.
+    """Whether a network is bundled, or has been tested with this version of OpenCV.
 
     Parameters
     ----------
     sha256 : str
-        Of its content.
+        Hash of its content.
     kind : str
-        Which class of network tried it.
+        Name of the network class that tested it.
     """
     mark = _mark(sha256, kind)
     return is_bundled(sha256) or mark in _proven or (models_folder() / _TRIED / mark).exists()
 
 
 def remember(sha256: str, kind: str) -> None:
-    """Do not try this network again, in this process; nor in later ones, if that can be written down."""
+    """Record a network as tested, in this process and, if the record can be written, in later ones."""
     mark = _mark(sha256, kind)
     _proven.add(mark)
     folder = models_folder() / _TRIED
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / mark).touch()
-    except OSError:  # then the next process tries it anew
+    except OSError:  # then the next process tests it again
         return
 
 
 @contextmanager
 def looking(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
-    """As long as the block lasts, a file says what shapes a network's inputs have. A program that is crashed by it
-    leaves that file behind."""
+    """Keep a file with the shapes of a network's inputs during the block. If the network crashes the program, the file
+    is left behind."""
     mark = models_folder() / _TRIED / f"{_mark(sha256, kind)}-{made_by()}{_LOOK}"
     with unfinished(mark):
-        with suppress(OSError):  # then a crash is not remembered
+        with suppress(OSError):  # then a crash is not recorded
             mark.parent.mkdir(parents=True, exist_ok=True)
             mark.write_text(json.dumps(shapes), encoding="ascii")
         try:
@@ -94,12 +94,12 @@ def looking(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
 
 
 def last_looks(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
-    """What a network was looking at when programs came to a sudden end: the files that say so, and shapes of inputs."""
+    """Return the runs of a network during which programs closed unexpectedly: their files, and shapes of inputs."""
     named = re.compile(rf"{re.escape(_mark(sha256, kind))}-{MADE_BY}{re.escape(_LOOK)}")
     found = []
     for path in sorted((models_folder() / _TRIED).glob(f"*{_LOOK}")):
         match = named.fullmatch(path.name)
-        with suppress(OSError, ValueError):  # gone meanwhile, or cut short: nobody had begun to look
+        with suppress(OSError, ValueError):  # removed meanwhile, or truncated: the network had not started
             if match is not None and (is_dead(match) or time.time() - path.stat().st_mtime > _LONGEST_LOOK_S):
                 found.append((path, json.loads(path.read_text(encoding="ascii"))))
     return found
@@ -116,21 +116,21 @@ def _bundled() -> frozenset[str]:
 
 
 _LARGE = 1_000_000
-"""Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
+"""Input pixels above which a net is loaded again after use: it keeps its buffers, about 400 bytes per pixel."""
 
 LEAST_SIDE = 64
-"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0
-reads memory that nobody has written, and what comes out differs from one process to the next."""
+"""Minimum side of the input of a network that halves it five times [px]: with a row or column of one pixel, OpenCV 5.0
+reads uninitialised memory, and results differ between processes."""
 
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
 
 
 class OnnxNetwork:
-    """A network, ready to run. `load` makes one; it may be used from any thread."""
+    """A network, ready to run. Create one by `load`; it may be used from any thread."""
 
     KIND: ClassVar[str] = "edge network"
-    """What it is called in messages."""
+    """Name of this kind of network in messages."""
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
         try:
@@ -139,34 +139,34 @@ class OnnxNetwork:
         except (ValueError, cv2.error) as error:
             raise _unreadable(path) from error
         self._outputs = tuple(self._net.getUnconnectedOutLayersNames())
-        # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
+        # A net stores its input and intermediate results, so that only one thread may run it at a time.
         self._lock = Lock()
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
-        """Of the very bytes that the network was read from, in hexadecimal digits."""
+        """Hash of the bytes that the network was read from, in hexadecimal digits."""
         self._harmless: set[tuple[tuple[int, ...], ...]] | None = None
-        """Shapes of inputs that this network has looked at; None if there is no need to know."""
+        """Shapes of inputs that this network has processed; None if they need not be tracked."""
         self._try()
         if not is_bundled(self.sha256):
             self._harmless = set()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """The network of a file, read once and kept until the file changes.
+        """Load the network of a file, read once and cached until the file changes.
 
         Parameters
         ----------
         path : str or Path
-            An ONNX file, as the class describes.
+            An ONNX file, as described by the class.
 
         Raises
         ------
         InputError
-            If there is no such file.
+            If the file does not exist.
         FormatError
-            If it is no ONNX network, or not one of this kind.
+            If it is not an ONNX network, or not one of this kind.
         InstallationError
-            As `read` does.
+            As for `read`.
         """
         path = Path(path).resolve()
         if not os.path.isfile(path):
@@ -182,24 +182,24 @@ class OnnxNetwork:
 
     @classmethod
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
-        """The network in a file's content, tried with small images but not kept.
+        """Read the network in a file's content and test it with small images, without caching it.
 
-        What is not known to be harmless is tried in a process of its own first: the reader of networks can be
-        crashed. If the program came to a sudden end while this network looked at an image, so is that size.
+        Networks not yet tested are first tested in a separate process, since they can crash OpenCV's reader. If the
+        program closed unexpectedly while this network ran on an image, that size is tested again, too.
 
         Parameters
         ----------
         content : ndarray of uint8
         path : Path
-            Where it comes from, for messages.
+            The file it comes from, for messages.
 
         Raises
         ------
         FormatError
-            If it is no ONNX network, or not one of this kind, takes weights from other files, crashes the reader, or
-            has crashed the program and would again.
+            If it is not an ONNX network, or not one of this kind, reads weights from other files, crashes the reader,
+            or has crashed the program and would do so again.
         InstallationError
-            If the reader is not that of OpenCV 5: then no file is to blame, and nothing stands in.
+            If OpenCV is not version 5: then the file is not the cause, and no other detector is used instead.
         """
         _check_opencv()
         cls._check_content(content, path)
@@ -213,37 +213,37 @@ class OnnxNetwork:
             except FormatError as error:
                 height, width = next(iter(shapes.values()))[-2:]
                 raise FormatError(
-                    f"{path.name} had the program end suddenly when it looked at an image of about {width} x {height} "
-                    f"pixels, and fails again. {error} Or choose another network."
+                    f"{path.name} crashed the program on an image of about {width} x {height} pixels, and fails again. "
+                    f"{error} Or choose another network."
                 ) from error
             mark.unlink(missing_ok=True)
         return cls(content, path)
 
     @staticmethod
     def _check_content(content: NDArray[np.uint8], path: Path) -> None:
-        """Refuse what would have the reader open other files."""
+        """Raise FormatError for a network that makes the reader open other files."""
         try:
             is_outside = has_external_data(content)
         except ValueError as error:
             raise _unreadable(path) from error
         if is_outside:
             raise FormatError(
-                f"{path.name} takes weights from other files, which may be any of this computer. Export it again as "
-                "one file that holds its weights."
+                f"{path.name} reads weights from other files, which is not allowed: it could read any file of this "
+                "computer. Export it again as one file with its weights."
             )
 
     @classmethod
     def _prove(cls, content: NDArray[np.uint8], path: Path) -> None:
-        """Open it once, where it may crash the process."""
+        """Load the network once, in a process that it may crash."""
         cls(content, path)
 
     @classmethod
     def _look_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
-        """Look at empty images of these shapes, where that may crash the process."""
+        """Run the network on empty images of these shapes, in a process that it may crash."""
         cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
+        """Return all outputs; raise cv2.error if the network does not accept these inputs. "" is the first input."""
         with taking(self._lock):
             check_stopped()
             whole = False
@@ -253,11 +253,11 @@ class OnnxNetwork:
                 return found
             finally:
                 if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
-                    # only with the net goes what it has worked in
+                    # its buffers are freed only with the net
                     self._net = self._fresh_net()
 
     def _watched(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        """Look, with a note of that if it may crash the program, as images of a new size may."""
+        """Run the network, with a record of the run for inputs of a new size, which may crash the program."""
         shapes = {name: values.shape for name, values in inputs.items()}
         key = tuple(shapes.values())
         if self._harmless is None or key in self._harmless:
@@ -271,7 +271,7 @@ class OnnxNetwork:
         found = self._results(inputs)
         if all(np.isfinite(one).all() for one in found):
             return found
-        # seen once in hundreds of looks, of sizes that had not been looked at; never twice
+        # seen once in hundreds of runs, with sizes not processed before; never twice
         self._net = self._fresh_net()
         return self._results(inputs)
 
@@ -291,12 +291,12 @@ class OnnxNetwork:
         return cv2.dnn.readNetFromONNX(self._with_questions)
 
     def _try(self) -> None:
-        """Raise FormatError for a network that is none of this kind, before it is used."""
+        """Raise FormatError for a network that is not of this kind, before it is used."""
         raise NotImplementedError
 
 
 def _check_opencv() -> None:
-    """Refuse another OpenCV than the one that the program is installed with: packages of OpenCV share one module."""
+    """Raise InstallationError if OpenCV is not version 5: another OpenCV package may have replaced the module cv2."""
     if cv2.__version__.startswith("5."):
         return
     names = {str(found.name) for found in distributions()}
@@ -304,14 +304,14 @@ def _check_opencv() -> None:
     uninstall = f"pip uninstall {' '.join(others)} && " if others else ""
     raise InstallationError(
         f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore: "
-        f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or complete without networks: '
+        f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or run without networks: '
         "--blocks-detector canny --edges canny --no-correction."
     )
 
 
 def _unreadable(path: Path) -> FormatError:
     return FormatError(
-        f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, or the "
+        f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file with its weights, or the "
         "Canny detector."
     )
 
@@ -319,16 +319,16 @@ def _unreadable(path: Path) -> FormatError:
 def reflected(
     image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
 ) -> tuple[NDArray, tuple[slice, slice]]:
-    """Reflect an image at its borders to sides that are multiples of a number.
+    """Pad an image by reflection at its borders, to sides that are multiples of a number.
 
     Parameters
     ----------
     image : ndarray, shape (H, W) or (H, W, C)
     multiple : int
     margin : int
-        So many pixels at least are added on every side [px].
+        Minimum padding on every side [px].
     least : int
-        The sides are at least so long [px].
+        Minimum length of the sides [px].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Protocol buffers without a schema: the fields of a message as they stand in the file."""
+"""Protocol buffers without a schema: the fields of a message as stored in the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Field = int | memoryview
 
 
 def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
-    """The fields of a message.
+    """Yield the fields of a message.
 
     Parameters
     ----------
@@ -23,21 +23,21 @@ def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
     Yields
     ------
     number : int
-        Of the field.
+        Number of the field.
     value : int or memoryview
-        An int of a varint; otherwise the bytes, of strings and messages as of fixed numbers.
+        An int for a varint; otherwise bytes, for strings, messages and fixed-size numbers.
 
     Raises
     ------
     ValueError
-        If the message is truncated or is none.
+        If the message is truncated or invalid.
     """
     for number, value, _ in spans(message):
         yield number, value
 
 
 def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
-    """The same, each with all the bytes that it takes in the message, so that it can be written again."""
+    """Yield the fields of a message, each with all its bytes in the message, so that it can be written again."""
     at = 0
     while at < len(message):
         begin = at
@@ -60,28 +60,28 @@ def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
 
 
 def values(message: memoryview, number: int) -> list[Field]:
-    """The values of one field, which may be repeated; raises ValueError as `fields` does."""
+    """Return the values of one field, which may be repeated; raise ValueError as `fields` does."""
     return [value for found, value in fields(message) if found == number]
 
 
 def messages(message: memoryview, number: int) -> list[memoryview]:
-    """The same of a field that holds messages or strings."""
+    """Return the values of a field of messages or strings."""
     return [value for value in values(message, number) if isinstance(value, memoryview)]
 
 
 def joined(message: memoryview, number: int) -> memoryview:
-    """The message in a field: the parts of it, where there are several, are one behind the other."""
+    """Return the message in a field; if it is stored in several parts, concatenate them."""
     return memoryview(b"".join(messages(message, number)))
 
 
 def text(message: memoryview, number: int) -> str:
-    """The text in a field, "" if it is not there."""
+    """Return the text in a field, "" if the field is missing."""
     found = messages(message, number)
     return found[-1].tobytes().decode("utf-8", "replace") if found else ""
 
 
 def integers(message: memoryview, number: int) -> list[int]:
-    """The integers of a repeated field, packed or not."""
+    """Return the integers of a repeated field, packed or not."""
     found: list[int] = []
     for value in values(message, number):
         if isinstance(value, int):
@@ -95,13 +95,13 @@ def integers(message: memoryview, number: int) -> list[int]:
 
 
 def message(number: int, content: bytes | str) -> bytes:
-    """A field that holds a message or a text."""
+    """Encode a field with a message or a text."""
     raw = content.encode() if isinstance(content, str) else content
     return _as_varint(number << 3 | _BYTES) + _as_varint(len(raw)) + raw
 
 
 def integer(number: int, value: int) -> bytes:
-    """A field that holds an integer, 0 or more."""
+    """Encode a field with a non-negative integer."""
     return _as_varint(number << 3 | _VARINT) + _as_varint(value)
 
 
@@ -114,7 +114,7 @@ def _as_varint(value: int) -> bytes:
 
 
 def _varint(message: memoryview, at: int) -> tuple[int, int]:
-    """A number of variable length, and where it ends."""
+    """Return a varint and its end."""
     value = shift = 0
     while at < len(message) and shift < 70:
         byte = message[at]
@@ -126,9 +126,9 @@ def _varint(message: memoryview, at: int) -> tuple[int, int]:
     raise ValueError("truncated")
 
 
-# ONNX networks that name other files: weights outside the file itself, wherever they lead.
+# ONNX networks with external data: weights stored in other files.
 
-# message of ONNX -> its fields that hold messages in which there may be tensors, and what these are
+# ONNX message -> its fields whose messages may contain tensors, and the kinds of these messages
 _INSIDE = {
     "model": {7: "graph", 20: "training", 25: "function"},
     "training": {1: "graph", 2: "graph"},
@@ -143,17 +143,17 @@ _EXTERNAL_DATA, _DATA_LOCATION = 13, 14
 
 
 def has_external_data(content: NDArray[np.uint8]) -> bool:
-    """Whether a network takes weights from other files, in subgraphs and functions too.
+    """Whether a network reads weights from other files, including subgraphs and functions.
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the file.
+        Content of the file.
 
     Raises
     ------
     ValueError
-        If it is no protocol buffer.
+        If it is not a protocol buffer.
     """
     waiting = [("model", content.data)]
     while waiting:

@@ -1,1 +1,1 @@
-"""How far filled depth may be off, and where no measurement supports it."""
+"""Expected error of filled depth, and where no measurement supports it."""

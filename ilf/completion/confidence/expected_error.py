@@ -1,4 +1,4 @@
-"""How far filled depth may be off, pixel by pixel, and where nothing measured vouches for it."""
+"""Expected error of filled depth, pixel by pixel, and the mask of filled depth unsupported by measurements."""
 
 from __future__ import annotations
 
@@ -34,45 +34,44 @@ from .model import WITHIN, ErrorModel
 
 Array = NDArray[np.float32]
 
-# How much harder a frame is than it looks: part of its own depth is hidden, and walks from there tell what it was.
+# Difficulty of a frame: part of its known depth is hidden, and estimated from there by random walks.
 #
-# What they say is no completion, but as far as frames differ in how hard they are, it is with one as with the other.
+# This is not a completion, but both vary alike with the difficulty of the frame.
 
 _LONGEST = 640
-"""[px], so that the test takes no longer in larger frames: of those, one pixel of so many in a row, and in a column,
-makes a smaller copy."""
+"""Longest side of the frame in the test [px]: larger frames are subsampled in rows and columns."""
 
 _RADIUS, _APART = 0.06, 0.22
-"""Radius of the discs that are hidden, and how far apart their middles are, in widths of the frame."""
+"""Radius of the hidden discs and distance of their centres, in widths of the frame."""
 
 _LOOKED_AT = 10_000
-"""Of the hidden pixels so many are looked at, at most."""
+"""Maximum number of hidden pixels that are evaluated."""
 
 _FEWEST = 2000
-"""With fewer hidden pixels than that, nothing can be said."""
+"""Minimum number of hidden pixels for a result."""
 
 
 def frame_difficulty(frame: RGBDFrame, model: ErrorModel) -> float | None:
-    """What the logarithms of errors are above those that a model expects of a frame of usual difficulty, so that 68 %
-    of the hidden pixels would lie within it; None if too little depth is known to tell."""
+    """Offset of the logarithms of errors from those that a model expects in a frame of usual difficulty, such that 68 %
+    of the hidden pixels lie within the expected error; None if too little depth is known."""
     test = own_test(frame)
     return None if test is None else difficulty_of(*test, model)
 
 
 def difficulty_of(features: NDArray[np.floating], logarithms: NDArray[np.floating], model: ErrorModel) -> float:
-    """`frame_difficulty` by what `own_test` gives."""
+    """`frame_difficulty` from the result of `own_test`."""
     return float(np.quantile(logarithms - model.logarithms(features), WITHIN))
 
 
 @once_per_frame
 def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
-    """Features (N, 13) and logarithms (N,) of |error| / completed depth at the hidden pixels, worked out once.
+    """Features (N, 13) and logarithms (N,) of |error| / completed depth at the hidden pixels, computed once.
 
-    None if too little depth is known. What the frame's own blocks are has no part in it.
+    None if too little depth is known. Independent of the frame's blocks.
     """
     stride = -(-max(frame.shape) // _LONGEST)
     depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
-    if depth.size < 2 * _FEWEST:  # so thin that the copy has no column, perhaps
+    if depth.size < 2 * _FEWEST:  # a thin frame's copy may have no column
         return None
     hidden = _discs(depth.shape) & np.isfinite(depth)
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
@@ -90,7 +89,7 @@ def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]
 
 
 def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Discs at the corners of triangles, about a quarter of all pixels."""
+    """Discs on a triangular lattice, about a quarter of all pixels."""
     rows, columns = np.ogrid[: shape[0], : shape[1]]
     apart, height = _APART * shape[1], _APART * shape[1] * np.sqrt(0.75)
     row = np.round(rows / height)
@@ -99,47 +98,47 @@ def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
     return np.asarray(beside**2 + ((rows - row * height) ** 2).astype(np.float32) <= (_RADIUS * shape[1]) ** 2)
 
 
-# Expected error of filled pixels, and where nothing measured vouches for them.
+# Expected error of filled pixels, and which of them are unsupported by measurements.
 
 DEFAULT_MODEL = "edge-aware"
-"""Model of depth that another method has filled in."""
+"""Model for depth filled in by other methods."""
 
 _NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
 
 _CLOSED_IN, _SOME_STEPS = 12.0, 20.0
-"""Depth is closed in where walks take so many times the steps that they would take if there were no edges, and more
-than so many steps at all."""
+"""Depth is closed off where walks need so many times the steps that they would need without edges, and more steps than
+the second number."""
 
 _FARTHEST, _NEAREST = 0.999, 0.001
-"""Quantiles of the known depth that count as its range."""
+"""Quantiles of the known depth that define its range."""
 
 _OUTSIDE = 0.02
-"""Share of depth by which depth must lie outside that range to be an extrapolation."""
+"""Share of depth by which depth must lie outside that range to be unsupported."""
 
 _BEYOND = 0.2
-"""Least expected error, as a share of depth, beyond the sensor's reach."""
+"""Minimum expected error, as a share of depth, beyond the sensor range."""
 
 _at_work = Memory[RGBDFrame, None]()
-"""Its locks keep two from working on the features of one frame at the same time, which take much memory."""
+"""Its locks prevent two threads from computing the features of one frame at the same time, which need much memory."""
 
 
 def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
-    """Expected error of every filled pixel.
+    """Compute the expected error of every filled pixel.
 
     Parameters
     ----------
     frame : RGBDFrame
-        As it was before completion.
+        The frame before completion.
     depth : ndarray of float, shape (H, W)
-        Completed depth [m]; what is not finite and positive is missing.
+        Completed depth [m]; values that are not finite and positive are missing.
     model : str
-        One of `MODELS`: the low-pass filter that gave the depth.
+        One of `MODELS`: the low-pass filter that produced the depth.
 
     Returns
     -------
     ndarray of float32, shape (H, W)
-        Expected error [m], at least 0.01 % of the depth and at most the depth itself. NaN where the frame has depth of
-        its own and where none was filled in.
+        Expected error [m], between 0.01 % of the depth and the depth itself. NaN where the frame has measured depth and
+        where none was filled in.
 
     Raises
     ------
@@ -154,9 +153,9 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
 
 
 def expected_error(completion: Completion) -> Array:
-    """`depth_error` of a completion, each block by the model of the filter that it was run with.
+    """Compute the expected error of a completion, each block with the model of its filter.
 
-    Guesses have the model of the filter that they were made with, which is that of "best".
+    Extrapolated pixels have the model of their filter, which is that of "best".
 
     Parameters
     ----------
@@ -183,7 +182,7 @@ def expected_error(completion: Completion) -> Array:
     (40, True)
     """
     frame = completion.frame
-    if not filled_pixels(frame, completion.depth).any():  # no need to look for edges
+    if not filled_pixels(frame, completion.depth).any():  # no edges needed
         return np.full(frame.shape, np.nan, np.float32)
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
@@ -196,10 +195,10 @@ def expected_error(completion: Completion) -> Array:
 
 
 def unvouched(completion: Completion) -> NDArray[np.bool_]:
-    """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
+    """Find the filled pixels that are unsupported by measurements, so that their expected error is not reliable.
 
-    They are guesses; lie behind edges on all sides, so that hardly any known depth gets there; lie beyond the sensor's
-    reach; are farther, or nearer, than all that was measured; or belong to a block that a guide alone carries.
+    They are extrapolated; closed off by edges on all sides from known depth; beyond the sensor range; farther or nearer
+    than all measured depth; or in a block that is completed from a guide alone.
 
     Parameters
     ----------
@@ -237,12 +236,12 @@ def unvouched(completion: Completion) -> NDArray[np.bool_]:
 
 @once_per_frame
 def _free_walks(frame: RGBDFrame) -> Walks:
-    """Walks that no edge turns back."""
+    """Walks without edges."""
     return walk(frame.depth, np.zeros(frame.shape, np.float32))
 
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
-    """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    """Expected error of every filled pixel by the model with its number, NaN elsewhere."""
     error = np.full(frame.shape, np.nan, np.float32)
     with taking(_at_work.lock_of(frame)):
         filled = filled_pixels(frame, depth)
@@ -261,7 +260,7 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
 
 
 def _beyond_reach(completion: Completion) -> NDArray[np.bool_]:
-    """Filled pixels, bool (H, W), beyond the sensor's reach in blocks that were run with that rule."""
+    """Filled pixels, bool (H, W), beyond the sensor range in blocks that were run with `out_of_range`."""
     beyond = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
@@ -272,7 +271,7 @@ def _beyond_reach(completion: Completion) -> NDArray[np.bool_]:
 
 
 def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
-    """Pixels, bool (H, W), of blocks that have been completed with less known depth than their parameters ask for."""
+    """Pixels, bool (H, W), of blocks that were completed with less known depth than their parameters require."""
     alone = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         outcome = result.outcome
@@ -282,7 +281,7 @@ def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
 
 
 def _edges_of(completion: Completion) -> Array:
-    """The edges that the blocks' filter saw, the drawn borders of its blocks among them."""
+    """The edges that the blocks' filter used, including the blocks' drawn borders."""
     frame = completion.frame
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
@@ -297,22 +296,22 @@ def _edges_of(completion: Completion) -> Array:
     return edges
 
 
-# Expected errors of many pixels in a few figures, and what these are called wherever they are shown.
+# Summary statistics of expected errors, and their names and descriptions wherever they are shown.
 
 RMS_NAME, MEDIAN_NAME = "Expected error, RMS", "Expected error, median"
-RMS_MEANING = "Root mean square of the expected error, over the pixels that blocks have filled; large errors count most"
-MEDIAN_MEANING = "Median of the expected error, over the pixels that blocks have filled: of half of them it is smaller"
+RMS_MEANING = "Root mean square of the expected error over the pixels filled by blocks; dominated by large errors"
+MEDIAN_MEANING = "Median of the expected error over the pixels filled by blocks"
 
 
 class ErrorSummary(NamedTuple):
-    """Figures of expected errors [m]; NaN where there are none.
+    """Statistics of expected errors [m]; NaN without any.
 
     Attributes
     ----------
     rms, median : float
         Root mean square and median.
     p90 : float
-        Of 90 % of the pixels it is at most so large.
+        90th percentile.
     """
 
     rms: float
@@ -321,12 +320,12 @@ class ErrorSummary(NamedTuple):
 
 
 def summarised(error: NDArray[np.floating]) -> ErrorSummary:
-    """The figures of some pixels' expected errors.
+    """Compute the statistics of some pixels' expected errors.
 
     Parameters
     ----------
     error : ndarray of float, any shape
-        [m]; pixels without, NaN, do not count.
+        Expected errors [m]; NaN is ignored.
 
     Examples
     --------
@@ -341,8 +340,8 @@ def summarised(error: NDArray[np.floating]) -> ErrorSummary:
 
 
 def error_summary(error: NDArray[np.floating], completion: Completion) -> ErrorSummary:
-    """The figures of a completion: over the pixels that its blocks have filled, without guesses, whose expected errors
-    are not calibrated.
+    """Compute the statistics of a completion over the pixels filled by its blocks; the expected errors of extrapolated
+    pixels are not calibrated.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the expected error follows from, at every filled pixel: how its depth lies among the known depth around."""
+"""Features of every filled pixel that predict its expected error: its depth compared with the known depth around it."""
 
 from __future__ import annotations
 
@@ -20,30 +20,31 @@ from ..filter import edge_parameters
 
 Array = NDArray[np.float32]
 
-# What random walks from every pixel come upon: walks that hardly get across edges, and end at known depth.
+# Random walks from every pixel: they hardly cross edges, and end at known depth.
 #
-# Where known depth surrounds a pixel and agrees, walks are short and end at one depth. In a wide hole they are long;
-# beside a far surface and a near one they end at either; behind edges on all sides they hardly end at all.
+# Where consistent known depth surrounds a pixel, walks are short and end at one depth. In a wide hole they are long;
+# between a far surface and a near one they end at either; enclosed by edges they hardly end at all.
 
 _CELLS = 6000
-"""The grid of the walks has no more cells than that, of 2, 4, 8, ... px."""
+"""Maximum number of cells in the grid of the walks; cells are 2, 4, 8, ... px wide."""
 
 _EDGE_SCALE = 0.13
-"""Edge strength at which a step is e times less likely."""
+"""Increase of edge strength by which a step becomes e times less likely."""
 
 _LEAST = 1e-4
-"""Likelihood of a step across the strongest edge, and of giving up at any step: they have 1 / so many at most."""
+"""Minimum probability of a step across an edge, and probability of ending at any step: walks have at most the inverse
+number of steps."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """Where the walks from every pixel end.
+    """Statistics of the walks from every pixel.
 
     Attributes
     ----------
     cells : ndarray of float32, shape (4, rows, columns)
-        What is known at the cells: `depth`, `spread`, `steps` and `aside`, in this order. Pictures of the frame's size
-        are only made of it when they are asked for.
+        Values at the cells: `depth`, `spread`, `steps` and `aside`, in this order. The properties resample them to the
+        frame's size.
     cell : int
         Side of a cell [px].
     shape : (int, int)
@@ -56,7 +57,7 @@ class Walks:
 
     @property
     def depth(self) -> Array:
-        """Mean of the logarithm of the depth [m] that they end at, (H, W)."""
+        """Mean of the logarithm of the depth [m] at which they end, (H, W)."""
         return self._on_pixels(0)
 
     @property
@@ -66,17 +67,17 @@ class Walks:
 
     @property
     def steps(self) -> Array:
-        """How long they are, in steps of a cell, (H, W)."""
+        """Their length in steps of one cell, (H, W)."""
         return self._on_pixels(2)
 
     @property
     def aside(self) -> Array:
-        """How far [px] the mean of the places where they end is from where they begin, (H, W): small in the middle of
-        known depth, large where it lies on one side only."""
+        """Distance [px] of the mean of their end points from their start, (H, W): small in the middle of known depth,
+        large where it lies on one side only."""
         return self._on_pixels(3)
 
     def _on_pixels(self, number: int) -> Array:
-        """Values of cells at the pixels, bilinearly."""
+        """Resample values of the cells to the pixels, bilinearly."""
         values, (height, width) = self.cells[number], self.shape
         size = values.shape[1] * self.cell, values.shape[0] * self.cell
         full = cv2.resize(values, size, interpolation=cv2.INTER_LINEAR)
@@ -84,7 +85,7 @@ class Walks:
 
 
 def walk(depth: Array, edges: Array) -> Walks:
-    """Walks over a frame with some known depth [m], NaN = missing, past edges of a strength in [0, 1]."""
+    """Compute the walks in a frame with some known depth [m], NaN = missing, and edge strength in [0, 1]."""
     cell = 2
     while -(-depth.shape[0] // cell) * -(-depth.shape[1] // cell) > _CELLS:
         cell *= 2
@@ -95,7 +96,7 @@ def walk(depth: Array, edges: Array) -> Walks:
     counts = _sums(known.astype(np.float32), cell)
     mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
     rows, columns = np.indices(counts.shape)
-    # known depth that fills a cell ends a walk there sooner than the walk would leave it
+    # in a cell full of known depth, a walk is more likely to end than to leave
     ends = (counts / cell).astype(np.float64)
     hard = 1 / np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
     along_x, along_y = _links(hard, cell), _links(np.ascontiguousarray(hard.T), cell).T
@@ -116,7 +117,7 @@ def _sums(values: NDArray, cell: int) -> Array:
 
 
 def _links(hard: Array, cell: int) -> Array:
-    """How easily walks get from a cell's middle to the next along x: by many ways, each as hard as its pixels."""
+    """Conductance from a cell's centre to the next along x: parallel paths, each as resistive as its pixels."""
     height, width = hard.shape
     whole = cv2.copyMakeBorder(hard, 0, -height % cell, 0, -width % cell, cv2.BORDER_REPLICATE)
     after = cell // 2 + 1
@@ -127,7 +128,7 @@ def _links(hard: Array, cell: int) -> Array:
 
 
 def _means(values: NDArray, width: int, height: int) -> Array:
-    """Means over rectangles of so many pixels, of which there is a whole number."""
+    """Means over rectangles of width x height pixels, which divide the array evenly."""
     size = values.shape[1] // width, values.shape[0] // height
     return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
@@ -135,7 +136,7 @@ def _means(values: NDArray, width: int, height: int) -> Array:
 def _solve(
     along_x: Array, along_y: Array, ends: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """What walks gather on the way, for every cell, of what they gather at each step, (K, rows, columns)."""
+    """For the walks from every cell, the sum of the values collected at each step, (K, rows, columns)."""
     right, below = np.zeros_like(ends), np.zeros_like(ends)
     right[:, :-1], below[:-1] = along_x, along_y
     diagonal = ends + right + below
@@ -144,88 +145,88 @@ def _solve(
     return solve_grid(diagonal, (-right,), (-below,), wanted)
 
 
-# Features of filled pixels: what the walks, the known depth around and the edges tell.
+# Features of filled pixels, from the walks, the known depth around and the edges.
 
 FLOOR = 1e-4
-"""Smallest expected error, as a share of depth: also what keeps the logarithms of jumps and bends finite."""
+"""Minimum expected error, as a share of depth; also keeps the logarithms of jumps and bends finite."""
 
 FEATURES = {
     "depth": "the depth itself [m]",
     "gap": "width of the gap: the largest distance to known depth nearby [px of a frame 640 px wide]",
-    "bend": "departure of the known depth from a plane over that distance, as a share of depth",
-    "small jump": "difference to the nearest known depth, as a share of depth: up to 5 %, fading with distance",
+    "bend": "deviation of the known depth from a plane over that distance, as a share of depth",
+    "small jump": "difference from the nearest known depth, as a share of depth: up to 5 %, fading with distance",
     "large jump": "the same, above 5 %",
     "slope": "range of the filled depth over 3 x 3 pixels, as a share of depth",
-    "spread": "how much the depths differ at which walks from here end, as a share of depth",
-    "departure": "difference to the mean of those depths, as a share of depth",
-    "steps": "how long those walks are, in steps",
-    "aside": "how far off the middle of where they end is [px of such a frame]",
-    "edge": "edge strength here",
+    "spread": "standard deviation of the depths at which walks from the pixel end, as a share of depth",
+    "departure": "difference from the mean of those depths, as a share of depth",
+    "steps": "length of those walks, in steps",
+    "aside": "distance of the mean of their end points [px of a frame 640 px wide]",
+    "edge": "edge strength at the pixel",
     "edge near": "largest edge strength within 3 px",
     "edges around": "mean edge strength within 15 px",
 }
-"""Columns of `error_features` -> what they are, those before "edge" as logarithms."""
+"""Columns of `error_features` -> their descriptions; those before "edge" are logarithms."""
 
 _LARGE_JUMP = 0.05
-"""Jump to the nearest known depth, as a share of depth, above which it counts in full at any distance."""
+"""Jump to the nearest known depth, as a share of depth, above which it has full weight at any distance."""
 
 _FADING = 0.3
-"""How a smaller jump counts for less with distance: by distance^-0.3. Far from known depth a small jump says little."""
+"""The weight of a smaller jump is distance^-0.3: far from known depth, a small jump is hardly informative."""
 
 _WIDTH = 640
-"""Gaps and distances count as in a frame whose longer side has so many pixels: what matters is the angle."""
+"""Gaps and distances are scaled to a frame whose longer side has this many pixels: the angle matters."""
 
 _RIM = 9
-"""Window [px] in which the widest part of a gap is looked for: at its rim depth is known on one side only."""
+"""Window [px] in which the widest part of a gap is searched: at its rim, depth is known on one side only."""
 
 _LEVELS = 6
-"""How often the grid is halved to see bends over 1, 2, 4, ... 64 px."""
+"""Number of times that the grid is halved, to find bends over 1, 2, 4, ... 64 px."""
 
 _WINDOW = 9
 """Window, in pixels of the halved grid, over which bends are averaged."""
 
 _UNSEEN_BEND = 0.02
-"""Bend, as a share of depth, where no three known pixels in a row show any."""
+"""Bend, as a share of depth, assumed where no three pixels in a row are known."""
 
 _NEAR, _AROUND = 7, 31
-"""Windows [px] in which edges are looked for."""
+"""Windows [px] in which edges are searched."""
 
 _LEAST_SHARE, _LEAST_STEPS, _LEAST_ASIDE = 1e-3, 0.1, 1.0
-"""Less of what the walks tell counts as so much."""
+"""Minimum values of features from the walks."""
 
 
 def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Pixels, bool (H, W), without depth in the frame and with depth now; raises InputError if the shapes differ."""
+    """Pixels, bool (H, W), without depth in the frame and with depth in `depth`; InputError if the shapes differ."""
     if depth.shape != frame.shape:
         raise InputError(f"Depth of shape {depth.shape} does not belong to a frame of shape {frame.shape}.")
     return ~frame.known & np.isfinite(depth) & (depth > 0)
 
 
 def usual_edges(frame: RGBDFrame) -> Array:
-    """The edges, (H, W) in [0, 1], that the default preset's filter sees in a frame."""
+    """The edges, (H, W) in [0, 1], of the default preset's filter in a frame."""
     return _found_as_usual(frame).strength
 
 
 def usual_contours(frame: RGBDFrame) -> Array:
-    """Those of them, (H, W) in [0, 1], that are found in colour: the frame's known depth has no part in them."""
+    """Those of them, (H, W) in [0, 1], that are found in colour, independent of the frame's known depth."""
     return _found_as_usual(frame).detected
 
 
 def usual_notes(frame: RGBDFrame) -> tuple[str, ...]:
-    """Why other edges stand in for those of the default preset, a sentence each."""
+    """Why other edges replace those of the default preset, one sentence each."""
     return _found_as_usual(frame).notes
 
 
 def _found_as_usual(frame: RGBDFrame) -> FrameEdges:
     try:
         return find_edges(frame, edge_parameters(Parameters()) or BlockParameters())
-    except InstallationError as error:  # of a run that asks for no network
+    except InstallationError as error:  # in a run without a network
         by_canny = find_edges(frame, BlockParameters(detector="canny"))
-        return replace(by_canny, notes=(f"Canny's edges stand in where errors are expected: {error}",))
+        return replace(by_canny, notes=(f"Canny's edges are used for the expected error: {error}",))
 
 
 def walks_past(frame: RGBDFrame, edges: Array) -> Walks:
-    """Walks over a frame past edges (H, W), those past its `usual_edges` worked out once."""
+    """Walks in a frame with edges (H, W); those with its `usual_edges` are computed once."""
     return _usual_walks(frame) if edges is usual_edges(frame) else walk(frame.depth, edges)
 
 
@@ -235,12 +236,12 @@ def _usual_walks(frame: RGBDFrame) -> Walks:
 
 
 def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
-    """What the expected error follows from, for every filled pixel.
+    """Compute the features of every filled pixel.
 
     Parameters
     ----------
     frame : RGBDFrame
-        With known depth somewhere.
+        A frame with some known depth.
     depth : ndarray of float, shape (H, W)
         Completed depth [m].
     edges : ndarray of float32, shape (H, W)
@@ -249,7 +250,7 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     Returns
     -------
     ndarray of float32, shape (N, 13)
-        Row by row as `filled_pixels` has them; the columns are `FEATURES`.
+        Rows in the order of `filled_pixels`; the columns are `FEATURES`.
     """
     filled = filled_pixels(frame, depth)
     if not filled.any():
@@ -260,17 +261,17 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
 def features_at(
     places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating], edges: Array, walks: Walks
 ) -> Array:
-    """`error_features` at some of the filled pixels, by their places in the picture from its first row on.
+    """Compute `error_features` at some of the filled pixels, given by their flat indices.
 
     Parameters
     ----------
     places : ndarray of int, shape (N,)
-        Of pixels without known depth and with completed depth.
+        Flat indices of pixels without known depth and with completed depth.
     known_depth, depth : ndarray of float, shape (H, W)
-        Known and completed depth [m]; what is not known is NaN, what is not completed NaN or 0.
+        Known and completed depth [m]; unknown is NaN, not completed is NaN or 0.
     edges : ndarray of float32, shape (H, W)
     walks : Walks
-        From every pixel to the known depth, past the edges.
+        Walks from every pixel to known depth, with these edges.
     """
 
     def there(values: NDArray) -> Array:
@@ -295,12 +296,12 @@ def features_at(
         there(cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))),
         there(cv2.blur(edges, (_AROUND, _AROUND))),
     ]
-    return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
+    return np.stack(columns, dtype=np.float32).T  # the model reads them column by column
 
 
 def _beside(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating]) -> list[Array]:
-    """At some pixels: depth, that of the nearest known pixel, the range of depth over 3 x 3 pixels [m]; the distance to
-    known depth, and the width of the gap [px]."""
+    """At some pixels: depth, depth of the nearest known pixel, range of depth over 3 x 3 pixels [m]; distance to known
+    depth and width of the gap [px]."""
     known = np.isfinite(known_depth)
     distance, nearest = nearest_values(known_depth, known)
     gap = np.asarray(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8)), np.float32)
@@ -313,10 +314,10 @@ def _beside(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floa
 
 
 def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
-    """Mean departure [m] of the known depth from straight lines, around some pixels and over their distance to it.
+    """Mean deviation [m] of the known depth from straight lines, around some pixels and over their distance to it.
 
-    On level n of a pyramid of block means, half the second difference of neighbours is what a straight line over
-    2^n px misses; a pixel takes it, averaged around, from the two levels next to its distance.
+    On level n of a pyramid of block means, half the second difference of neighbours is the error of a straight line
+    over 2^n px; each pixel interpolates its local mean between the two levels next to its distance.
     """
     known = np.isfinite(depth)
     count, total = known.astype(np.float32), np.where(known, depth, np.float32(0))
@@ -325,7 +326,7 @@ def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
     bend = np.zeros(level_of_pixel.shape, np.float32)
     for level in range(int(np.ceil(level_of_pixel.max())) + 1):
         bends, seen = _second_differences(count, total)
-        # a level that shows nothing is taken to bend twice as far as the finer one
+        # a level without known triples is assumed to bend twice as much as the finer one
         usual = float(bends.sum() / seen.sum()) if seen.any() else 2 * usual
         local = _local_mean(bends, seen, usual)
         size = (local.shape[1] << level, local.shape[0] << level)
@@ -336,7 +337,7 @@ def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
 
 
 def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
-    """Sum over both directions of half the second differences of means, and how many there are; where any is known."""
+    """Sum over both directions of half the absolute second differences of means, and their number."""
     known = count > 0
     mean = np.divide(total, count, out=np.zeros_like(total), where=known)
     bends, seen = np.zeros_like(mean), np.zeros_like(mean)
@@ -353,7 +354,7 @@ def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
 
 
 def _local_mean(sums: Array, counts: Array, usual: float) -> Array:
-    """Mean around every place, in which `usual` counts once."""
+    """Local mean around every pixel, with `usual` as one additional sample."""
     around, number = (
         np.asarray(cv2.blur(values, (_WINDOW, _WINDOW), borderType=cv2.BORDER_CONSTANT), np.float32)
         for values in (sums, counts)

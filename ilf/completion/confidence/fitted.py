@@ -1,4 +1,4 @@
-"""The laws of the expected error, written by `python -m ilf.lab.bench.calibration --fit ... --write`."""
+"""The fitted models of the expected error, written by `python -m ilf.lab.bench.calibration --fit ... --write`."""
 
 from .model import Curve, ErrorModel
 
@@ -35,4 +35,4 @@ MODELS = {
         Curve((0.0, 0.013, 0.097, 0.192, 0.303, 0.592), (0.0, 0.045, 0.117, 0.117, 0.133, 0.184)),
     )),
 }
-"""Low-pass filter, as in `Parameters.filter`, -> how its errors grow."""
+"""Low-pass filter, as in `Parameters.filter`, -> model of its expected error."""

@@ -1,4 +1,4 @@
-"""The law by which expected errors follow from what can be seen."""
+"""The model of the expected error: from features of a filled pixel to its error."""
 
 from __future__ import annotations
 
@@ -10,43 +10,43 @@ from numpy.typing import NDArray
 from .features import FEATURES, FLOOR
 
 WITHIN = 0.6827
-"""Share of errors that is to lie within the expected error: that of one standard deviation."""
+"""Wanted share of errors within the expected error: as for one standard deviation."""
 
 WITHIN_TWICE = 0.9545
-"""Share of errors that is to lie within twice the expected error: that of two standard deviations."""
+"""Wanted share of errors within twice the expected error: as for two standard deviations."""
 
 _GAP = list(FEATURES).index("gap")
 _NARROW, _WIDE = np.log(2.0), np.log(8.0)
-"""Logarithms of the width [px] of gaps up to which a frame's difficulty does not count, and from which in full."""
+"""Logarithms of the gap widths [px] up to which a frame's difficulty has no effect, and from which its full effect."""
 
 _MOST_UNUSUAL = 0.5
-"""No frame counts as more, or less, difficult than usual by more than that."""
+"""Maximum deviation of a frame's difficulty from the usual one."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """What one of the features adds to the logarithm of the expected error: linear between knots, level beyond them."""
+    """Contribution of one feature to the logarithm of the expected error: linear between knots, constant beyond."""
 
     knots: tuple[float, ...]
     values: tuple[float, ...]
 
     def at(self, feature: NDArray[np.floating]) -> NDArray[np.float64]:
-        """What is added where the feature is this."""
+        """The contribution for values of the feature."""
         return np.interp(feature, self.knots, self.values)
 
 
 @dataclass(frozen=True)
 class ErrorModel:
-    """Logarithm of the expected error, as a share of depth: a sum of curves.
+    """Logarithm of the expected error as a share of depth: a sum of curves.
 
     Attributes
     ----------
     level : float
-        What all pixels have in common.
+        Constant term.
     curves : tuple of Curve
         One for each of `FEATURES`.
     usual, own : float
-        The usual difficulty of frames, and how much of what a frame's own is above it is added in wide gaps.
+        The usual difficulty of frames, and the weight of a frame's deviation from it in wide gaps.
     """
 
     level: float
@@ -55,7 +55,7 @@ class ErrorModel:
     own: float = 0.0
 
     def logarithms(self, features: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Of the expected errors as shares of depth, of features (N, 13), in a frame of usual difficulty."""
+        """Logarithms of expected errors as shares of depth, for features (N, 13), in a frame of usual difficulty."""
         total = np.full(len(features), self.level)
         for column, curve in zip(features.T, self.curves, strict=True):
             total += curve.at(column)
@@ -69,7 +69,7 @@ class ErrorModel:
         features : ndarray of float, shape (N, 13)
             See `error_features`.
         difficulty : float, optional
-            Of the frame (`frame_difficulty`); the usual one if it is not known.
+            Difficulty of the frame (`frame_difficulty`); the usual one if unknown.
         """
         total = self.logarithms(features)
         if difficulty is not None:
@@ -78,10 +78,10 @@ class ErrorModel:
 
 
 def unusual(difficulty: float, usual: float) -> float:
-    """How far a difficulty is above the usual one, as far as a test that is so coarse is believed."""
+    """Deviation of a difficulty from the usual one, clipped since the test is coarse."""
     return min(max(difficulty - usual, -_MOST_UNUSUAL), _MOST_UNUSUAL)
 
 
 def wideness(features: NDArray[np.floating]) -> NDArray[np.floating]:
-    """How much a frame's difficulty counts: from 0 in narrow gaps to 1 in wide ones."""
+    """Weight of a frame's difficulty: from 0 in narrow gaps to 1 in wide ones."""
     return np.clip((features[:, _GAP] - _NARROW) / (_WIDE - _NARROW), 0.0, 1.0)

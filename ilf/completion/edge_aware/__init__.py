@@ -1,1 +1,1 @@
-"""The default's filter: a low pass that lets go at edges."""
+"""The edge-aware filter of the default preset: a low pass with links that weaken at edges."""

@@ -1,4 +1,4 @@
-"""The guide of a frame as the filter follows it."""
+"""The guide of a frame in metres, and the belief in it."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ from .guide_curve import Array, Mask, fitted, sharpened, slow, smoothest, sums_o
 
 Values = NDArray[np.float64]
 
-# How far a guide is to be believed: known depth is hidden in areas, and completed with the guide and without.
+# Belief in a guide: a hold-out of known depth in areas, completed with the guide and without.
 
 _PIXELS = 20_000
-"""The test is made on a part of the frame's pixels, a lattice of about so many."""
+"""Approximate number of pixels of the hold-out test, on a lattice in the frame."""
 
 _CELLS = 1500
-"""Surfaces are completed on a grid of about so many cells."""
+"""Approximate number of cells of the completed surfaces."""
 
 _TILES = 8
-"""Areas that are hidden are squares with a side of the frame's width over this."""
+"""Hidden areas are squares; this many fit into the frame's width."""
 
 _FOLDS = 4
-"""Every area is hidden once, in so many turns."""
+"""Number of folds; every area is hidden in one of them."""
 
 _SLOPE, _BENDING = 0.03, 0.1
-"""Weights of the surfaces' smoothness [per pixel of the lattice]."""
+"""Smoothness weights of the surfaces [per pixel of the lattice]."""
 
 _FRAME = 60.0
-"""In what is said of a block, the whole frame weighs as much as so many of its cells."""
+"""Weight of the whole frame in the belief for a block, in cells."""
 
 _LEAST_GAIN = 0.1
-"""A guide that takes off no larger share of the error is not believed."""
+"""Minimum share by which a guide must reduce the error to be followed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What came of hiding known depth, for every cell of it.
+    """Result of the hold-out test for every cell with hidden depth.
 
     Attributes
     ----------
     rows, columns : ndarray of int, shape (N,)
-        The frame's pixel in the middle of the cell.
+        The frame's pixel at the centre of the cell.
     weights : ndarray of float64, shape (N,)
-        How much known depth there is.
+        Number of known pixels.
     without : ndarray of float64, shape (N,)
-        Known depth less what comes back without the guide [m].
+        Known depth minus completed depth without the guide [m].
     change : ndarray of float64, shape (N,)
-        What comes back with the guide less what comes back without it [m].
+        Completed depth with the guide minus that without it [m].
     """
 
     rows: NDArray[np.intp]
@@ -64,8 +64,8 @@ class Trial:
     change: Values
 
     def belief(self, mask: Mask | None = None) -> float:
-        """How far to go from the surface without the guide, 0, to the one with it, 1, so that the mean error is least:
-        in the frame, or in the pixels of a mask, bool (H, W), which it is a prior for then."""
+        """The weight of the guided surface, from 0 to 1, with the smallest mean error: in the frame, or in the pixels
+        of a mask, bool (H, W), with the frame as a prior."""
         whole = self._best(self.weights)
         if mask is None or whole == 0.0:
             return whole
@@ -77,7 +77,7 @@ class Trial:
         moved = pull > 0
         if not moved.any():
             return 0.0
-        # the sum of absolute errors is least at this median
+        # the sum of absolute errors is minimal at this median
         best = weighted_median(self.without[moved] / self.change[moved], pull[moved])
         best = min(max(best, 0.0), 1.0)
         before, after = (float(np.sum(weights * np.abs(self.without - share * self.change))) for share in (0.0, best))
@@ -85,8 +85,8 @@ class Trial:
 
 
 def try_guide(values: Array, depth: Array, confidence: Array) -> Trial:
-    """Hide known depth in areas, and complete it with a guide and without: by a surface that is smooth, less the fitted
-    guide, or less the slow surface that known depth lies on.
+    """Hide known depth in areas and complete it with a guide and without: by a smooth surface relative to the fitted
+    guide, or relative to the slowly varying surface of the known depth.
 
     Parameters
     ----------
@@ -136,18 +136,18 @@ def _areas(shape: tuple[int, ...], cell: int) -> Iterator[Mask]:
 
 
 def _error(depth: Array, base: Array, left: Mask, hidden: Mask, cell: int) -> Array:
-    """Hidden depth less what comes back of it, summed over cells."""
+    """Hidden depth minus completed depth, summed over cells."""
     counts, asked = (sums_of_cells(mask.astype(np.float32), cell) for mask in (left, hidden))
     totals, wanted = (sums_of_cells(np.where(mask, depth - base, np.float32(0)), cell) for mask in (left, hidden))
     return wanted - asked * smoothest(counts, totals, _SLOPE, _BENDING / cell**2)
 
 
-# The guide in metres, and how far to follow it.
+# The guide in metres, and the weight with which it is followed.
 
-_LEFT_ASIDE = "The guide was left aside: where known depth is hidden for a test, it does not come back better with it."
+_LEFT_ASIDE = "The guide is not used: it does not reduce the error of a hold-out of known depth."
 
 _CARRIES = 0.5
-"""A guide that is followed so far at every pixel of a block is enough to complete it."""
+"""Minimum weight of the guide at every pixel of a block that is completed from it alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +157,9 @@ class FittedGuide:
     Attributes
     ----------
     depth : ndarray of float32, shape (H, W)
-        What the guide says, fitted to the known depth [m]; NaN where it says nothing.
+        The guide, fitted to the known depth [m]; NaN where it has no value.
     confidence : ndarray of float32, shape (H, W)
-        Its own, 0 where it says nothing.
+        Its confidence, 0 where it has no value.
     trial : Trial
     """
 
@@ -169,27 +169,27 @@ class FittedGuide:
 
     @property
     def belief(self) -> float:
-        """How far the frame's known depth bears it out, 0-1."""
+        """The belief for the whole frame, 0-1."""
         return self.trial.belief()
 
     def in_words(self) -> str:
-        """How far it is believed, for the user."""
+        """The belief as text for the user."""
         belief = self.belief
         if belief == 0:
-            return "left aside: known depth that is hidden for a test does not come back better with it"
-        return f"followed to {belief:.0%}, on the whole, by known depth that was hidden for a test"
+            return "not used: it does not reduce the error of a hold-out of known depth"
+        return f"followed to {belief:.0%} on average, by a hold-out of known depth"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know of it."""
+        """Notes for the user."""
         return () if self.belief > 0 else (_LEFT_ASIDE,)
 
     def carries(self, block: Block) -> bool:
-        """Whether it may stand for known depth that a block lacks."""
+        """Whether it can replace the known depth that a block lacks."""
         return float(self.shares(block, block.box)[block.mask].min()) >= _CARRIES
 
     def shares(self, block: Block, box: Box) -> Array:
-        """How far to follow it for a block, 0-1, at the pixels of a box."""
+        """Its weight for a block, 0-1, at the pixels of a box."""
         mask = np.zeros(self.depth.shape, bool)
         mask[block.box] = block.mask
         return np.float32(self.trial.belief(mask)) * self.confidence[box]
@@ -197,7 +197,7 @@ class FittedGuide:
 
 @once_per_frame
 def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
-    """The frame's guide in metres, and how far to believe it; None without one. Worked out once, of all known depth.
+    """Fit the frame's guide to all known depth and test it; None without a guide. Computed once per frame.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Levels of the pyramid over a block's window, and how surfaces get from one to the next finer."""
+"""Levels of the pyramid over a block's window, and the interpolation of surfaces to the next finer level."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .kernels import Sums, tally
 Mask = NDArray[np.bool_]
 Array = NDArray[np.float32]
 
-# Cut links: what a border that was drawn by hand parts, on every grid of the pyramid.
+# Cut links: links across a border that was drawn by hand, on every grid of the pyramid.
 #
-# On the finest grid, links from the block's drawn pixels out of the block are cut. A coarser cell that such a cut
-# goes through stands for its part in the block alone, so that nothing known beyond the cut gets into it; and two
-# coarser cells are linked if at least one link is left between what they stand for.
+# On the finest grid, links from the block's drawn pixels out of the block are cut. A coarser cell with a cut through it
+# represents only its part in the block, so that it contains no depth from beyond the cut; two coarser cells are linked
+# if at least one link is left between the parts that they represent.
 
 _SOME = 0.01
-"""Shares are multiples of 1/16, but for rounding."""
+"""Threshold for shares, which are multiples of 1/16 except for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Parting:
-    """The cuts on one grid.
+    """The cut links of one grid.
 
     Attributes
     ----------
@@ -46,8 +46,7 @@ class Parting:
 
     @classmethod
     def around(cls, inside: Mask, drawn: Mask) -> Parting | None:
-        """On the finest grid: the block's pixels, and those of them whose links out of the block are cut; None if there
-        are no such links."""
+        """Cut links on the finest grid, from the block's pixels and those with a drawn border; None without any."""
         right, down = np.ones_like(inside), np.ones_like(inside)
         for values, at, linked in ((inside, drawn, right), (inside.T, drawn.T, down.T)):
             out = values & at
@@ -56,14 +55,14 @@ class Parting:
 
     @property
     def kept(self) -> Mask:
-        """Cells that count in the next level: all but those beyond a cut through the larger cell that they are in."""
+        """Cells used in the next level: all except those beyond a cut through the larger cell that contains them."""
         right, down = _even(self.right), _even(self.down)
         whole = right[::2, ::2] & right[1::2, ::2] & down[::2, ::2] & down[::2, 1::2]
         height, width = self.inside.shape
         return self.inside | whole.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
 
     def halved(self) -> Parting:
-        """On the next level: cells of twice the size."""
+        """The cut links of the next level, with cells of twice the size."""
         inside, kept = _even(self.inside), _even(self.kept)
         right, down = _even(self.right) & kept, _even(self.down) & kept
         right[:, :-1] &= kept[:, 1:]
@@ -75,13 +74,13 @@ class Parting:
         )
 
     def cut(self, smooth_x: Array, smooth_y: Array) -> tuple[Array, Array]:
-        """How much smoothness is left between neighbours along x and y, none across the cuts."""
+        """Smoothness between neighbours along x and y, 0 across the cuts."""
         return smooth_x * self.right[:, :-1], smooth_y * self.down[:-1]
 
     def enlarged(self, values: Array, finer: Parting) -> Array:
-        """Values on this grid on the next finer one, bilinearly, block and the rest each from its own cells."""
+        """Interpolate values bilinearly to the next finer grid, block and rest each from its own cells."""
         shape = finer.inside.shape
-        # the rest, where all that it could take its value from stands for the block: the block's value will do
+        # cells outside the block with no source cell of their own keep the block's value
         result = enlarged(values, shape)
         for own, here in ((self.inside, finer.inside), (~self.inside, ~finer.inside)):
             share = enlarged(own.astype(np.float32), shape)
@@ -91,7 +90,7 @@ class Parting:
 
 
 def _even(values: Mask) -> Mask:
-    """Odd sides completed by their last row or column."""
+    """Pad odd sides by repeating the last row or column."""
     return np.pad(values, [(0, size % 2) for size in values.shape], mode="edge")
 
 
@@ -100,17 +99,17 @@ def _last_open(linked: Mask) -> Mask:
     return linked
 
 
-# The pyramid: grids, and how surfaces get from one to the next finer.
+# The pyramid: grids, and the interpolation of surfaces to the next finer one.
 
 
 class Level(NamedTuple):
-    """What surfaces need to know of a grid to get from it to the next finer one."""
+    """The properties of a grid needed to interpolate surfaces to the next finer one."""
 
     shape: tuple[int, ...]
     parting: Parting | None
 
     def enlarged(self, u: Array, finer: Level) -> Array:
-        """A surface on this grid on the next finer one."""
+        """Interpolate a surface to the next finer grid."""
         if self.parting is None or finer.parting is None:
             return enlarged(u, finer.shape)
         return self.parting.enlarged(u, finer.parting)
@@ -120,10 +119,10 @@ class Level(NamedTuple):
 class Grid:
     """A level of the pyramid over the window.
 
-    `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
-    `edges` is the largest edge strength there, `creases` the largest probability of a crease, or None where nothing
-    tells of them. `held_out` is counts and totals of the depth that is held out, or None; `parting` is what a drawn
-    border parts, or None.
+    `counts` and `totals` are the number and sum of the known depth minus the trend, `inside` is the number of the
+    block's pixels in every cell; `edges` is the largest edge strength there, `creases` the largest probability of a
+    crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `parting` the
+    links cut by a drawn border, or None.
     """
 
     cell: int
@@ -138,41 +137,41 @@ class Grid:
 
     @property
     def coarseness(self) -> int:
-        """How many levels it is above the finest."""
+        """Number of levels above the finest."""
         return self.cell.bit_length() - 1
 
     @cached_property
     def samples(self) -> float:
-        """How many pixels of known depth there are."""
+        """Number of pixels with known depth."""
         return float(self.counts.sum(dtype=np.float64))
 
     @property
     def start(self) -> Array:
-        """The cells' known depth less the trend; 0 where there is none."""
+        """The cells' mean known depth minus the trend; 0 where there is none."""
         return np.divide(self.totals, np.maximum(self.counts, 1))
 
     def sums(self, u: Array, previous: Array) -> Sums:
-        """What there is to tell of a step to u."""
+        """The sums of a step from `previous` to u."""
         return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
 
     def smooth(self, edge_scale: float) -> tuple[Array, Array]:
-        """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
+        """Smoothness between neighbours along x and y: the smaller of the two cells' values, 0-1."""
         left = np.exp(-self.edges / np.float32(edge_scale))
         smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
         return smooth if self.parting is None else self.parting.cut(*smooth)
 
     @property
     def stiff(self) -> Array | None:
-        """How much of the bending counts around every cell; None for all."""
+        """Factor on the bending weight around every cell; None for 1."""
         return None if self.creases is None else 1 - self.creases
 
     @property
     def level(self) -> Level:
-        """What surfaces need to know of it."""
+        """Its properties for interpolation."""
         return Level(self.counts.shape, self.parting)
 
     def halved(self) -> Grid:
-        """The next level: cells of twice the size."""
+        """The next level, with cells of twice the size."""
         counts, totals, edges = self.counts, self.totals, self.edges
         if self.parting is not None:
             counts, totals, edges = (
@@ -191,14 +190,14 @@ class Grid:
         )
 
 
-# From surfaces on grids to the pixels of a block.
+# Interpolation of surfaces on grids to the pixels of a block.
 
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """Brings surfaces from any grid to pixels of the block: holds no more for it, since it lives as long as snapshots.
+    """Interpolates surfaces from any grid to pixels of the block; kept small, since snapshots refer to it.
 
-    `places` are those of the pixels in the window, `seen` those among the block's pixels.
+    `places` are the pixels' flat indices in the window, `seen` those among the block's pixels.
     """
 
     levels: tuple[Level, ...]
@@ -219,7 +218,7 @@ class Pixels:
         changing: bool = False,
     ) -> Pixels:
         """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels and a trend
-        on the window."""
+        in the window."""
         around = union(block.box, window)
         mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
         mask[within(block.box, around)] = block.mask
@@ -231,16 +230,16 @@ class Pixels:
 
     @property
     def nbytes(self) -> int:
-        """Memory of what is not the frame's or the block's."""
+        """Memory without frame and block."""
         return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
 
     def on(self, surface: Array) -> Array:
-        """A surface on the window, at the pixels."""
+        """A surface of the window at the pixels."""
         return surface.ravel()[self.places]
 
     def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
-        """Depth [m] at all of the block's pixels, raw where a surface is not held: it is less the trend, and on a grid
-        so many above the finest, or at the pixels."""
+        """Depth [m] at all of the block's pixels, raw where no surface is stored. `held` is the surface minus trend: on
+        the grid of this coarseness, or at the pixels if that is 0."""
         u = held
         for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)

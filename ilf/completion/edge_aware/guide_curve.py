@@ -1,4 +1,4 @@
-"""A guide fitted to known depth: a monotone curve for the frame, and a factor that varies slowly over it."""
+"""A guide fitted to known depth: a monotone curve for the frame, and a slowly varying factor."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ Values = NDArray[np.float64]
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-# The monotone curve from what a guide says to depth.
+# The monotone curve from guide values to depth.
 
 _BINS = 32
-"""Known depth is told apart by so many ranges of the guide, with as many samples in each."""
+"""Number of ranges of guide values, with equally many samples in each."""
 
 _LEAST_SAMPLES = 20
-"""A range has at least so many, if there are as many."""
+"""Minimum number of samples of a range, if there are as many."""
 
 _PRIOR = 0.2
-"""A range's own median weighs against the simple curve as its samples to this share of a mean range's."""
+"""Weight of the simple curve against a range's own median, as a share of the mean weight of a range's samples."""
 
 _ROUNDS = 8
-"""Rounds of reweighting of a simple curve, in which outliers lose their pull."""
+"""Rounds of reweighting of a simple curve, which reduce the weight of outliers."""
 
 _BEYOND = 2.0
-"""Depth is at most so many times farther, or nearer, than any known depth on the curve."""
+"""Maximum ratio of depth to the farthest, or of the nearest to it, among the known depth on the curve."""
 
 _LEAST_OFF = 1e-3
-"""Deviations below this share of the range of depth count alike."""
+"""Deviations below this share of the range of depth have equal weight."""
 
 _SMALL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Logarithm of depth by a guide's value: through nodes, and beyond them on along a simple curve.
+    """Logarithm of depth as a function of the guide's value: through nodes, continued by a simple curve beyond them.
 
     Parameters
     ----------
     nodes, logarithms : ndarray
-        Values of the guide, rising, and the logarithm of depth there.
+        Increasing values of the guide, and the logarithm of depth there.
     simple : SimpleCurve
     """
 
@@ -65,7 +65,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class SimpleCurve:
-    """Depth, its logarithm or its inverse as a straight line over the guide's values."""
+    """Depth, its logarithm or its inverse as a linear function of the guide's values."""
 
     power: int
     offset: float
@@ -78,12 +78,12 @@ class SimpleCurve:
 
 
 def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
-    """The monotone curve, rising or falling, that most samples lie on.
+    """Fit the monotone curve, increasing or decreasing, that most samples lie on.
 
     Parameters
     ----------
     values : ndarray, shape (N,)
-        What the guide says.
+        Values of the guide.
     logarithms : ndarray, shape (N,)
         Logarithm of the depth.
     weights : ndarray, shape (N,)
@@ -99,7 +99,7 @@ def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
         own = weights[part].sum()
         weight[number] = own + _PRIOR * mean
         expected = simple(nodes[number])
-        # off the simple curve, so that its slope inside a range does not count
+        # relative to the simple curve, so that its slope inside a range has no effect
         off = logarithms[part] - simple(values[part])
         medians[number] = expected + weighted_median(off, weights[part]) * own / weight[number]
     nodes, places = np.unique(nodes, return_index=True)
@@ -109,16 +109,16 @@ def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
 
 
 def weighted_median(values: Values, weights: Values) -> float:
-    """The value that half of the weight lies below."""
+    """The value below which half of the weight lies."""
     order = np.argsort(values, kind="stable")
     below = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(below, below[-1] / 2)])
 
 
 def _simple_curve(power: int, values: Values, logarithms: Values, weights: Values) -> tuple[float, SimpleCurve]:
-    """A simple curve, by least absolute deviations, and the mean absolute deviation of the samples from it."""
+    """The samples' mean absolute deviation from a simple curve, and this curve, fitted by least absolute deviations."""
     target = logarithms if power == 0 else np.exp(power * logarithms)
-    # a deviation of the target is one of the logarithm times this
+    # a deviation of the target is that of the logarithm times this
     steep = np.ones_like(target) if power == 0 else target
     least = _LEAST_OFF * (np.ptp(logarithms) + _SMALL)
     pull = weights / steep**2
@@ -135,7 +135,7 @@ def _simple_curve(power: int, values: Values, logarithms: Values, weights: Value
 
 
 def _isotonic(values: Values, weights: Values) -> Values:
-    """The rising sequence nearest to values, by pooling neighbours that fall."""
+    """The increasing sequence nearest to values, by pooling decreasing neighbours."""
     means: list[float] = []
     masses: list[float] = []
     sizes: list[int] = []
@@ -154,41 +154,41 @@ def _isotonic(values: Values, weights: Values) -> Values:
 # A guide fitted to known depth: the curve, times a factor that varies slowly over the frame.
 
 _SAMPLES = 20_000
-"""The curve is fitted to about so many pixels."""
+"""Approximate number of pixels that the curve is fitted to."""
 
 _CELLS = 1000
-"""The slow factor is sought on a grid of about so many cells."""
+"""Approximate number of cells of the grid for the slow factor."""
 
 _FITTING_ROUNDS = 2
-"""Curve and slow factor are fitted by turns, so many times; and so many times, outliers lose their pull on the
+"""Number of times that curve and slow factor are fitted alternately; also number of reweighting rounds for the
 factor."""
 
 _NEAR = 0.03
-"""A sample whose logarithm of depth is off by so much has half of its pull."""
+"""Deviation of the logarithm of depth at which a sample's weight is halved."""
 
 _HELD = 1e-6
-"""Weight of 0 in every cell, so that a surface is certain without any sample, too."""
+"""Weight of the value 0 in every cell, so that the surface is defined without any sample."""
 
 _SLOPE, _BENDING = 0.05, 2.0
-"""Weights of the slow factor's smoothness, a cell full of known depth having weight 1."""
+"""Smoothness weights of the slow factor, relative to a cell full of known depth."""
 
 
 def fitted(values: Array, depth: Array, confidence: Array) -> Array:
-    """Depth by a guide.
+    """Fit a guide to known depth.
 
     Parameters
     ----------
     values : ndarray of float32, shape (H, W)
-        What the guide says, NaN = nothing.
+        Values of the guide, NaN = none.
     depth : ndarray of float32, shape (H, W)
         Known depth [m], NaN = missing.
     confidence : ndarray of float32, shape (H, W)
-        How far to believe the guide, in [0, 1].
+        Confidence of the guide, in [0, 1].
 
     Returns
     -------
     ndarray of float32, shape (H, W)
-        [m], NaN where the guide says nothing, or everywhere if it says nothing where depth is known.
+        Depth [m] of the guide, NaN where it has no value, or everywhere if it has none where depth is known.
     """
     said = np.isfinite(values)
     weights = np.where(said & np.isfinite(depth), confidence, np.float32(0))
@@ -208,7 +208,7 @@ def fitted(values: Array, depth: Array, confidence: Array) -> Array:
 
 
 def slow(values: Array, weights: Array) -> Array:
-    """The slowly varying field, float32 (H, W), that most of what has weight lies on."""
+    """Fit a slowly varying field, float32 (H, W), robustly to weighted values."""
     cell = max(1, math.ceil(math.sqrt(values.size / _CELLS)))
     trust = weights
     field = np.zeros_like(values)
@@ -223,7 +223,7 @@ def slow(values: Array, weights: Array) -> Array:
 
 
 def smoothest(counts: Array, totals: Array, slope: float, bending: float) -> Array:
-    """The surface of least energy where nothing parts neighbours, see `SmoothnessEnergy`."""
+    """The surface of minimum energy with all neighbours fully linked, see `SmoothnessEnergy`."""
     height, width = counts.shape
     smooth = np.ones((height, width - 1), np.float32), np.ones((height - 1, width), np.float32)
     energy = SmoothnessEnergy(counts + np.float32(_HELD), totals, make_weights(*smooth, slope, bending))
@@ -237,37 +237,38 @@ def sums_of_cells(values: Array, cell: int) -> Array:
     return shaped.sum(axis=(1, 3), dtype=np.float32)
 
 
-# A guide's own noise and blur, taken off before it is fitted.
+# Removal of a guide's noise and blur before the fit.
 
 _REACH = 10
-"""A blurred step is wider to neither side [px]."""
+"""Maximum half-width of a blurred step [px]."""
 
 _STEP = 0.04
-"""Height, as a share of the guide's range, from which a step is one; twice that much is one for certain."""
+"""Height of a step, as a share of the guide's range, above which it is sharpened; in full at twice this height."""
 
 _SIDE = 0.5
-"""On a scale from -1, the nearest around, to 1, the farthest: what lies beyond is of one side of the step."""
+"""On a scale from -1, the nearest value around, to 1, the farthest: absolute values above this are on one side of the
+step."""
 
 _SURE = 0.98
-"""The same scale: what lies beyond is on its side, and stays as it is."""
+"""On the same scale: absolute values above this stay unchanged."""
 
 _BETWEEN, _CERTAIN = 0.35, 0.25
-"""Where so large a share of what is around lies between the sides, it is a slope; where no more than that, a step."""
+"""Share of the pixels around between the two sides: above the first it is a slope, below the second a step."""
 
 _QUIET = 1e-4
-"""Noise, as a share of the guide's range, below which there is none to take off."""
+"""Noise, as a share of the guide's range, below which it is not filtered."""
 
 _WINDOW, _WIDTH, _STEPS = 9, 3.0, 4
-"""Noise is taken off by a bilateral filter of such a window and deviation [px], and so many deviations of noise."""
+"""Bilateral filter against noise: window and standard deviation [px], and range in deviations of noise."""
 
 _TINY = np.float32(1e-6)
 
 _FARTHEST = np.float32(1e6)
-"""Values that are so many times the range off it are taken to be no farther."""
+"""Maximum distance of values from the range, in ranges; values are clipped to it."""
 
 
 def sharpened(values: Array) -> Array:
-    """A guide's values without noise from pixel to pixel, and with steps where steps were blurred.
+    """Remove pixel noise from a guide's values and sharpen blurred steps.
 
     Parameters
     ----------
@@ -285,7 +286,7 @@ def sharpened(values: Array) -> Array:
 
 
 def _stepped(unit: Array) -> Array:
-    """Pixels inside a blurred step take the mean of the side of it that they are nearer to."""
+    """Set pixels inside a blurred step to the mean of the nearer side."""
     window = (2 * _REACH + 1, 2 * _REACH + 1)
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, window)
     far, near = cv2.dilate(unit, disk), cv2.erode(unit, disk)

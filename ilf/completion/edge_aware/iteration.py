@@ -1,9 +1,9 @@
-"""ILF on one block with a low-pass filter that lets go at edges: as smooth as the data allow, and no smoother.
+"""ILF on one block with an edge-aware low-pass filter.
 
 The iteration u <- S(raw where known, u elsewhere) with the soft low-pass S = (1 + L)^-1 has the minimum of an energy as
-its fixed point (`smoothness`). Conjugate gradients go there in far fewer steps; and what would take thousands of them,
-the long waves, is found on a coarse grid first. So the stages are grids here: the coarsest, solved directly, then
-finer and finer ones up to the pixels, and last a few rounds in which differences far above the noise let go.
+its fixed point (`smoothness`). Conjugate gradients reach it in far fewer steps; long waves, which would need thousands
+of them, are found on a coarse grid first. So the stages are grids: the coarsest, solved directly, then finer ones up to
+the pixels, and last a few rounds in which links are weakened where differences are far above the noise.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
 
-# Taking noise off known depth, in the mode fill+denoise: as stiff as the noise calls for, and over no jump.
+# Denoising of known depth, in the mode fill+denoise: as stiff as the noise requires, and not across jumps.
 #
-# From the raw depth on, the surface is made stiffer from round to round. How rough noise can make it after each is
-# known; where it bends or steps by more than that, it lets go in the next. So jumps of known depth are edges, and
-# show in ever finer detail as the noise around them goes down.
+# Starting from the raw depth, the surface becomes stiffer from round to round. The roughness that noise can cause after
+# each round is known; where the surface bends or steps by more, its links are weakened in the next. So jumps of known
+# depth act as edges, in finer detail as the noise around them decreases.
 
 _DENOISING_ROUNDS = ((5, 4), (30, 6), (200, 16), (1000, 28))
-"""In every round, how many times more bending weighs than it does to fill, and the steps, at most."""
+"""For every round, the factor on the bending weight of filling, and the maximum number of steps."""
 
 _EXPLAINED = 3.0
-"""A surface bends by more than noise explains at so many deviations of what the noise leaves of itself there."""
+"""Bending is more than noise above so many standard deviations of the noise left in the surface."""
 
 _NOISY_SLOPE_JUMPS = 8.0
-"""First differences let go at so many times the second difference that does."""
+"""Scale at which links of first differences are weakened, relative to that of second differences."""
 
 _FILLED = 0.1
-"""What missing depth has been filled with counts so much, a known pixel being 1."""
+"""Weight of filled depth, relative to a known pixel."""
 
 _BORNE_OUT, _SQUARES = 5.0, (3, 7)
-"""Beside a trend that explains all of the known depth, what is left stays where its mean over squares of one of these
-sides is so many deviations of noise."""
+"""With a trend that explains all of the known depth, a residual is kept where its mean over squares of one of these
+sides exceeds so many standard deviations of noise."""
 
 _STEADY = 0.01
 """A round is steady if it changes depth by less than this share of its noise."""
@@ -63,25 +63,25 @@ _STEADY = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Denoising:
-    """The known depth of a window, and how noisy it is.
+    """The known depth of a window and its noise.
 
     Attributes
     ----------
     known : ndarray of bool, shape (h, w)
     samples : ndarray of float32, shape (h, w)
-        Known depth less the trend [m]; 0 where there is none.
+        Known depth minus the trend [m]; 0 where there is none.
     deviation : ndarray of float32, shape (h, w)
         Standard deviation of its noise [m].
     grain : float
-        As `Noise` has it.
+        See `Noise`.
     bending : float
-        Weight of bending that the rounds' are multiples of.
+        Bending weight that the rounds multiply.
     smoothness : float
         Factor on all weights.
     lets_go : bool
-        Whether the surface lets go anywhere.
+        Whether links are weakened at jumps.
     explained : bool
-        Whether the trend explains all of the known depth, up to its noise.
+        Whether the trend explains all of the known depth up to its noise.
     """
 
     known: NDArray[np.bool_]
@@ -95,7 +95,7 @@ class Denoising:
 
     @classmethod
     def of(cls, depth: Array, trend: Array, noise: Noise, parameters: Parameters, explained: bool) -> Denoising:
-        """Of depth [m], NaN = missing, and a trend [m], which explains it or does not."""
+        """From depth [m], NaN = missing, and a trend [m], which explains it or does not."""
         known = np.isfinite(depth)
         return cls(
             known=known,
@@ -109,11 +109,11 @@ class Denoising:
         )
 
     def start(self, filled: Array | None) -> Array:
-        """The known depth less the trend, and where it is missing what it has been filled with; None is the trend."""
+        """The initial surface: known depth minus the trend, filled depth elsewhere; None for the trend itself."""
         return self.samples if filled is None else np.where(self.known, self.samples, filled)
 
     def rounds(self, filled: Array | None, weights: Weights) -> Iterator[Round]:
-        """The rounds, from what missing depth has been filled with, less the trend, and the weights of filling."""
+        """The rounds, from the filled depth minus the trend and the weights of filling."""
         counts = np.full(self.known.shape, _FILLED, np.float32)
         if self.known.any():
             usual = np.median(self.deviation[self.known])
@@ -123,13 +123,13 @@ class Denoising:
         for times, steps in _DENOISING_ROUNDS:
             stiff = weights.bent(np.float32(times * self.grain))
             scale = None
-            if self.lets_go:  # later where more smoothness is asked for than noise calls for
+            if self.lets_go:  # at larger differences if more smoothness is requested than noise requires
                 scale = np.float32(_EXPLAINED * self.smoothness) * self._bent_by_noise(before)
             yield Round(counts, totals, stiff, scale, steps)
             before = times
 
     def cleared(self, u: Array) -> Array:
-        """The surface after the last round, beside a trend that explains it less what noise alone may have left."""
+        """The surface after the last round; with a trend that explains it, without what noise alone may have left."""
         if not self.explained:
             return u
         borne_out = np.zeros_like(u)
@@ -148,20 +148,20 @@ class Denoising:
         return _STEADY * float(np.median(self.deviation))
 
     def _bent_by_noise(self, times: float) -> Array:
-        """Second differences that noise leaves in a surface so many times as stiff against bending.
+        """Second differences that noise leaves in a surface that is so many times as stiff.
 
-        Noise whose power is one over a surface that weights w make stiff: with frequencies k, what is left of it is
-        1 / (1 + w k^4), so its variance is 1 / (16 w^(1/2)), that of second differences 1 / (16 w^(3/2)).
+        For noise of power 1 and a bending weight w, the part left at frequency k is 1 / (1 + w k^4), so its variance
+        is 1 / (16 w^(1/2)), and that of second differences 1 / (16 w^(3/2)).
         """
         power = self.deviation * np.float32(math.sqrt(self.grain))
-        # weights that are asked to be larger or smaller do not change what counts as a jump
+        # the requested smoothness does not change what counts as a jump
         stiffness = np.float32(max(self.bending * times * self.grain, 1e-6))
         return power * (stiffness**-0.75 / 4)
 
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """One round: samples, weights of its own, where they let go if they do, and steps at most."""
+    """One round: samples, its weights, the scale at which they are weakened, and the maximum number of steps."""
 
     counts: Array
     totals: Array
@@ -170,69 +170,68 @@ class Round:
     steps: int
 
     def energy(self, u: Array) -> SmoothnessEnergy:
-        """What the round minimises, from the surface at its start; once."""
+        """The energy to minimise, given the initial surface; call it once."""
         if self.scale is not None:
             self.weights.loosen(u, self.scale, _NOISY_SLOPE_JUMPS)
         return SmoothnessEnergy(self.counts, self.totals, self.weights)
 
 
-# The iteration: grids from the coarsest to the finest, then rounds in which jumps let go or noise is taken off.
+# The iteration: grids from the coarsest to the finest, then rounds that weaken links at jumps or remove noise.
 
 _Step = tuple[Grid, Array, Sums]
-"""The grid, the surface on it, and what there is to tell of the step."""
+"""The grid, the surface on it, and the sums of the step."""
 
 _DIRECT_CELLS = 2000
-"""The coarsest grid has no more cells than that."""
+"""Maximum number of cells of the coarsest grid."""
 
 _HALVINGS = 2
-"""The coarsest grid has cells of at least 2^so many pixels."""
+"""Minimum number of halvings from the finest to the coarsest grid."""
 
 _STEPS, _FINEST_STEPS = 40, 20
-"""Steps of conjugate gradients on every grid between the coarsest and the finest, and on the finest, at most."""
+"""Maximum number of conjugate-gradient steps on every grid between the coarsest and the finest, and on the finest."""
 
 _BEFORE_ROUNDS = 8
-"""The same on the finest where rounds that take off noise follow."""
+"""The same on the finest if denoising rounds follow."""
 
 _ROUNDS, _ROUND_STEPS = 2, 8
-"""Rounds in which jumps let go, and the steps in each, at most."""
+"""Number of rounds that weaken links at jumps, and maximum number of steps in each."""
 
 _SLOPE_JUMPS = 4.0
-"""First differences let go at so many times the second difference that does."""
+"""Scale at which links of first differences are weakened, relative to that of second differences."""
 
 _OUT_OF_RANGE = (
-    "Depth is missing where it rises to the sensor's reach, at {:.1f} m: it is taken to go on beyond, and nothing that "
-    "was measured vouches for it."
+    "Depth is missing beyond the sensor range, from {:.1f} m on: it is extrapolated there, unsupported by measurements."
 )
 
 _LEVELLING = 1e-9
-"""Weight of the trend where there is no data, in the largest of all weights: keeps corners that edges cut off from
-being singular."""
+"""Weight of the trend where there is no data, relative to the largest of all weights: keeps corners that are cut off by
+edges from being singular."""
 
 
 class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
-    """The `Stepper` of filter "edge-aware": every `next()` is one iteration of one block and gives its record.
+    """The `Stepper` of filter "edge-aware": every `next()` runs one iteration of one block and returns its record.
 
     Works on a window around the block's missing pixels (around all of its pixels in the mode fill+denoise). Known
-    depth in the window counts whatever block it is in, as far as the edges between let it; the block's pixels outside
-    the window keep their raw depth, as P_i. sigma_i and the L1 norm are those of the grid that the stage works on. So
-    are residual and hold-out error: of a surface that is constant in every cell but for the trend, against the depth
-    of the single pixels, so coarse grids have what varies inside their cells in it. The residual is over all known
-    depth in the window; held out are pixels of the block in it. Edges, flying pixels and noise are those of the frame,
-    found with all of its depth; so is the guide, which takes the trend's place as far as it is believed: what it says
-    of shape and jumps stays in, and what is filtered is what the known depth says otherwise.
+    depth in the window is used whatever block it is in, as far as the edges between permit; for the block's pixels
+    outside the window, P_i is their raw depth. sigma_i and the L1 norm are those of the stage's grid. So are residual
+    and hold-out error: they compare a surface that is constant in every cell, apart from the trend, with the depth of
+    single pixels, so on coarse grids they include the variation inside cells. The residual covers all known depth in
+    the window; the hold-out, pixels of the block in it. Edges, flying pixels and noise are those of the frame, found
+    with all of its depth; so is the guide, which replaces the trend as far as it is believed: its shape and jumps are
+    kept, and the difference of the known depth from it is filtered.
 
     Parameters
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth, unless a guide carries them.
+        The pixels to iterate on, at least one of them with known depth, unless a guide suffices.
     parameters : Parameters
         With filter "edge-aware".
     edges : FrameEdges
-        Those of the frame.
+        The frame's edges.
     drawn : ndarray of bool, optional
-        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: nothing passes
-        there from beyond it.
+        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: no depth from
+        beyond it is used there.
     """
 
     def __init__(
@@ -280,7 +279,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._changing = self._pixels_of(changing=parameters.mode == "fill")
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
-        # all of it is known: the window is around the gaps
+        # all known: the window contains the gaps
         self._outside = float(raw[~seen_in(block, view.window)].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
@@ -289,7 +288,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._steps = self._run()
         self.settled = False
-        """Whether the last stage has come to its end."""
+        """Whether the last stage has ended."""
         self.network = edges.network
         self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
         if found is not None and not parameters.noise:
@@ -304,33 +303,33 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     @cached_property
     def _all(self) -> Pixels:
-        """All of the block's pixels in the window; only found where someone looks, since they take much memory."""
+        """All of the block's pixels in the window; computed on demand, since they need much memory."""
         return self._pixels_of()
 
     def _pixels_of(self, changing: bool = False) -> Pixels:
-        """The block's pixels in the window, all or those without depth."""
+        """The block's pixels in the window: all, or those without depth."""
         return Pixels.of(self._frame, self._block, self._window, self._levels, self._finest.trend, changing)
 
     def snapshot(self) -> Snapshot:
-        """The surface as it stands, where it may become depth; at other pixels, raw depth.
+        """The current surface where it may become depth; raw depth at other pixels.
 
-        It is held on the grid of its iteration, of the finest just what is needed: it costs time, too, to fill memory.
+        It is stored on the grid of its iteration, on the finest only where needed, which saves memory and time.
         """
         return self._held(self._changing)
 
     def _held(self, pixels: Pixels) -> Snapshot:
         grid, u = self._current
-        held = u.copy() if grid.coarseness else pixels.on(u)  # u lies in memory that holds other iterations, too
+        held = u.copy() if grid.coarseness else pixels.on(u)  # u is a view of an array with other iterations
         return Snapshot(partial(pixels.on_block, grid.coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
     def explained(self) -> bool:
-        """Whether the trend explains all of the known depth, up to its noise; in the mode fill+denoise."""
+        """Whether the trend explains all of the known depth up to its noise; in the mode fill+denoise."""
         return self._denoising is not None and self._denoising.explained
 
     @property
     def remark(self) -> str:
-        """Said of an iteration whose last stage was not steady at its end."""
+        """A remark if the last stage was not steady at its end."""
         if self._steady:
             return ""
         return "Step limit reached in the last stage."
@@ -345,7 +344,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         grid, u, sums = next(self._steps)
         self._iterations += 1
         self._sigma = math.sqrt(sums.changes / self._pixels)
-        # one assignment, so that another thread may look at the surface while an iteration is under way
+        # one assignment, so that another thread may read the surface during an iteration
         self._current = grid, u
         return EdgeAwareRecord(
             i=self._iterations,
@@ -368,7 +367,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return _root_mean(squares, float(counts.sum(dtype=np.float64)))
 
     def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
-        """Let records tell the error against a truth from now on, see `Stepper`."""
+        """Add the error against ground truth to later records, see `Stepper`."""
         self._truth = pixels, truth
 
     def _error(self) -> float:
@@ -378,7 +377,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return deviation(self.surface[pixels], truth)
 
     def _run(self) -> Iterator[_Step]:
-        """All stages: of every iteration its grid, P_i there less the trend, and what there is to tell of it."""
+        """All stages: for every iteration its grid, P_i on it minus the trend, and the sums of the step."""
         if self._denoising is None:
             yield from self._fill()
         else:
@@ -386,10 +385,10 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self.settled = True
 
     def _fill(self) -> Generator[_Step, None, Array]:
-        """From the coarsest grid to the finest, and there the rounds in which jumps let go.
+        """From the coarsest grid to the finest, and there the rounds that weaken links at jumps.
 
-        Grids that are done with are let go, and weights have one memory on the finest: those of windows that are as
-        large as the frame are most of what a run takes.
+        Grids are released after use, and the weights of the finest grid reuse one array: for windows as large as the
+        frame, they are most of a run's memory.
         """
         finest, grid = self._finest, self._coarser.pop()
         self._stage = 1
@@ -408,7 +407,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return u
 
     def _denoise(self, grid: Grid, known: Denoising) -> Iterator[_Step]:
-        """The gaps first, unless the trend says what is there, and then the rounds that take the noise off."""
+        """Fill the gaps first, unless the trend already explains all known depth, then run the denoising rounds."""
         filled = None
         stiffer = self._parameters.smoothness > 1
         if stiffer or (self._gap > 0 and not known.explained):
@@ -417,7 +416,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         smooth = grid.smooth(parameters.edge_scale)
         slope, bending = (parameters.smoothness * w for w in (parameters.slope_weight, parameters.bending_weight))
         self._least = min(self._least, known.least)
-        # what is to be smoother than noise calls for starts smooth
+        # if more smoothness is requested than noise requires, start from the smooth surface
         u = filled if stiffer and filled is not None else known.start(filled)
         weights = make_weights(*smooth, slope, bending, grid.stiff)
         for self._round, step in enumerate(known.rounds(filled, weights), 1):
@@ -430,7 +429,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return Noise(self._parameters.noise) if self._parameters.noise else frame_noise(frame)
 
     def _descend(self, grid: Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
-        """One stage: until steady, or so many steps."""
+        """One stage: until steady, or up to `limit` steps."""
         self._stage += 1
         told = Told(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
         steps = energy.descend(u, told, min(limit, self._parameters.max_iterations - self._iterations))
@@ -442,11 +441,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, weights)
 
     def _weights(self, grid: Grid, out: Weights | None = None) -> Weights:
-        # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
+        # on cells of c pixels, the sum of squared slopes stays the same, that of bending is c^2 times as large
         smooth = grid.smooth(self._parameters.edge_scale)
         return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff, out)
 
 
 def _root_mean(squares: float, samples: float) -> float:
-    """Of so many squares; rounding may have left less than nothing of them."""
+    """Root mean square from a sum of squares, which rounding may have made negative."""
     return math.sqrt(max(squares, 0.0) / samples) if samples else math.nan

@@ -1,7 +1,7 @@
-"""The inner loops of the edge-aware iteration: each in numpy, and as loops that are compiled where numba is installed.
+"""The inner loops of the edge-aware iteration: each in numpy, and as loops that are compiled if numba is installed.
 
-All arrays are float32 of shape (H, W) and contiguous, but for weights between neighbours. Sums are those of rows, or of
-so many cells, in float32, added up in float64.
+All arrays are contiguous float32 of shape (H, W), except weights between neighbours. Rows, or runs of cells, are summed
+in float32, and these sums in float64.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from ..._runtime.compiling import compiled, inner
 Array = NDArray[np.float32]
 
 _TOGETHER = 1024
-"""Cells whose products are added up in float32."""
+"""Number of cells whose products are summed in float32."""
 
 
 class Sums(NamedTuple):
-    """What there is to tell of a step.
+    """Sums over the pixels of one step.
 
     Attributes
     ----------
     changes, sizes : float
-        Over the pixels that count, the sums of (u - previous)^2 and of |u + trend|.
+        Sums of (u - previous)^2 and of |u + trend| over the block's pixels.
     misfits : float
-        Sum of counts u^2 - 2 totals u: of squared differences to the samples, but for the samples' own squares.
+        Sum of counts u^2 - 2 totals u: squared differences from the samples, without the samples' own squares.
     """
 
     changes: float
@@ -36,9 +36,9 @@ class Sums(NamedTuple):
 
 
 def framed(values: Array) -> Array:
-    """Values in a frame of two rows of zeros above and below: shape (H + 4, W).
+    """Pad values with two rows of zeros above and below: shape (H + 4, W).
 
-    So what lies two rows off a cell lies in the array, and what lies two columns off, in the row before or after.
+    So indices two rows off a cell are in the array, and those two columns off, in the same, previous or next row.
     """
     result = np.zeros((values.shape[0] + 4, values.shape[1]), np.float32)
     result[2:-2] = values
@@ -46,7 +46,7 @@ def framed(values: Array) -> Array:
 
 
 def _pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
-    # the grid as one row, and indices without a sign: else it is not vectorised
+    # flattened, with unsigned indices: otherwise it is not vectorised
     count, values, pulled = counts.reshape(-1), u.reshape(-1), out.reshape(-1)
     slope_x, slope_y = weights[0].reshape(-1), weights[1].reshape(-1)
     bend_x, bend_y = weights[2].reshape(-1), weights[3].reshape(-1)
@@ -76,7 +76,7 @@ def _pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
 
 @compiled(_pull)
 def pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
-    """Half the gradient of the energy's quadratic part at u, written to `out`, and its inner product with u.
+    """Write half the gradient of the energy's quadratic part at u to `out`, and return its inner product with u.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
     inside = u[2:-2]
     np.multiply(counts, inside, out=out)
     slope_x, slope_y, bend_x, bend_y = weights[:, 2:-2]
-    # the transposes give views: what is added along y lands in the same array
+    # transposes are views: adding along y writes to the same array
     for values, pulled, slope, bend in ((inside, out, slope_x, bend_x), (inside.T, out.T, slope_y.T, bend_y.T)):
         step = values[:, 1:] - values[:, :-1]
         flow = slope[:, :-1] * step
@@ -118,8 +118,8 @@ def _advance(inverse: Array, direction: Array, image: Array, length: Any, u: Arr
 
 @compiled(_advance)
 def advance(inverse: Array, direction: Array, image: Array, length: np.float32, u: Array, residual: Array) -> float:
-    """A step of conjugate gradients: the residual that is left, in place, and u + length * direction, in the place of
-    what the energy makes of the direction.
+    """Make a step of conjugate gradients: update `residual` in place, and overwrite `image`, the energy's matrix times
+    the direction, with u + length * direction.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def _turn(inverse: Array, residual: Array, share: Any, direction: Array) -> None
 
 @compiled(_turn)
 def turn(inverse: Array, residual: Array, share: np.float32, direction: Array) -> None:
-    """The next direction, in place: a share of the last one and the preconditioned residual."""
+    """Compute the next direction in place: share times the last one plus the preconditioned residual."""
     direction *= share
     direction += inverse * residual
 
@@ -167,7 +167,7 @@ def _tally(
 def tally(
     u: Array, previous: Array, inside: Array, trend: Array, counts: Array, totals: Array
 ) -> tuple[float, float, float]:
-    """`Sums` of a step from `previous` to u; the pixels that count are `inside`."""
+    """Compute the `Sums` of a step from `previous` to u; `inside` contains the weights of the pixels."""
     change = u - previous
     sizes = inner(inside, np.abs(u + trend))
     return inner(inside, change * change), sizes, inner(counts * u - 2 * totals, u)
@@ -186,37 +186,37 @@ def descend(
     found: Array,
     sums: NDArray[np.float64],
 ) -> tuple[int, float, float]:
-    """Steps of conjugate gradients, as many as `found` has room for, or until they are steady or have come to an end.
+    """Make steps of conjugate gradients, as many as fit into `found`, or until they are steady or have converged.
 
     Parameters
     ----------
     counts : ndarray
         Weight of the samples.
     weights : ndarray
-        As `pull` takes them.
+        As for `pull`.
     inverse : ndarray
         The preconditioner.
     state : tuple of ndarray
-        Direction, `framed`, and residual; of the step before, and left for the next.
+        Direction, `framed`, and residual of the previous step; updated in place.
     sizes : tuple of float
-        Squared size of the residual, its ratio to that of the step before, and the least at which to go on.
+        Squared size of the residual, its ratio to that of the previous step, and the minimum size to continue.
     told : tuple of ndarray
-        What `tally` takes beside surfaces.
+        Arguments of `tally` after the surfaces.
     steady : float
-        Sum of squared changes below which there are no more steps.
+        Sum of squared changes below which iteration stops.
     start : ndarray
-        The surface to start from.
+        The initial surface.
     found : ndarray of float32, shape (K, H, W)
-        Takes the surfaces.
+        Receives the surfaces.
     sums : ndarray of float64, shape (K, 3)
-        Takes the `Sums` of each.
+        Receives the `Sums` of each.
 
     Returns
     -------
     steps : int
-        How many there were.
+        Number of steps.
     size, ratio : float
-        See `sizes`. The size is 0 where rounding is all that is left.
+        See `sizes`. The size is 0 if only rounding is left.
     """
     framed_direction, residual = state
     direction = framed_direction[2:-2]
@@ -248,7 +248,7 @@ def _spread(weights: Array, out: NDArray[Any]) -> None:
     row, rows = np.uint64(out.shape[1]), np.uint64(2 * out.shape[1])
     for cell in range(np.uint64(out.size)):
         i = rows + cell
-        here = diagonal[cell] + slope_x[i - one] + slope_x[i]  # in its own digits
+        here = diagonal[cell] + slope_x[i - one] + slope_x[i]  # in the precision of `out`
         here = here + bend_x[i - two] + four * bend_x[i - one] + bend_x[i]
         here = here + slope_y[i - row] + slope_y[i]
         diagonal[cell] = here + bend_y[i - rows] + four * bend_y[i - row] + bend_y[i]
@@ -256,7 +256,7 @@ def _spread(weights: Array, out: NDArray[Any]) -> None:
 
 @compiled(_spread)
 def spread(weights: Array, out: NDArray[Any]) -> None:
-    """Add the smoothness terms' share in the diagonal of the energy's matrix, in place.
+    """Add the smoothness terms to the diagonal of the energy's matrix, in place.
 
     Parameters
     ----------
@@ -289,16 +289,16 @@ def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> None:
 
 @compiled(_let_go)
 def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> None:
-    """Lessen weights of differences by Cauchy's rule, in place: halved where a difference is as large as its scale.
+    """Reduce weights of differences with Cauchy's function, in place: halved where a difference equals its scale.
 
     Parameters
     ----------
     weights : ndarray of float32, shape (4, H + 4, W)
         See `Weights.framed`.
     u, scale : ndarray of float32, shape (H, W)
-        The scale is that of second differences.
+        Surface, and scale of second differences.
     times : float32
-        How many times larger it is for first ones.
+        Ratio of the scale of first differences to it.
     """
     inside = weights[:, 2:-2]
     for kind, (values, width) in enumerate(((u, scale), (u.T, scale.T))):

@@ -1,4 +1,4 @@
-"""How noisy a frame's depth is, found in the depth itself: by depth, by its steps, and by how far it is shared."""
+"""Noise of a frame's depth, estimated from the depth itself: its size by depth, quantisation and correlation."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from ...data.frame_cache import once_per_frame
 Array = NDArray[np.float32]
 
 _LAG = 6
-"""Second differences over so many pixels: noise that neighbours share is in them in full."""
+"""Distance [px] of second differences: large enough that noise correlated between neighbours is fully included."""
 
 _AVERAGED = 9
-"""Side of the squares whose mean depth says which range a pixel belongs to: its own noise must not choose."""
+"""Side [px] of the squares whose mean depth assigns a pixel to a range, independent of its own noise."""
 
 _RANGES, _LEAST = 16, 50
-"""Noise is found in so many ranges of depth with about as many pixels each, of which it takes so many at least."""
+"""Number of depth ranges with about equally many pixels, and the minimum number of pixels of each."""
 
 _SHARED = 3
-"""Neighbours share noise up to so many pixels away."""
+"""Maximum distance [px] of correlated noise."""
 
 _OUTLYING = 3.0
-"""Differences of more deviations than that are of surfaces and say nothing of what noise neighbours share."""
+"""Differences of more standard deviations belong to surfaces and are ignored for the correlation of noise."""
 
 _NORMAL_MAD = 0.6745
 """Median absolute deviation of a normal distribution, in standard deviations."""
 
 _OF_SECOND = math.sqrt(6.0)
-"""Standard deviation of second differences of independent noise, in its own."""
+"""Standard deviation of second differences of independent noise, relative to that of the noise."""
 
 _LEAST_DEVIATION = 1e-5
-"""Noise [m] is never taken for less: exact depth has rounding."""
+"""Minimum noise [m]: exact depth has rounding."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of depth z: deviation `constant` + `growing` z^2, as stereo and structured light have it.
+    """Noise of depth z: standard deviation `constant` + `growing` z^2, as for stereo and structured light.
 
     Attributes
     ----------
@@ -52,7 +52,8 @@ class Noise:
     growing : float
         [1 / m].
     grain : float
-        Pixels that share their noise, at least 1: the mean of n has a variance of `grain` / n of that of one.
+        Number of pixels with correlated noise, at least 1: the variance of the mean of n pixels is `grain` / n times
+        that of one.
     """
 
     constant: float
@@ -61,20 +62,20 @@ class Noise:
 
     @property
     def note(self) -> str:
-        """What there is to say of it."""
+        """A sentence on it for the user."""
         near, far = (1000 * (self.constant + self.growing * z * z) for z in (1, 4))
         found = f"{near:.2g} mm" if self.growing == 0 else f"{near:.2g} mm at 1 m and {far:.2g} mm at 4 m"
-        return f"Noise found in the known depth: a standard deviation of {found}."
+        return f"Noise estimated from the known depth: standard deviation {found}."
 
     def deviation(self, depth: NDArray[np.floating]) -> Array:
-        """Standard deviation [m] at these depths [m]; of the constant part alone where there is none."""
+        """Standard deviation [m] at these depths [m]; only the constant part where depth is missing."""
         far = np.nan_to_num(np.asarray(depth, np.float32), nan=0.0)
         return np.maximum(self.constant + self.growing * far * far, _LEAST_DEVIATION).astype(np.float32)
 
 
 @once_per_frame
 def frame_noise(frame: RGBDFrame) -> Noise:
-    """The noise of a frame's depth, steps of its values included, as the depth around every pixel tells."""
+    """Estimate the noise of a frame's depth, including quantisation."""
     depth = frame.depth
     around = _mean_depth(depth)
     seconds = [_seconds(depth), _seconds(depth.T).T]
@@ -92,7 +93,7 @@ def frame_noise(frame: RGBDFrame) -> Noise:
         depths.append(z)
     check_stopped()
     found = np.array(deviations)
-    # relative errors count, and more noise with less depth makes no sense
+    # fit relative errors; noise does not decrease with depth
     terms = np.stack([np.ones(found.size), np.square(depths)], axis=1) / found[:, None]
     (constant, growing), _ = nnls(terms, np.ones(found.size))
     noise = Noise(float(constant), float(growing))
@@ -107,14 +108,14 @@ def _seconds(depth: Array) -> Array:
 
 
 def _found(seconds: Array, around: Array) -> tuple[Array, Array]:
-    """Their sizes, and the depth around, on every other row and column."""
+    """Absolute second differences and the local mean depth, on every other row and column."""
     values = seconds[::2, ::2]
     known = np.isfinite(values)
     return np.abs(values[known]), around[::2, ::2][known]
 
 
 def _mean_depth(depth: Array) -> Array:
-    """Mean of the known depth around every pixel; 0 where there is none."""
+    """Local mean of the known depth; 0 where there is none."""
     known = np.isfinite(depth)
     share, total = (
         cv2.blur(values, (_AVERAGED, _AVERAGED), borderType=cv2.BORDER_REFLECT)
@@ -124,7 +125,7 @@ def _mean_depth(depth: Array) -> Array:
 
 
 def _steps(depth: Array) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    """Mean distance [m] of the values that depth takes, weighted by how often, and the depths that it is found at."""
+    """Depths, and the mean distance [m] of neighbouring depth values there, weighted by frequency."""
     values, counts = np.unique(depth[np.isfinite(depth)][::4], return_counts=True)
     if values.size < 2:
         return np.zeros(1), np.zeros(1)
@@ -135,7 +136,7 @@ def _steps(depth: Array) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
 
 
 def _grain(seconds: list[Array]) -> float:
-    """Sum of the correlations of noise with that of the pixels around, of differences in their deviations."""
+    """Sum of the correlations of noise with that of the pixels around, from normalised second differences."""
     totals, squares = 0.0, 0.0
     for values in seconds:
         of_noise = np.abs(values) < _OUTLYING * _OF_SECOND

@@ -1,4 +1,4 @@
-"""The shape that a block's known depth follows on the whole, and how noisy that depth is."""
+"""The overall shape of a block's known depth, and its noise."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from .noise import Noise
 
 Array = NDArray[np.float64]
 
-# The quadric that a block's known depth follows on the whole, refined by a sheet.
+# The quadric fitted to a block's known depth, refined by a stiff sheet.
 
 _ROUNDS = 4
-"""Rounds of reweighting, in which what does not lie on the quadric loses its pull."""
+"""Rounds of reweighting, which reduce the weight of outliers from the quadric."""
 
 _NEAR_SHARE = 0.02
-"""A cell lies on the quadric if its mean is off by less than this share of its depth, or three deviations of noise."""
+"""A cell lies on the quadric if its mean is off by less than this share of its depth or three deviations of noise."""
 
 _FAR_SHARE = 0.05
-"""A pixel that is off its cell's median by more than this share of depth does not count at all."""
+"""A pixel that is off its cell's median by more than this share of depth is ignored."""
 
 _REACH = 0.5
-"""How far beyond the range of the known depth the surface may go, in widths of that range."""
+"""Maximum excess of the surface over the range of the known depth, in widths of that range."""
 
 _LEAST_SHARE = 0.8
-"""A block follows a quadric if so much of its known depth lies on it."""
+"""Minimum share of a block's known depth that lies on the quadric."""
 
 _CELLS = 800
-"""The shape is found on a grid of about so many cells."""
+"""Approximate number of cells of the grid for the fit."""
 
 _STIFFNESS = 1e9
-"""Weight of squared third differences [per pixel] in the sheet that the quadric is refined by: no quadric has any."""
+"""Weight of squared third differences [per pixel] in the sheet that refines the quadric; they are 0 for quadrics."""
 
 _MIXED = 30
-"""Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
+"""Weight of mixed third differences, relative to the others: a profile continues unchanged across a wide hole."""
 
 _AT_ONCE = 1 << 18
-"""Pixels that the shape is worked out of at a time, so that it takes little memory beside what is found."""
+"""Number of pixels processed at a time, to limit memory."""
 
 _POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
-"""Of y and x, in the terms of a quadric."""
+"""Powers of y and x in the terms of a quadric."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +59,9 @@ class Trend:
     Attributes
     ----------
     surface : ndarray of float32, shape (h, w)
-        Depth [m] everywhere on the region it was asked for.
+        Depth [m] in the whole requested region.
     spread : float
-        Deviation of the known depth from it [m] that noise does not explain.
+        Standard deviation of the known depth from it [m] beyond noise.
     """
 
     surface: NDArray[np.float32]
@@ -69,19 +69,19 @@ class Trend:
 
 
 def noise_of(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
-    """Standard deviation of the known depth's noise [m], from the median of second differences along rows and columns.
+    """Estimate the standard deviation of the known depth's noise [m] from the median of second differences.
 
     Parameters
     ----------
     depth : ndarray of float32, shape (h, w)
         Depth [m], NaN = missing.
     mask : ndarray of bool, shape (h, w)
-        The pixels that count. 0.0 is returned if hardly any three in a row do.
+        The pixels to use. The result is 0.0 if there are fewer than 20 triples in rows and columns.
     """
     found = _bends(np.ascontiguousarray(depth), np.ascontiguousarray(mask))
     if found.size < 20:
         return 0.0
-    # of independent noise, a second difference has 1 + 4 + 1 times the variance
+    # for independent noise, the variance of a second difference is 1 + 4 + 1 times as large
     return float(np.median(found)) / 0.6745 / math.sqrt(6.0)
 
 
@@ -105,21 +105,21 @@ def _bends_one_by_one(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> ND
 
 @compiled(_bends_one_by_one)
 def _bends(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Sizes of the second differences along rows and columns, of depth under a mask, in any order."""
+    """Absolute second differences along rows and columns of the masked depth, in any order."""
     inside = np.where(mask, depth, np.float32(np.nan))
     seconds = [a[:, :-2] - 2 * a[:, 1:-1] + a[:, 2:] for a in (inside, inside.T)]
     return np.abs(np.concatenate([values[np.isfinite(values)] for values in seconds]))
 
 
 def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
-    """The quadric that the block's known depth lies on, refined by a stiff sheet where it bends otherwise.
+    """Fit a quadric to the block's known depth, refined by a stiff sheet where it deviates.
 
     Parameters
     ----------
     depth : ndarray of float32, shape (h, w)
-        Depth [m], NaN = missing, on the region to find the surface on.
+        Depth [m], NaN = missing, in the region of the surface.
     mask : ndarray of bool, shape (h, w)
-        The block's pixels; only their depth counts.
+        The block's pixels; only their depth is used.
     noise : float
         Standard deviation of the depth's noise [m].
 
@@ -154,7 +154,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     if weights[lies_on_it].sum() < _LEAST_SHARE * weights.sum():
         return None
 
-    # off the quadric, a cell's mean may stand for its middle wherever in the cell the known pixels are
+    # relative to the quadric, a cell's mean is valid at its centre wherever the known pixels are in the cell
     quadric = partial(_quadric, coefficients, (height, width), cell)
     rests = np.concatenate(
         [cell_sums(np.where(known[rows], depth[rows] - quadric(rows), 0.0), cell) for rows in strips]
@@ -173,20 +173,20 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
 
 
 def _strips(height: int, width: int, cell: int) -> list[slice]:
-    """Rows of so many whole cells that what is worked out of them, in float64, takes little memory."""
+    """Strips of whole cells, few enough rows that float64 arrays need little memory."""
     rows = cell * max(1, _AT_ONCE // (cell * width))
     return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
 
 
 def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int, rows: slice) -> NDArray[np.float64]:
-    """The quadric at the pixels of some rows; -1 and 1 are the middles of the first and the last cell."""
+    """The quadric at the pixels of some rows; -1 and 1 are the centres of the first and the last cell."""
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
     terms = zip(coefficients, _POWERS, strict=True)
     return np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
-    """A stiff sheet through cells' samples; `totals` of cells without a count are not looked at."""
+    """A stiff sheet through the cells' samples; `totals` of cells without a count are ignored."""
     matrix = (_third_differences(counts.shape) * (_STIFFNESS / cell**4) + diags_array(counts.ravel() + 1e-6)).tocsc()
     factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return factors.solve(np.where(counts > 0, totals, 0.0).ravel()).reshape(counts.shape)
@@ -195,7 +195,7 @@ def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) 
 def _spread(
     totals: NDArray[np.float64], counts: NDArray[np.float64], surface: NDArray[np.float64], noise: float
 ) -> float:
-    """Deviation [m] of cells' means from a surface, less what their pixels' noise explains."""
+    """Standard deviation [m] of the cells' means from a surface, less the part due to noise."""
     held = counts > 0
     squares = (totals[held] / counts[held] - surface[held]) ** 2 - noise**2 / counts[held]
     return math.sqrt(max(float(np.average(squares, weights=counts[held])), 0.0))
@@ -208,7 +208,7 @@ def cell_sums(values: NDArray[Any], cell: int) -> NDArray[np.float64]:
 
 
 def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
-    """At every pixel, the median of what is known in its cell, or a value next to it; NaN if nothing is."""
+    """At every pixel, the (lower) median of the known depth in its cell; NaN if there is none."""
     height, width = values.shape
     padded = np.pad(values, [(0, -size % cell) for size in values.shape], constant_values=np.nan)
     cells = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).swapaxes(1, 2)
@@ -222,7 +222,7 @@ def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
 def _third_differences(shape: tuple[int, int]) -> csr_array:
     """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth.
 
-    Kept for the latest shapes: a block that is solved again and again has the same.
+    Cached for the latest shapes, since a block is often solved repeatedly.
     """
     height, width = shape
     total = csr_array((height * width, height * width))
@@ -239,67 +239,66 @@ def _difference(size: int, order: int) -> csr_array:
     return result
 
 
-# The polynomial that a block's known depth follows to within its noise, of no more terms than it bears out.
+# The polynomial that fits a block's known depth to within its noise, with significant terms only.
 
 _ORDERS = (8, 6, 4, 2)
-"""Largest power of row and column together: the first for which what lies in gaps is certain enough."""
+"""Maximum total degree: the first for which the polynomial is certain enough in gaps."""
 
 _ORDER = _ORDERS[0]
 
 _BORNE_OUT = 2.0
-"""A term counts in full where it is many times what noise alone would make of it, and not at all below so many."""
+"""A term has full weight far above its standard deviation due to noise, and none below so many of these."""
 
 _OWN = 0.02
-"""Cells' means have an error of their own of so many deviations of a pixel's noise, however many pixels they have."""
+"""Additional error of cells' means, in deviations of a pixel's noise, whatever their number of pixels."""
 
 _CERTAIN, _CERTAIN_SHARE = 0.05, 0.0005
-"""What noise makes of the polynomial in gaps is at most so many deviations of a pixel's noise, or this share of
-depth."""
+"""Maximum deviation of the polynomial in gaps due to noise, in deviations of a pixel's noise or as a share of depth."""
 
 _DETERMINED = 1e-6
-"""Cells determine the terms if the least of them is more than so much of the largest."""
+"""The cells determine the terms if the smallest diagonal element is more than this share of the largest."""
 
 _POLYNOMIAL_FAR_SHARE, _FAR = 0.05, 4.0
-"""A pixel does not count that is off by more than this share of depth, and so many deviations of noise."""
+"""A pixel is ignored if it is off by more than this share of depth and so many deviations of noise."""
 
 _POLYNOMIAL_ROUNDS = 3
-"""Each leaves out what is far off the polynomial of the one before."""
+"""Number of rounds; each ignores outliers from the polynomial of the previous one."""
 
 _LEAST_POLYNOMIAL_SHARE = 0.9
-"""So much of the known depth must not be far off."""
+"""Minimum share of the known depth that is not an outlier."""
 
 _LEFT, _LEFT_SHARE = 0.15, 0.0004
-"""What is left of the cells' means, beyond what noise explains, is at most so many deviations of a pixel's noise; of
-lower orders than the cells determine, which may lack a term, also at most this share of depth."""
+"""Maximum residual of the cells' means beyond noise, in deviations of a pixel's noise; for lower orders than the cells
+determine, which may lack a term, also as a share of depth."""
 
 _CHANCE, _CHANCE_LOWER = 4.0, 0.5
-"""More may be left by chance, in deviations of what noise leaves: by the highest order, and by lower ones."""
+"""Additional residual allowed by chance, in deviations of the residual due to noise: highest order, lower ones."""
 
 _TERMS = sorted(((a, b) for a in range(_ORDER + 1) for b in range(_ORDER + 1 - a)), key=sum)
-"""Powers of y and x, the lower orders first."""
+"""Powers of y and x, lower orders first."""
 
 _DEGREES = np.sum(_TERMS, axis=1)
 
 
 def polynomial_trend(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: Noise) -> NDArray[np.float32] | None:
-    """The polynomial surface that the block's known depth lies on, up to its noise.
+    """Fit a polynomial surface to the block's known depth, to within its noise.
 
-    Products of Legendre polynomials are made orthonormal over the known depth, the lower orders first, so that what one
-    of them brings does not depend on the others; the more noise alone might have brought one, the less it counts.
+    Products of Legendre polynomials are orthonormalised over the known depth, lower orders first, so that their
+    coefficients are independent; the closer a coefficient is to noise, the lower its weight.
 
     Parameters
     ----------
     depth : ndarray of float32, shape (h, w)
-        Depth [m], NaN = missing, on the region to find the surface on.
+        Depth [m], NaN = missing, in the region of the surface.
     mask : ndarray of bool, shape (h, w)
-        The block's pixels; only their depth counts.
+        The block's pixels; only their depth is used.
     noise : Noise
-        That of the known depth.
+        Noise of the known depth.
 
     Returns
     -------
     ndarray of float32, shape (h, w), or None
-        Depth [m]; None if the known depth has more in it than such a polynomial and noise.
+        Depth [m]; None if the known depth is not such a polynomial plus noise.
     """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
@@ -335,7 +334,7 @@ def polynomial_trend(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise:
 
 
 def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Array) -> Array | None:
-    """Weights of the terms; None if no polynomial explains the cells' means and is certain in the gaps."""
+    """Coefficients of the terms; None if no polynomial explains the cells' means and is certain in the gaps."""
     noise, usual = float(np.median(pixel)), float(np.median(means))
     by_chance = math.sqrt(2 / len(means)) * float(np.square(expected).mean())
     most_left = (_LEFT * noise) ** 2 + _CHANCE * by_chance
@@ -354,7 +353,7 @@ def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Arr
         weights = inverse @ (share * found)
         left = np.square(means - terms[:, :count] @ weights) - np.square(expected)
         if left.mean() > most_left:
-            return None  # lower orders leave more
+            return None  # lower orders have larger residuals
         most_left = min(_LEFT * noise, _LEFT_SHARE * usual) ** 2 + _CHANCE_LOWER * by_chance
         beyond = np.square(gaps[:, :count] @ inverse)[:, share > 0].sum(axis=1)
         if beyond.max(initial=0) < certain**2:
@@ -363,7 +362,7 @@ def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Arr
 
 
 def _off_middle(followed: NDArray[np.bool_], counts: Array, cell: int) -> Array:
-    """How the terms at the middle of every cell's pixels that count differ from those at the middle of all of them."""
+    """Difference of the terms between the centre of each cell's used pixels and the centre of all of its pixels."""
     at = []
     for axis, size in enumerate(followed.shape):
         places = (2 * np.arange(size) + 1) / size - 1
@@ -378,7 +377,7 @@ def _off_middle(followed: NDArray[np.bool_], counts: Array, cell: int) -> Array:
 
 
 def _basis(size: int, side: slice, inside: int) -> Array:
-    """Legendre polynomials at every place along an axis, of positions in [-1, 1] on the block and no farther beyond."""
+    """Legendre polynomials along an axis, of positions in [-1, 1] on the block, clipped beyond it."""
     positions = (2 * (np.arange(size) - side.start) + 1) / inside - 1
     return legendre.legvander(np.clip(positions, -1, 1), _ORDER)
 

@@ -1,9 +1,9 @@
-"""An energy of samples, slopes and bending on a pixel grid, and the ways to its minimum.
+"""An energy of samples, slopes and bending on a pixel grid, and its minimisation.
 
     E(u) = sum c (u - s)^2 + sum w_1 (first differences)^2 + sum w_2 (second differences)^2
 
 along both axes. Its minimum is the fixed point of ILF, u <- S(samples where known, u elsewhere), with the low-pass
-filter S = (1 + L)^-1, where L is the operator of the two smoothness terms: weights that fall at edges make the filter
+filter S = (1 + L)^-1, where L is the operator of the two smoothness terms: lower weights at edges make the filter
 edge-aware.
 """
 
@@ -25,13 +25,13 @@ from .kernels import Sums
 Values = NDArray[np.float64]
 Array = NDArray[np.float32]
 
-# Direct solution of the equations of a small grid, in which every cell is tied to a few around it.
+# Direct solution of the equations of a small grid, in which every cell is coupled to a few neighbours.
 
 _LANES = 32
-"""Rows are taken off another in multiples of so many columns: whole vectors, with nothing left over."""
+"""Rows are subtracted in multiples of this many columns: whole vectors, without a remainder."""
 
 _BEYOND = 3 + _LANES
-"""Columns of zeros beyond the band, so that four rows can be taken off another at a time, in whole vectors."""
+"""Columns of zeros beyond the band, so that four rows can be subtracted at a time, in whole vectors."""
 
 
 def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Values, ...], wanted: Values) -> Values:
@@ -40,10 +40,9 @@ def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Val
     Parameters
     ----------
     diagonal : ndarray, shape (H, W)
-        Entries of the cells themselves.
+        Diagonal entries.
     along_x, along_y : tuple of ndarray, shape (H, W)
-        Entries between a cell and the next, the one after that, and so on, along x and along y; what would lie beyond
-        the grid is 0.
+        Entries between a cell and the next, the one after that, and so on, along x and along y; 0 beyond the grid.
     wanted : ndarray, shape (K, H, W)
         Right-hand sides.
 
@@ -52,7 +51,7 @@ def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Val
     ndarray of float64, shape (K, H, W)
     """
     height, width = diagonal.shape
-    if height < width:  # along the shorter side, the band is narrower
+    if height < width:  # the band is narrower along the shorter side
         turned = solve_grid(
             diagonal.T, _transposed(along_y), _transposed(along_x), np.ascontiguousarray(wanted.transpose(0, 2, 1))
         )
@@ -76,7 +75,7 @@ def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
 def _cholesky(band: Values, found: Values) -> Values:
     cells, width = band.shape
     reach = width - _BEYOND
-    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with indices that have a sign, it is not vectorised
+    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with signed indices, it is not vectorised
     for i in range(cells):
         row, begun = band[i], np.uint64(i * width)
         k = max(i - reach + 1, 0)
@@ -122,28 +121,28 @@ def _cholesky(band: Values, found: Values) -> Values:
 
 @compiled(_cholesky)
 def _solve_band(band: Values, found: Values) -> Values:
-    """By Cholesky's factors of the upper band, row by row; both arrays are written over."""
+    """Solve by Cholesky factorisation of the upper band, row by row; both arrays are overwritten."""
     return solveh_banded(band[:, :-_BEYOND].T, found.T, lower=True, check_finite=False).T
 
 
-# The energy, and the ways to its minimum: conjugate gradients, or a direct solution.
+# The energy, and its minimisation by conjugate gradients or a direct solution.
 
 _CONVERGED = 1e-14
-"""Share of the first squared residual below which there are no digits left to gain."""
+"""Share of the first squared residual below which no further precision can be gained."""
 
 _CELLS_AT_A_TIME = 2**18
-"""Steps on small grids are made several at a time, up to so many cells in all: about half a millisecond's work."""
+"""Steps on small grids are made several at a time, up to this total of cells: about half a millisecond's work."""
 
 
 class Told(NamedTuple):
-    """What records tell of steps on a grid.
+    """The inputs for the records of steps on a grid.
 
     Attributes
     ----------
     inside, trend : ndarray of float32, shape (H, W)
-        How many pixels of every cell count, and what their depth is measured from.
+        Number of the block's pixels in every cell, and the trend that the surface is relative to.
     counts, totals : ndarray of float32, shape (H, W)
-        Weight of the samples that the misfit is told of, and that times the sample.
+        Weights of the samples in the misfit, and weights times samples.
     steady : float
         Sum of squared changes below which a descent is steady.
     """
@@ -162,8 +161,8 @@ class Weights:
     Attributes
     ----------
     framed : ndarray of float32, shape (4, H + 4, W)
-        Those of first ones along x and y and of second ones along x and y, at the first pixel of each; 0 where there is
-        no such difference, and in a frame of two rows above and below.
+        Weights of first differences along x and y and of second differences along x and y, at the first pixel of each;
+        0 where there is no such difference, and in the two padding rows above and below.
     """
 
     framed: Array
@@ -194,11 +193,11 @@ class Weights:
         return self.framed[3, 2:-4]
 
     def bent(self, times: np.float32) -> Weights:
-        """Weights with those of second differences so many times as large."""
+        """Weights with those of second differences multiplied by a factor."""
         return Weights(self.framed * np.array([1, 1, times, times], np.float32)[:, None, None])
 
     def loosen(self, u: Array, scale: Array, slope_jumps: float) -> None:
-        """Lessen them by Cauchy's rule, in place: differences of u far above the scale let go.
+        """Reduce them with Cauchy's function, in place, where differences of u are far above the scale.
 
         Parameters
         ----------
@@ -219,20 +218,20 @@ def make_weights(
     stiff: Array | None = None,
     out: Weights | None = None,
 ) -> Weights:
-    """Weights from how much of the smoothness is left between neighbours.
+    """Make weights from the smoothness between neighbours.
 
     Parameters
     ----------
     smooth_x, smooth_y : ndarray of float32, shapes (H, W - 1) and (H - 1, W)
-        1 where nothing parts two neighbours, 0 where everything does. A second difference is worth as much as the
+        1 where neighbours are fully linked, 0 where they are separated. A second difference has the smoothness of the
         less smooth of its two pairs.
     slope, bending : float
         Weights of the two terms.
     stiff : ndarray of float32, shape (H, W), optional
-        How much of the second difference around a pixel counts, from 1, all, to 0, none, where the surface has a
-        crease: it may bend there, but not tear.
+        Factor on the second difference around a pixel, from 1 to 0 at a crease, where the surface may bend, but not
+        tear.
     out : Weights, optional
-        Of this grid, no longer needed: takes the new ones, since memory that is new takes time.
+        Weights of this grid that are no longer needed; overwritten, to avoid allocation.
     """
     made = out or Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
     np.multiply(np.float32(slope), smooth_x, out=made.slope_x)
@@ -254,7 +253,7 @@ class SmoothnessEnergy:
     Parameters
     ----------
     counts : ndarray of float32, shape (H, W)
-        Weight c of the samples; 0 where there is none, but more than 0 somewhere in every connected part.
+        Weight c of the samples; 0 where there is none, but positive somewhere in every connected part.
     totals : ndarray of float32, shape (H, W)
         c times the sample.
     weights : Weights
@@ -266,10 +265,10 @@ class SmoothnessEnergy:
         self._weights = weights
 
     def descend(self, u: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
-        """Conjugate gradients with a diagonal preconditioner: from u on, one approximation of the minimum after the
-        other, each with what there is to tell of it.
+        """Minimise by conjugate gradients with a diagonal preconditioner, from u on; yields the approximations and the
+        sums of their steps.
 
-        Ends after so many steps, where they are steady, and where float32 can come no nearer. Small ones are made
+        Ends after `limit` steps, when they are steady, or at the precision of float32. Steps on small grids are made
         several at a time.
         """
         weights, direction = self._weights.framed, kernels.framed(u)
@@ -293,7 +292,7 @@ class SmoothnessEnergy:
                 yield u, Sums(changes, *others)
 
     def minimum(self) -> Array:
-        """The minimum itself, by a direct solution; for small grids."""
+        """The exact minimum, by a direct solution; for small grids."""
         weights = self._weights
         shape = self._counts.shape
         along_x = _couplings(weights.slope_x, weights.bend_x, shape)

@@ -1,4 +1,4 @@
-"""What the iteration sees of a frame to begin with: where the surface is sought, and what is known there."""
+"""The input of the iteration: the window of the frame that it works on, and the known depth there."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from .shape import trend_of
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-# Block-local edges: around wide gaps, edges fade towards the block's own known depth alone.
+# Block-local edges: around wide gaps, edges fade only towards the block's own known depth.
 #
-# Among dense samples the depth itself says where the jumps are, so edges fade towards known depth. But beside a wide
-# gap, what is known of other blocks says nothing of this one: there it is the edge that must part them.
+# Among dense samples, depth itself contains the jumps, so edges fade towards known depth. But beside a wide gap, the
+# known depth of other blocks is not informative: there, the edge must separate them.
 
 WIDE = 8
-"""A gap is wide where a pixel is so far [px] from known depth; up to there, samples on both sides say enough."""
+"""Distance [px] from known depth at which a gap is wide; below it, the samples on both sides suffice."""
 
 
 def around_wide_gaps(distance: Array) -> Mask:
-    """Pixels of wide gaps and beside them, bool (H, W), from every pixel's distance to known depth."""
+    """Find pixels in and beside wide gaps, bool (H, W), from every pixel's distance to known depth."""
     square = np.ones((2 * WIDE + 1,) * 2, np.uint8)
     return cv2.dilate((distance >= WIDE).astype(np.uint8), square) > 0
 
 
 def own_distance(distance: Array, inside: Mask) -> Array:
-    """How far [px] pixels are from the known depth that edges fade towards: in the block and around wide gaps, its own.
+    """Distance [px] to the known depth that edges fade towards: in the block around wide gaps, to the block's own.
 
     Parameters
     ----------
     distance : ndarray of float32, shape (H, W)
-        To any known depth, 0 there.
+        Distance to any known depth, 0 there.
     inside : ndarray of bool, shape (H, W)
         The block's pixels.
     """
@@ -54,41 +54,41 @@ def own_distance(distance: Array, inside: Mask) -> Array:
     return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32)
 
 
-# Sensor range: what is missing in holes that begin where it ends lies beyond all that is known around.
+# Sensor range: holes whose rims lie at the end of the range are farther than all known depth around.
 
 _REACH_SHARE = 0.99
-"""So much of a frame's known depth lies within the reach."""
+"""Quantile of a frame's known depth that is its sensor range."""
 
 _AT_REACH = 0.98
-"""Known depth is at the reach from so much of it on."""
+"""Share of the sensor range from which on known depth is at its end."""
 
 _RIM, _LEAST_RIM = 4, 20
-"""The rim of a hole is the block's known depth up to so many pixels from it, and has so many pixels. Its median, the
-hole's limit, must be at the reach."""
+"""The rim of a hole is the block's known depth up to so many pixels from it; it has at least so many pixels. Its
+median, the hole's limit, must be at the end of the range."""
 
 _DENSE = 0.5
-"""So much of what is up to that far from the hole must be known: where depth is thin everywhere, rims say little."""
+"""Minimum share of known pixels up to that distance from the hole: with sparse depth, rims are not informative."""
 
 _BACK = 8, 24
-"""Between these distances [px] from a hole lies the block's known depth that its rim must rise above."""
+"""Distances [px] from a hole between which the block's known depth must be nearer than the rim."""
 
 _RISING = 1.03
-"""By how much, in medians."""
+"""Minimum ratio of the two medians."""
 
 _NEARER = 0.85
-"""Known depth beside the hole that is less than so much of its limit belongs to something in front."""
+"""Known depth beside the hole below this share of its limit belongs to something in front."""
 
 
 @dataclass(frozen=True, eq=False)
 class Beyond:
-    """Holes of a block that lie beyond the sensor's reach, as their rims say.
+    """Holes of a block beyond the sensor range, detected by their rims.
 
     Attributes
     ----------
     pixels : ndarray of bool, shape (H, W)
         The block's missing pixels there.
     in_front : ndarray of bool, shape (H, W)
-        Known pixels beside them, of whatever block, of something in front.
+        Known pixels beside them, in any block, of something in front.
     limit : float
         Depth [m] at which the nearest of the holes begins.
     """
@@ -100,15 +100,15 @@ class Beyond:
 
 @once_per_frame
 def reach_of(frame: RGBDFrame) -> float:
-    """Depth [m] beyond which the frame knows hardly any."""
+    """The sensor range of a frame: depth [m] beyond which hardly any is known."""
     return float(np.quantile(frame.depth[frame.known], _REACH_SHARE))
 
 
 def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
-    """Wide holes of a block whose rims rise to the sensor's reach; None if there is none, or if a guide that known
-    depth bears out tells what lies there.
+    """Find wide holes of a block whose rims rise to the sensor range; None if there are none, or if a guide suffices to
+    fill them.
 
-    Nothing that was measured vouches for what is filled in there.
+    Depth that is filled in there is unsupported by measurements.
     """
     guide = fit_guide(frame)
     if guide is not None and guide.carries(block):
@@ -142,24 +142,24 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
     return Beyond(pixels, in_front, min(limits)) if limits else None
 
 
-# Flying pixels: samples that the known depth around them does not bear out.
+# Flying pixels: samples that differ from the known depth around them.
 
 _REACH = 2
-"""Neighbours are the pixels up to so many pixels away along each axis."""
+"""Maximum distance [px] of neighbours along each axis."""
 
 _LIKE = 0.05
 """Samples are alike if they differ by less than this share of their depth."""
 
 _FEW = 8
-"""With fewer known neighbours than that, a sample is all there is."""
+"""Minimum number of known neighbours for the test."""
 
 _LEAST_SHARE = 0.1
-"""A sample flies if no larger share of its known neighbours is like it: a line that is one pixel wide does not."""
+"""Maximum share of similar known neighbours of a flying pixel; a line of one pixel's width has more."""
 
 
 @once_per_frame
 def flying_pixels(frame: RGBDFrame) -> NDArray[np.bool_]:
-    """Known pixels that hardly any known neighbour is like, bool (H, W)."""
+    """Find known pixels that hardly any known neighbour is similar to, bool (H, W)."""
     height, width = frame.shape
     known = frame.known
     depth = np.where(known, frame.depth, np.float32(0))
@@ -179,33 +179,33 @@ def flying_pixels(frame: RGBDFrame) -> NDArray[np.bool_]:
     return known & (neighbours >= _FEW) & (alike <= np.float32(_LEAST_SHARE) * neighbours)
 
 
-# The view: the window around the block, and the finest grid that is made of it.
+# The view: the window around the block, and the finest grid made from it.
 
 _CONTEXT = {"fill": 20, "fill+denoise": 40}
-"""Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""
+"""Known depth around a block is used up to a distance of the frame's longer side divided by this."""
 
 _QUIET = 0.005
-"""Noise, as a share of depth, up to which known pixels are followed as the weights say."""
+"""Noise, as a share of depth, up to which the weights are not adapted."""
 
 _CALM = 10.0
-"""Of heavier noise, known pixels are followed down to this many times less where a trend explains them all."""
+"""Maximum factor by which known pixels with more noise are followed less where a trend explains them all."""
 
 _LEFT = 0.1
-"""A trend explains the known depth if that deviates from it by less than so many deviations of noise beside that."""
+"""A trend explains the known depth if the deviation beyond noise is less than so many deviations of noise."""
 
 _AROUND = 10.0
-"""A guide is followed so far around what is farther from known depth than `WIDE` [px], which takes in the known depth
-at the rim, and fades out over as much again."""
+"""Distance [px] up to which a guide is followed around pixels of wide gaps, which includes the known depth at the rim;
+it fades out over the same distance again."""
 
 NEAREST = 0.1
-"""Depth [m] below which what is given as a share of depth no longer shrinks."""
+"""Depth [m] below which thresholds given as a share of depth are constant."""
 
 _APART = 10.0
-"""Edge strength that leaves nothing of what comes from something in front of a hole beyond the sensor's reach."""
+"""Edge strength that fully separates a hole beyond the sensor range from something in front of it."""
 
 
 class View:
-    """What the stepper sees of a frame: the window, and the block in it. It serves to begin with, and is let go."""
+    """The stepper's view of a frame: the window, and the block in it. Used for set-up only."""
 
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
         self._frame = frame
@@ -232,7 +232,7 @@ class View:
                 trusted = known
         self._held_out = held_out_of(self._mask & trusted[self.place], parameters.validation_share)
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
-        """Depth [m] in that box, without flying pixels and what is held out."""
+        """Depth [m] in that box, without flying pixels and held-out pixels."""
         self.depth[self.place][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
@@ -240,28 +240,28 @@ class View:
         """Largest distance [px] of the block's pixels in the window from known depth."""
         wanted = parameters.out_of_range and self.gap >= WIDE
         self.beyond = beyond_reach(frame, block) if wanted else None
-        """What of the block lies beyond the sensor's reach; None if nothing."""
+        """The block's holes beyond the sensor range; None without any."""
 
     @cached_property
     def raw(self) -> Array:
-        """Depth [m] in the box around block and window, without what is held out."""
+        """Depth [m] in the box around block and window, without held-out pixels."""
         raw = self._frame.depth[self._around].copy()
         raw[self.place][self._held_out] = np.nan
         return raw
 
     def mean_depth(self, guide: FittedGuide | None) -> float:
-        """Of the block's known depth [m]; of what its guide says where there is none."""
+        """Mean of the block's known depth [m]; of its guide if there is none."""
         known = self.depth[self.mask]
         if guide is not None and not np.isfinite(known).any():
             known = guide.depth[self._block.box][self._block.mask]
         return float(np.nanmean(known, dtype=np.float64))
 
     def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float, bool]:
-        """Trend [m] on the window, how much stiffer the surface is for the noise in the known depth, and whether the
-        trend explains that depth up to its noise."""
+        """Trend [m] in the window, factor on the stiffness due to noise in the known depth, and whether the trend
+        explains that depth up to its noise."""
         quiet = _QUIET * max(depth, NEAREST)
         found = trend_of(self.depth, self.mask, noise) if shaped else None
-        # where what is left of the depth is noise more than anything, it is followed the less
+        # where the residual is mostly noise, known depth is followed less
         followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
         if found is None:
@@ -269,8 +269,8 @@ class View:
         return found.surface[self.place], stiffness, found.spread < _LEFT * noise
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
-        """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
-        alone, since among dense samples its own details are worth less than theirs."""
+        """Replace a trend [m] in the window by the guide, as far as it is believed: only in and around wide gaps, since
+        among dense samples the guide's details are less accurate than theirs."""
         wide = self._distance >= WIDE
         if not wide.any():
             return trend
@@ -288,7 +288,7 @@ class View:
         mask = self._mask.astype(np.uint8)
         cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
         boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
-        # among dense samples the depth itself says where the jumps are, and colour is registered a few pixels off
+        # among dense samples depth itself contains the jumps, and colour is registered a few pixels off
         distance = self._distance
         if parameters.own_word:
             distance = own_distance(distance, self._mask)
@@ -310,7 +310,7 @@ class View:
 
 
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
-    """Where the surface is sought: around all that may change, with some known depth beyond."""
+    """The window of the surface: all that may change, with some known depth around."""
     rows, columns = block.box
     wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
     if not wanted.any():
@@ -323,7 +323,7 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
 
 
 def widest_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
-    """Where the surface is sought in a frame of this shape (H, W), if all that may change is in a box."""
+    """The window of the surface in a frame of this shape (H, W), if all that may change is in a box."""
     margin = math.ceil(max(shape) / _CONTEXT[mode])
     rows, columns = (
         slice(max(side.start - margin, 0), min(side.stop + margin, size)) for side, size in zip(box, shape, strict=True)
@@ -332,6 +332,6 @@ def widest_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
 
 
 def _samples(values: Array) -> tuple[Array, Array]:
-    """How many samples a pixel has, 1 or 0, and their sum."""
+    """Number of samples of every pixel, 1 or 0, and their sum."""
     known = np.isfinite(values)
     return known.astype(np.float32), np.where(known, values, np.float32(0))

@@ -1,8 +1,8 @@
-"""The pass band as a space of its own: transforms between its coefficients and a small grid.
+"""The pass band: transforms between its coefficients and a small grid.
 
-A field P on the padded grid (H, W) whose spectrum lies inside |k_y| <= r_y, |k_x| <= r_x is known exactly from its
+A field P on the padded grid (H, W) whose spectrum lies inside |k_y| <= r_y, |k_x| <= r_x is determined exactly by its
 samples on a grid of (4 r_y + 1) x (4 r_x + 1) points, and so is the part inside the band of any product m * P, if m
-is first cut down to |k| <= 2 r. All that the iteration does happens on this small grid.
+is first limited to |k| <= 2 r. The iteration is computed on this small grid.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
 
 _STRIP = 32
-"""Rows that are synthesised at a time: few enough to stay in the processor's cache at padded width."""
+"""Number of rows synthesised at a time: few enough to fit into the processor's cache at padded width."""
 
 
 class Band:
-    """Coefficients of real fields with |k_y| <= r_y, |k_x| <= r_x, and the small grid that carries them.
+    """Coefficients of real fields with |k_y| <= r_y, |k_x| <= r_x, and the small grid of their samples.
 
     Coefficients are those of the unnormalised transform over the padded grid, as an array of shape
-    (2 r_y + 1, r_x + 1): k_y in the order of an FFT, k_x >= 0 alone, since fields are real. One thread at a time:
-    `samples` works in arrays of the band's own.
+    (2 r_y + 1, r_x + 1): k_y in the order of an FFT, only k_x >= 0, since fields are real. Not thread-safe: `samples`
+    uses internal buffers.
 
     Parameters
     ----------
@@ -52,28 +52,28 @@ class Band:
         """Pixels of the padded grid per sample of the small one."""
         self._dtype = dtype
         self._columns = self.coefficient_shape[1]
-        # zero beyond |k_x| = r_x for good, so that no transform need pad
+        # always zero beyond |k_x| = r_x, so that no transform needs padding
         self._half = np.zeros((self.shape[0], self.shape[1] // 2 + 1), np.result_type(dtype, np.complex64))
 
     def holds(self, reach: tuple[int, int]) -> bool:
-        """Whether wave numbers up to these, or all that there are, lie in the band."""
+        """Whether wave numbers up to these, limited to those of the grid, lie in the band."""
         return all(
             wanted <= own or own == size // 2 for wanted, own, size in zip(reach, self.reach, self.grid, strict=True)
         )
 
     def samples(self, coefficients: Complex) -> Real:
-        """The field at the small grid's points, times `weight`: the scale cancels in `coefficients_of`."""
+        """The field at the small grid's points, times `weight`; the scale cancels in `coefficients_of`."""
         columns = self._half[:, : self._columns]
         columns[self.reach[0] + 1 : -self.reach[0] or None] = 0
         _copy_rows(coefficients, columns, self.reach[0])
-        # where it lies: an array of its own may have columns a power of 2 apart, which caches do not like
+        # in place: a new array may have a stride of a power of 2, which causes cache conflicts
         transformed = scipy.fft.ifft(columns, axis=0, overwrite_x=True)
-        if not np.may_share_memory(transformed, columns):  # scipy may, but need not
+        if not np.may_share_memory(transformed, columns):  # scipy does not guarantee it
             columns[:] = transformed
         return scipy.fft.irfft(self._half, n=self.shape[1], axis=1)
 
     def coefficients_of(self, samples: Real) -> Complex:
-        """Inverse of `samples`; what lies outside the band is dropped."""
+        """Inverse of `samples`; the part outside the band is dropped."""
         rows = scipy.fft.rfft(samples, axis=1)
         found = np.empty(self.coefficient_shape, rows.dtype)
         _copy_rows(scipy.fft.fft(rows[:, : self._columns], axis=0, overwrite_x=True), found, self.reach[0])
@@ -86,18 +86,18 @@ class Band:
         return found
 
     def sum_of_product(self, a: Complex, b: Complex) -> float:
-        """Sum of a * b over the padded grid, of two fields by their coefficients."""
-        alone = [0, -1] if 2 * self.reach[1] == self.grid[1] else [0]  # other columns stand for -k_x, too
+        """Sum of a * b over the padded grid, for two fields given by their coefficients."""
+        alone = [0, -1] if 2 * self.reach[1] == self.grid[1] else [0]  # other columns also represent -k_x
         once = sum(float(np.vecdot(a[:, column], b[:, column]).real) for column in alone)
         return (2 * inner(a, b) - once) / (self.grid[0] * self.grid[1])
 
     def low_passed(self, spectrum: Complex) -> Real:
-        """A field of the padded grid, cut down to twice the band, at the small grid's points.
+        """A field of the padded grid, limited to twice the band, at the small grid's points.
 
         Parameters
         ----------
         spectrum : ndarray of complex, shape (H, W // 2 + 1)
-            Its half spectrum.
+            Half spectrum of the field.
         """
         reach_y, reach_x = 2 * self.reach[0], 2 * self.reach[1]
         columns = spectrum.shape[1] if self.shape[1] == self.grid[1] else reach_x + 1
@@ -108,7 +108,7 @@ class Band:
         return field.astype(self._dtype, copy=False)
 
     def moved_from(self, other: Band, coefficients: Complex) -> Complex:
-        """Coefficients of a smaller band, in this one."""
+        """Convert coefficients of a smaller band to this one."""
         moved = np.zeros(self.coefficient_shape, coefficients.dtype)
         _copy_rows(coefficients, moved[:, : coefficients.shape[1]], other.reach[0])
         return moved
@@ -123,7 +123,7 @@ class Band:
 
 
 def synthesise(grid: Grid, coefficients: Complex, height: int, width: int) -> Real:
-    """The field with such coefficients on the first rows and columns of the padded grid, float (height, width)."""
+    """The field with these coefficients on the first rows and columns of the padded grid, float (height, width)."""
     rows_held, columns_held = coefficients.shape
     tall = np.zeros((grid[0], columns_held), coefficients.dtype)
     _copy_rows(coefficients, tall, (rows_held - 1) // 2)
@@ -136,20 +136,20 @@ def synthesise(grid: Grid, coefficients: Complex, height: int, width: int) -> Re
 
 
 def fast_reach(least: int) -> int:
-    """The smallest reach, from `least` on, that leaves no room on the points that carry it."""
+    """The largest reach with the same fast transform length as `least`."""
     return int(scipy.fft.next_fast_len(least + 1, real=True)) - 1
 
 
 def _carrier(reach: int, full: int) -> int:
-    """Points per axis that carry a band of this reach, at least 4 r + 1 or the whole grid.
+    """Number of points per axis for a band of this reach: at least 4 r + 1, or the whole grid.
 
-    Four times a fast length: the more factors are 4, the fewer are 3 and 5, by which a step takes longer.
+    Four times a fast length: factors of 4 are faster than 3 and 5.
     """
     return min(4 * (fast_reach(reach) + 1), full)
 
 
 def _copy_rows(source: NDArray[Any], target: NDArray[Any], reach: int) -> None:
-    """Copy the rows of |k_y| <= reach into an array with more of them, or all if they are as many."""
+    """Copy the rows of |k_y| <= reach into an array with more rows, or all if the numbers are equal."""
     if source.shape[0] == target.shape[0]:
         target[:] = source
         return
@@ -176,8 +176,8 @@ def inside_ellipse(
 ) -> NDArray[np.bool_]:
     """Pass band (k_y / r_y)^2 + (k_x / r_x)^2 <= 1, bool (H, W // 2 + 1).
 
-    Wave numbers on the rim count as inside, however their radii were rounded. A radius of 0 lets only k = 0
-    through in that direction.
+    Wave numbers on the rim are inside, whatever the rounding of the radii. A radius of 0 passes only k = 0 in that
+    direction.
     """
     rows, columns = (
         k2 / radius**2 if radius > 0 else np.where(k2 > 0, np.inf, 0.0)
@@ -186,15 +186,15 @@ def inside_ellipse(
     return rows + columns <= 1.0 + _ROUNDING
 
 
-# Spectra of a block: of its values, and the colour's, which weights the first iterations (section 3).
+# Spectra of a block: of its values, and of its colour as the weight of the first iterations (section 3).
 
 _TOGETHER = 256
-"""So many columns are transformed at a time, so that the work can be stopped in between."""
+"""Number of columns transformed at a time; cancellation is checked in between."""
 
 
 def half_spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray[np.complex128]:
-    """Half spectrum (H, W // 2 + 1) of values in the first rows and columns of the padded grid, 0 elsewhere; the bits
-    of `scipy.fft.rfft2`."""
+    """Half spectrum (H, W // 2 + 1) of values in the first rows and columns of the padded grid, 0 elsewhere; equal bit
+    by bit to `scipy.fft.rfft2`."""
     rows = scipy.fft.rfft(values, n=grid[1], axis=1)
     spectrum = np.empty((grid[0], rows.shape[1]), np.complex128)
     for first in range(0, rows.shape[1], _TOGETHER):
@@ -207,10 +207,10 @@ def half_spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray
 def colour_weight(
     rgb: NDArray[np.uint8], mask: NDArray[np.bool_], grid: tuple[int, int], dilation: int
 ) -> NDArray[np.float64]:
-    """Normalised, dilated log spectrum of the grey-level block.
+    """Compute the normalised, dilated log spectrum of the grey-level block.
 
     As in the released code: grey levels 0-255 inside the block, zero elsewhere -> |DFT| -> log(1 + .) ->
-    scaled to [0, 1] -> grey dilation with a disk. The spectrum is periodic, so the disk wraps around its rim.
+    scaled to [0, 1] -> grey dilation with a disk. The spectrum is periodic, so the disk wraps around.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def colour_weight(
     Returns
     -------
     ndarray of float64, shape (H, W // 2 + 1)
-        Weight in [0, 1], in the layout of `scipy.fft.rfft2`. All ones for a block without any light.
+        Weight in [0, 1], in the layout of `scipy.fft.rfft2`. All ones for a uniformly black block.
     """
     grey = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float64)
     spectrum = np.log1p(np.abs(half_spectrum(np.where(mask, grey, 0.0), grid)))
@@ -241,7 +241,7 @@ def colour_weight(
     half = normalised.shape[1]
     offsets = np.arange(-dilation, dilation + 1)
     disk = (offsets[:, None] ** 2 + offsets[None, :] ** 2 <= dilation**2).astype(np.uint8)
-    # as far as the disk reaches beyond its rim, the half's mirror image
+    # beyond the rim of the half spectrum, its mirror image, as far as the disk reaches
     columns = np.arange(-dilation, half + dilation) % grid[1]
     wide = normalised[:, np.minimum(columns, grid[1] - columns)]
     beyond = columns >= half

@@ -1,14 +1,14 @@
-"""ILF on one block, inside its pass band: the iterates of section 3 at a fraction of the cost.
+"""ILF on one block, computed inside its pass band: the iterates of section 3 at a fraction of the cost.
 
 With c the coefficients of P_i inside the band, M the mask of known pixels and b = DFT(M * raw), one iteration is
 
     c_i = G_i W (c_(i-1) + e_(i-1)),    e_i = b - DFT(M P_i) = e_(i-1) - DFT(M (P_i - P_(i-1))),
 
-which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. A few transforms of
-full size set a block up; an iteration needs two of the small grid alone. A sum of squares of P_i over any pixels comes
-from their mask's part in twice the band, a sum of a * P_i from the coefficients, so sigma_i, the residual and the
-hold-out error are those over all pixels. The paper's own loop, on the padded grid, is
-`tests/reference/full_grid.py`; tests hold this one to it.
+which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. The set-up needs a
+few transforms of full size; an iteration needs only two of the small grid. A sum of squares of P_i over any pixels
+follows from their mask's part in twice the band, a sum of a * P_i from the coefficients, so sigma_i, the residual and
+the hold-out error are those over all pixels. The paper's own loop, on the padded grid, is
+`tests/reference/full_grid.py`; tests compare this one with it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_e
 
 Radii = tuple[float, float]
 
-# Schedules of the cut-off radius: how the pass band grows while the iteration goes on (section 3).
+# Schedules of the cut-off radius: growth of the pass band over the iterations (section 3).
 
 
 class Schedule(Protocol):
@@ -48,7 +48,7 @@ class Schedule(Protocol):
         ...
 
     def advance(self, steady: bool) -> bool:
-        """Take note of an iteration; True when the schedule has come to its end."""
+        """Register an iteration; True at the end of the schedule."""
         ...
 
 
@@ -56,10 +56,10 @@ class StagedSchedule:
     """The paper's text: iterate until steady, then enlarge the radius.
 
     The cut-off frequency, equal in all directions of the image, starts at `staged_start` basebands (by default
-    0: the mean alone, which lifts the defective area from 0 m), passes the baseband 1 / longest length and
-    1 / shortest length, and rises by `stage_step` basebands a stage to 1 / `shortest_wavelength`, or to
-    1 / shortest length where the block is narrower than that. The stages divide the way evenly, so the last one
-    ends exactly there.
+    0: the mean only, which lifts the defective area from 0 m), passes the baseband 1 / longest length and
+    1 / shortest length, and rises by at most `stage_step` basebands per stage to 1 / `shortest_wavelength`, or to
+    1 / shortest length if the block is narrower than that. The stages are equidistant, so the last one ends exactly
+    there.
 
     Parameters
     ----------
@@ -113,11 +113,11 @@ class LinearSchedule:
         return at_end
 
 
-# Longest and shortest length of a block, from which the pass band starts (section 3).
+# Longest and shortest length of a block, which determine the start of the pass band (section 3).
 
 
 def principal_lengths(mask: NDArray[np.bool_]) -> tuple[float, float]:
-    """Extent of a block along the two principal axes of its pixel coordinates.
+    """Compute the extent of a block along the two principal axes of its pixel coordinates.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def principal_lengths(mask: NDArray[np.bool_]) -> tuple[float, float]:
     Returns
     -------
     longest, shortest : float
-        Lengths [px]; a single pixel has length 1 both ways.
+        Lengths [px]; a single pixel has length 1 in both directions.
     """
     coordinates = np.argwhere(mask).astype(np.float64)
     coordinates -= coordinates.mean(axis=0)
@@ -140,15 +140,15 @@ def principal_lengths(mask: NDArray[np.bool_]) -> tuple[float, float]:
 # The iteration, on the small grid of the band.
 
 _GROWTH = 1.06
-"""By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""
+"""Minimum factor by which the reach of the small grid grows when the pass band exceeds it."""
 
 _OVERSHOOT = 2.0
-"""A field of the band is nowhere larger than this times its largest sample: sqrt(2) per axis, at 4 r + 1 points
-(Ehlich and Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
+"""Bound of a field in the band, relative to its largest sample: sqrt(2) per axis, at 4 r + 1 points (Ehlich and
+Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
 
 
 class PassBandIteration(Iterator[PassBandRecord]):
-    """The `Stepper` of filter "ideal": every `next()` is one iteration of one block and gives its record.
+    """The `Stepper` of filter "ideal": every `next()` runs one iteration of one block and returns its record.
 
     The iterator ends when sigma_i < S_criteria and the schedule has reached its last radius, Eq. (1), or
     after `max_iterations`.
@@ -181,7 +181,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._judged: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._block = _Values(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
-        self._weight: NDArray[Any] | None = None  # its part on the small grid
+        self._weight: NDArray[Any] | None = None  # W on the small grid
         if parameters.rgb_iterations:
             self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
         check_stopped()
@@ -194,12 +194,12 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._dtype = np.dtype(parameters.precision)
         self._use_band(Band(grid, (0, 0), self._dtype))
         self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
-        self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
-        self._samples = self._band.samples(self._coefficients)  # kept up to date for `_misfit` alone
-        self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
+        self._missed = self._known.coefficients  # e_(i-1), the error of P_(i-1) at known pixels
+        self._samples = self._band.samples(self._coefficients)  # updated for `_misfit` only
+        self._least = -math.inf  # lower bound of P_i in the block, including the mean
         self._iterations = 0
         self.settled = False
-        """Whether the last iteration was the schedule's end: steady at the last radius, or the last of a linear one."""
+        """Whether the schedule has ended: steady at the last radius, or the last iteration of a linear schedule."""
         self.remark = ""
         self.explained = False
         self.network: str | None = None
@@ -212,14 +212,14 @@ class PassBandIteration(Iterator[PassBandRecord]):
         return self.snapshot().surface
 
     def snapshot(self) -> Snapshot:
-        """The surface as it stands: its coefficients, which later iterations leave as they are."""
+        """The current surface: its coefficients, which later iterations do not modify."""
         coefficients = self._coefficients
         work_out = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
         return Snapshot(work_out, coefficients.nbytes, self._mask.nbytes)
 
     def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
-        """Let records tell the error against a truth from now on, see `Stepper`."""
-        if self._dtype == np.float32:  # differences of sums of squares would be too coarse
+        """Add the error against ground truth to later records, see `Stepper`."""
+        if self._dtype == np.float32:  # differences of sums of squares would be too inaccurate
             self._judged = pixels, truth
             return
         at = np.zeros(self._mask.shape, bool)
@@ -247,7 +247,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         sigma = self._compare(coefficients, change, part)
         np.multiply(self._known.mask, change, out=part)
         self._missed = self._missed - band.coefficients_of(part)
-        # one assignment, so that another thread may look at the surface while an iteration is under way
+        # one assignment, so that another thread may read the surface during an iteration
         self._coefficients = coefficients
         residual = self._residual()
         if self._held_out is not None or self._truth is not None:
@@ -268,10 +268,10 @@ class PassBandIteration(Iterator[PassBandRecord]):
         )
 
     def _use_band(self, band: Band) -> None:
-        """Bring everything that lives on the small grid to a band's."""
+        """Move everything on the small grid to the grid of a band."""
         self._band = band
         self._squared = band.squared_wave_numbers()
-        self._passed: tuple[tuple[float, float], bool] | None = None  # what the filter at hand is for
+        self._passed: tuple[tuple[float, float], bool] | None = None  # key of the cached filter
         if self._colour is not None:
             self._weight = band.cut(self._colour)
         for values in (self._known, self._block, self._held_out, self._truth):
@@ -279,7 +279,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
                 values.use_band(band, self._dtype)
 
     def _make_room(self, radii: tuple[float, float]) -> None:
-        """Move to a larger small grid if the pass band has outgrown the present one."""
+        """Move to a larger small grid if the pass band exceeds the present one."""
         needed = [math.floor(radius * (1 + 1e-9)) for radius in radii]
         old = self._band
         if old.holds((needed[0], needed[1])):
@@ -292,11 +292,11 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._missed = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
 
     def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
-        """G_i, times W while it is on."""
+        """G_i, times W while it is active."""
         weight = self._weight
         if self._passed != (radii, weight is not None):
             inside = inside_ellipse(self._squared, radii)
-            # complex, or the product with coefficients would be converted in pieces
+            # complex, since otherwise the product with coefficients would convert it in chunks
             self._gain = (inside if weight is None else weight * inside).astype(self._missed.dtype)
             self._passed = radii, weight is not None
         return self._gain
@@ -304,30 +304,30 @@ class PassBandIteration(Iterator[PassBandRecord]):
     def _compare(
         self, coefficients: NDArray[np.complexfloating], change: NDArray[np.floating], part: NDArray[np.floating]
     ) -> float:
-        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Moves the lower bound of P_i, too."""
+        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Also updates the lower bound of P_i."""
         weight = self._band.weight
         squares = inner(part, change) / weight
-        if self._iterations == 1:  # P_0 is U_0, which is not in the band: so far, the change is from 0
+        if self._iterations == 1:  # P_0 is U_0, which is not in the band; `change` is from 0
             squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
         low, high = float(change.min()) / weight, float(change.max()) / weight
         self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
         return math.sqrt(max(squares, 0.0) / self._pixels)
 
     def _residual(self) -> float:
-        """Root mean square of P_i - raw over the known pixels: with P_i in the band, sum(M P_i (raw - P_i)) is, too."""
+        """Root mean square of P_i - raw over the known pixels; sum(M P_i (raw - P_i)) follows from the coefficients."""
         known = self._known
         explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
         return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
 
     def _error(self) -> float:
-        """Root mean square of P_i - truth over the judged pixels; NaN if there are none."""
+        """Root mean square of P_i - ground truth over the evaluated pixels; NaN if there are none."""
         if self._judged is None:
             return self._misfit(self._truth)
         pixels, truth = self._judged
         return deviation(self.surface[pixels], truth)
 
     def _misfit(self, values: _Values | None) -> float:
-        """Root mean square of P_i - values over the pixels that have them; NaN if there are none."""
+        """Root mean square of P_i - values over the pixels with values; NaN if there are none."""
         band = self._band
         if values is None:
             return math.nan
@@ -336,7 +336,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         return math.sqrt(max(squares, 0.0) / values.pixels)
 
     def _l1_norm(self) -> float:
-        """L1 norm of P_i over the block [m]: a plain sum as long as no value can be negative."""
+        """L1 norm of P_i over the block [m]: a plain sum unless a value may be negative."""
         if self._least <= 0:
             values = self.surface
             self._least = float(values.min())
@@ -345,7 +345,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         return self._band.sum_of_product(self._block.coefficients, self._coefficients) + self._pixels * self._mean
 
     def _note(self, sigma: float) -> None:
-        """Decide whether to stop, and let the schedule go on."""
+        """Advance the schedule and decide whether to stop."""
         self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
         stop = self.settled and self._parameters.stop_when_steady
         self._ended = stop or self._iterations >= self._parameters.max_iterations
@@ -354,14 +354,14 @@ class PassBandIteration(Iterator[PassBandRecord]):
 def _on_block(
     coefficients: NDArray[np.complexfloating], grid: Grid, mask: NDArray[np.bool_], mean: float
 ) -> NDArray[np.float64]:
-    """The field with such coefficients at the block's pixels, with the mean [m]."""
+    """The field with these coefficients at the block's pixels, plus the mean [m]."""
     values = synthesise(grid, coefficients, *mask.shape)[mask].astype(np.float64, copy=False)
     values += mean
     return values
 
 
 class _Values:
-    """Values at some of the block's pixels, and 0 elsewhere, as the band sees them.
+    """Values at some of the block's pixels, 0 elsewhere, represented in the band.
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ class _Values:
     grid : tuple of int
         Padded grid (H, W).
     raw : ndarray of float64, shape (h, w), optional
-        Where the values stand among others; all of them are 1 if left out.
+        An array with the values at these pixels; all are 1 if left out.
     """
 
     def __init__(
@@ -385,7 +385,7 @@ class _Values:
             self.squares = float(np.sum(values * values))
 
     def use_band(self, band: Band, dtype: np.dtype) -> None:
-        """Bring the mask and the values to a band."""
+        """Restrict the mask and the values to a band."""
         self.mask = band.low_passed(self._mask_spectrum)
         """1 at the pixels and 0 elsewhere, at the small grid's points."""
         self.coefficients = band.cut(self._spectrum).astype(np.result_type(dtype, np.complex64), copy=False)

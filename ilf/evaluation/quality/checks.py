@@ -1,4 +1,4 @@
-"""Blocks that hold more than one surface: depth that jumps inside of them, seen or hidden in missing depth."""
+"""Quality checks: several surfaces in a block, weak borders, islands and slivers, high expected errors."""
 
 from __future__ import annotations
 
@@ -15,29 +15,33 @@ from ...data.pixel_grids import Pairs, apart, long_lines, mark, sides
 from ...segmentation.edges.relief import JUMP_LENGTH
 from .places import Ground, Group, Place, largest_groups, number_groups
 
+# Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
+
 _REACH = 24
-"""How far [px] from a fault filled depth is spoilt by it: all the way where it runs, and less and less away from it."""
+"""Distance [px] up to which an error affects filled depth, decreasing with distance; also the maximum displacement of
+a wrong border."""
 
 _LEAST_KNOWN = 0.03
-"""What a pixel of known depth beside a fault counts, of one that is to be filled."""
+"""Weight of a known pixel near an error, relative to a pixel to be filled."""
 
 _BESIDE = 2
-"""How far [px] from a jump the depth on its sides is looked at: right beside it, pixels may lie on neither."""
+"""Distance [px] from a jump at which the depth on its sides is read, since pixels right beside it may be mixed; also
+the distance up to which an edge belongs to a border."""
 
 
 _FAR = 20.0
-"""Distance [px] between two known pixels at which a difference between their surfaces counts half: across a wide gap,
-it may as well be a bend."""
+"""Distance [px] between two known pixels at which a difference between their surfaces has half weight: across a wide
+gap, it may also be a bend."""
 
 _FOUND, _AROUND = 0.5, 7
-"""Edge strength that bears out what lies hidden, and how far [px] from where it is thought to be."""
+"""Edge strength that confirms a jump in missing depth, and the distance [px] in which it is searched."""
 
 _UNSEEN = 0.3
-"""What two surfaces count with no edge of colour between them."""
+"""Weight of a difference between two surfaces without a colour edge between them."""
 
 
 def find_faults(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
-    """Depth jumps inside blocks, and blocks with two surfaces that only missing depth parts."""
+    """Find depth jumps inside blocks, and blocks with two surfaces separated only by missing depth."""
     jumps, hidden = _jumps(ground), _hidden(ground, strength)
     step = np.maximum(jumps, hidden)
     numbers = number_groups(step > 0, ground.labels)
@@ -50,7 +54,7 @@ def find_faults(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place
 
 
 def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of every group: what is to be filled around it, times the step [m] at the nearest of its pixels."""
+    """For every group, the pixels to be filled around it, weighted by the step [m] at the nearest of its pixels."""
     away, nearest = cv2.distanceTransformWithLabels(
         (numbers == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -69,7 +73,7 @@ def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64])
 
 
 def _jumps(ground: Ground) -> NDArray[np.float64]:
-    """Height [m] of the jumps in known depth inside blocks, 0 elsewhere."""
+    """Height [m] of jumps in known depth inside blocks, 0 elsewhere."""
     height, width = ground.labels.shape
     found = np.zeros((height, width))
     jumps = ground.relief.jumps
@@ -90,8 +94,8 @@ def _jumps(ground: Ground) -> NDArray[np.float64]:
 
 
 def _hidden(ground: Ground, strength: NDArray[np.float32]) -> NDArray[np.float64]:
-    """How far apart [m] the surfaces are that meet in missing depth inside a block, 0 elsewhere; less where it is in
-    doubt that they do."""
+    """Distance [m] between surfaces that meet in missing depth inside a block, 0 elsewhere; reduced where that is
+    uncertain."""
     found = np.zeros(ground.labels.shape)
     pieces = ground.pieces.ravel()
     width = ground.labels.shape[1]
@@ -106,7 +110,7 @@ def _hidden(ground: Ground, strength: NDArray[np.float32]) -> NDArray[np.float64
         gap = np.hypot(near // width - far // width, near % width - far % width)
         by = ground.apart(near, far) * seen[rows, columns] / (1 + (gap / _FAR) ** 2)
         found[rows, columns] = np.maximum(found[rows, columns], by)
-    # what known depth says for itself is a jump or none
+    # in known depth, jumps are found directly
     return np.where(ground.missing, found, 0.0)
 
 
@@ -120,11 +124,11 @@ def _step_reason(ground: Ground, group: Group, kind: str, step: NDArray[np.float
         height = float(np.median(step[group.rows, group.columns]))
         return f"Depth jumps by {height:.2f} m inside Block {group.label}."
     near, far = _beside(ground, group)
-    return f"Block {group.label} holds two surfaces, {near:.2f} m and {far:.2f} m."
+    return f"Block {group.label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
 
 
 def _beside(ground: Ground, group: Group) -> tuple[float, float]:
-    """Depth [m] of the nearer and of the farther surface along a fault that lies hidden."""
+    """Depth [m] of the nearer and of the farther surface along a jump in missing depth."""
     height, width = ground.labels.shape
     corners = []
     for down, right in ((0, 0), (0, 1), (1, 0)):
@@ -134,24 +138,20 @@ def _beside(ground: Ground, group: Group) -> tuple[float, float]:
     return float(np.median(np.nanmin(corners, axis=0))), float(np.median(np.nanmax(corners, axis=0)))
 
 
-# Borders between surfaces at different depths that lie where nothing in the picture asks for one.
+# Borders between surfaces at different depths without an edge in the image.
 
 _STRONG, _WEAK = 0.5, 0.25
-"""Edge strength from which on a border may well be there, and below which it hardly is."""
-
-"""An edge within so many pixels of a border is under it."""
-
-"""How far [px] from a border that is off the right place may be."""
+"""Edge strength from which on a border is plausible, and below which it is not."""
 
 _BLAME = 0.3
-"""How sure it is that a border without an edge is wrong: in missing depth, colours of two surfaces may be alike."""
+"""Probability that a border without an edge is wrong: in missing depth, two surfaces may have similar colours."""
 
 _NOWHERE = 4
-"""How far [px] a border is taken to be off if there is no edge in reach that it might belong to."""
+"""Assumed displacement [px] of a border if there is no edge within `_REACH`."""
 
 
 def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
-    """Stretches of borders through missing depth, off any edge, between blocks whose depths differ there."""
+    """Find parts of borders in missing depth, away from edges, between blocks whose depths differ there."""
     off, apart_by, one, other = _stretches(ground, strength)
     harm = _BLAME * off * apart_by
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
@@ -161,8 +161,8 @@ def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator
         beyond = int(other[group.rows[0], group.columns[0]])
         difference = float(np.median(apart_by[group.rows, group.columns]))
         reason = (
-            f"Block {group.label} and Block {beyond} are {difference:.2f} m apart, and meet where nothing in colour or "
-            "depth parts them."
+            f"Block {group.label} and Block {beyond} are {difference:.2f} m apart, but there is no edge of colour or "
+            "depth at their border."
         )
         yield Place("border", group.box, (group.label, beyond), group.point, group.harm, reason)
 
@@ -170,8 +170,8 @@ def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator
 def _stretches(
     ground: Ground, strength: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-    """At the pixels of weak borders: how far [px] they may be off, how far apart [m] their blocks are, and the lower
-    and the higher label of these; 0 elsewhere."""
+    """At the pixels of weak borders: possible displacement [px], distance [m] between their blocks, and the lower and
+    the higher label of these; 0 elsewhere."""
     square = np.ones((2 * _BESIDE + 1,) * 2, np.uint8)
     under = cv2.dilate(strength, square)
     weak = (under < _WEAK) & ~ground.relief.near
@@ -196,26 +196,25 @@ def _stretches(
     return found, difference, lower, higher
 
 
-# Parts that lie apart from their block or inside another one, and parts too thin to be a surface.
+# Parts apart from their block or inside another one, and parts too thin to be a surface.
 
 _KNOWN = 0.2
-"""Error [m] that a pixel of an island is charged with at least: its shape is wrong whatever its depth is."""
+"""Minimum error [m] per pixel of an island: its shape is wrong whatever its depth."""
 
 _OWN_SHARE, _FRAME_SHARE = 0.2, 0.01
-"""A part of a block that is larger than this share of it, or of the frame, is no island but a half of it; nor is a
-block that is larger than this share of the one around it, or of the frame."""
+"""Maximum size of an island: as a share of its block (or of the block around it), and of the frame."""
 
 _ENCLOSED = 0.9
-"""A block lies inside another one if that is beyond so much of its border."""
+"""Minimum share of a block's border shared with the block that encloses it."""
 
 _EDGE = 0.35
-"""Mean edge strength along the border of an enclosed block above which it is a thing of its own."""
+"""Mean edge strength along the border of an enclosed block above which it is a separate object."""
 
 _THIN = 2.5
-"""Nowhere farther [px] from a border than that, and it is a sliver."""
+"""Maximum distance [px] of a sliver's pixels from its border."""
 
 _SMALLEST = 6
-"""Parts of fewer pixels are not worth going to, one by one."""
+"""Minimum number of pixels of a flagged part."""
 
 
 class _Parts(NamedTuple):
@@ -229,19 +228,19 @@ class _Parts(NamedTuple):
 
 
 class _Shores(NamedTuple):
-    """Borders between parts, each from both sides."""
+    """Borders between parts, listed from both sides."""
 
     part: NDArray[np.int64]
     beyond: NDArray[np.int64]
-    """Label beyond."""
+    """Label on the other side."""
     edge: NDArray[np.float64]
     """Edge strength, 1 where depth jumps."""
     apart: NDArray[np.float64]
-    """How far apart the two sides' depths are [m]."""
+    """Distance between the depths of both sides [m]."""
 
 
 def find_islands(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
-    """Islands, holes and slivers."""
+    """Find islands, holes and slivers."""
     parts = _find_parts(ground)
     shores = _find_shores(ground, parts, strength)
     count = parts.label.size
@@ -271,7 +270,7 @@ def find_islands(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Plac
         rows, columns = np.nonzero(parts.numbers[box] == number)
         group = Group(label, box, rows + down.start, columns + along.start, float(harm[number]))
         reason = _island_reason(kind, label, pixels, other, bool(stray[number]))
-        # of what belongs to no block, the block around it is the one to choose
+        # for a hole, the block around it is selected
         labels = (label, other) if label else (other,)
         yield Place(kind, box, tuple(one for one in labels if one), group.point, group.harm, reason)
 
@@ -284,7 +283,7 @@ def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) 
         return f"A sliver of {pixels:,} px of Block {label} lies along {around}."
     if stray:
         return f"An island of {pixels:,} px of Block {label} lies in {around}, apart from the rest."
-    return f"Block {label}, {pixels:,} px, lies inside {around}, and nothing parts them."
+    return f"Block {label}, {pixels:,} px, lies inside {around} without an edge between them."
 
 
 def _find_parts(ground: Ground) -> _Parts:
@@ -317,7 +316,7 @@ def _find_shores(ground: Ground, parts: _Parts, strength: NDArray[np.float32]) -
 
 
 def _main_neighbour(shores: _Shores, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The label along most of every part's border, and along which share of it."""
+    """The label along most of every part's border, and its share of the border."""
     main, share = np.zeros(count, np.int64), np.zeros(count)
     if shores.part.size == 0:
         return main, share
@@ -336,17 +335,17 @@ def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
     return rim
 
 
-# Filled depth that may be far off.
+# Filled depth with a high expected error.
 
 _HIGH, _HIGH_SHARE = 0.1, 0.05
-"""An expected error is high above the larger of the two [m, share of the depth around]."""
+"""Threshold of a high expected error: the larger of the two [m, share of the depth around]."""
 
 _ERROR_BLAME = 0.1
-"""How much of a high expected error is to be put down to blocks: most of it is there because so much is missing."""
+"""Share of a high expected error attributed to blocks: most of it is due to missing depth."""
 
 
 def find_high_errors(ground: Ground, error: NDArray[np.float32]) -> Iterator[Place]:
-    """Areas of high expected error [m], float32 (H, W), NaN where nothing was filled."""
+    """Find areas of high expected error [m], float32 (H, W), NaN where nothing was filled."""
     high = ground.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * ground.depth))
     numbers = number_groups(high, ground.labels)
     totals = np.bincount(numbers[high], error[high], minlength=int(numbers.max()) + 1)

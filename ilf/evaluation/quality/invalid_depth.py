@@ -1,4 +1,4 @@
-"""Known depth that is likely wrong: flying pixels, speckles, and what is seen through glass."""
+"""Known depth that is likely invalid: flying pixels, speckles, and depth behind glass."""
 
 from __future__ import annotations
 
@@ -20,49 +20,49 @@ from ...errors import InputError
 Mask = NDArray[np.bool_]
 
 _JUMP, _JUMP_SHARE = 0.04, 0.04
-"""Neighbours that differ by less than the larger of the two [m, share of the depth] hang together."""
+"""Maximum difference of connected neighbours: the larger of the two [m, share of the depth]."""
 
 _SPECKLE = 0.0001
-"""Largest share of the frame that a speckle has."""
+"""Maximum size of a speckle, as a share of the frame."""
 
 _STANDS_OUT = 2.0
-"""By how many such differences a speckle stands out from the nearest surface; what does not is a piece of it."""
+"""Minimum distance of a speckle from the nearest surface, in such differences."""
 
 _BESIDE = 12
-"""How far [px] that surface may be from a speckle: farther away, nothing gainsays it."""
+"""Maximum distance [px] of that surface from a speckle."""
 
 _EDGES = (0.3, 0.5, 0.7)
-"""Edge strengths at which contours are looked for: things that touch come apart at one of them."""
+"""Edge strengths at which contours are searched: touching objects are separated at one of them."""
 
 _LEAST, _MOST = 0.0005, 0.04
-"""Shares of the frame between which things lie that may be of glass."""
+"""Minimum and maximum size of objects of glass, as shares of the frame."""
 
 _RING = 10
-"""Width [px] of the ring around a thing in which there is what lies behind it."""
+"""Width [px] of the ring around an object that shows its background."""
 
 _RUNS_ON, _RUNS_ON_SHARE = 0.012, 0.6
-"""Depth runs on through a thing if it is within this share of its value of the plane around for so much of it."""
+"""Depth continues through an object if it is within this share of its value from the plane around, for at least this
+share of the pixels."""
 
 _CALM, _DISTURBED = 0.5, 0.1
-"""Share of the ring that has depth at least, and by how much smaller that of the thing is: glass is seen through in
-parts only."""
+"""Minimum share of known pixels in the ring, and minimum reduction of this share in the object: depth is missing in
+parts of glass."""
 
 _LIKE = 60.0
-"""Difference of colour (Lab, 8 bits) between a thing and what lies around it up to which it may be seen through."""
+"""Maximum colour difference (Lab, 8 bits) between a transparent object and its surroundings."""
 
 
 def suggest_distrust(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
-    """Known depth that is likely wrong, for somebody to look at.
+    """Find known depth that is likely invalid, for the user to check.
 
-    These are flying pixels; speckles, which stand out from the surface around them; and things of glass, as far as they
-    give themselves away: a closed contour around colours that are those around it, where some depth is missing, but
-    what there is runs on from behind.
+    These are flying pixels; speckles, which stand out from the surface around them; and recognisable objects of glass:
+    a closed contour with colours as around it, where some depth is missing and the rest continues the background.
 
     Parameters
     ----------
     frame : RGBDFrame
     strength : ndarray of float32, shape (H, W)
-        Edge strength in [0, 1], as by `ilf.edge_strength`.
+        Edge strength in [0, 1], from `ilf.edge_strength`.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def _speckles(frame: RGBDFrame) -> Mask:
 
 
 def _glass(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
-    """Boxes, and in them the things that the depth behind shows through."""
+    """Boxes, and masks of the objects in them through which the depth behind is seen."""
     lab = cv2.cvtColor(np.ascontiguousarray(frame.rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
     for least in _EDGES:
         for box, thing, inside in _things(strength >= least):
@@ -127,7 +127,7 @@ def _glass(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Bo
 
 
 def _things(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
-    """What closed contours surround: boxes with some room around, and in them contour with inside, and inside alone."""
+    """Objects inside closed contours: boxes with a margin, and masks of contour with interior, and of the interior."""
     height, width = edges.shape
     _, contours = cv2.connectedComponents(edges.astype(np.uint8), connectivity=8, ltype=cv2.CV_32S)
     for number, (rows, columns) in enumerate(find_objects(np.asarray(contours, np.int32)), 1):

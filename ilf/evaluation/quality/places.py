@@ -1,4 +1,4 @@
-"""What all kinds of suspicion go by: where depth is known, what it says of each block, and where it would be filled."""
+"""The common input of all quality checks: known depth, the surfaces of each block, and the pixels to be filled."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from ...data.pixel_grids import apart, mark
 from ...segmentation.edges.relief import Relief, filled_depth, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
-"""Neighbours that differ by more than the larger of the two [m, share of the nearer depth] are parted by a jump."""
+"""Difference of neighbours above which there is a jump: the larger of the two [m, share of the nearer depth]."""
 
 _APART, _APART_SHARE = 0.06, 0.04
-"""Surfaces that differ by more than the larger of the two [m, share of the nearer depth] are two."""
+"""Difference above which two surfaces are distinct: the larger of the two [m, share of the nearer depth]."""
 
 _PIECE = 12
-"""Known pixels that a piece of a surface has at least; fewer are noise."""
+"""Minimum number of known pixels of a piece of a surface; fewer are noise."""
 
 RIM = 3.5
-"""How far [px] a border may be off its place without harm: depth ramps from one surface to the next, and what lies so
-close to a border says nothing of it."""
+"""Tolerance [px] of a border's position: depth ramps from one surface to the next, so pixels this close to a border are
+ignored."""
 
 _PLANE = 60
-"""Known pixels from which on a piece has a plane; with fewer, its depth goes on as it is."""
+"""Minimum number of known pixels for the plane of a piece; with fewer, its depth is constant."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A frame and its blocks, seen with the eyes of somebody who looks for mistakes. Arrays have the shape (H, W).
+    """A frame and its blocks, prepared for the quality checks. Arrays have the shape (H, W).
 
     Attributes
     ----------
@@ -46,17 +46,17 @@ class Ground:
     missing : ndarray of bool
         Pixels of blocks that are to be filled.
     depth : ndarray of float32
-        Known depth [m] without its noise; elsewhere that of the nearest known pixel, of whichever block.
+        Known depth [m] without noise; elsewhere that of the nearest known pixel of any block.
     relief : Relief
-        Its jumps and bends.
+        Jumps and bends of the known depth.
     inner : ndarray of bool
         Pixels of blocks farther than `RIM` from any border.
     source : ndarray of int64
         Flat index of the nearest known pixel of the same block; -1 for a block without any, and outside of blocks.
     pieces : ndarray of int32
-        What of a block's known depth hangs together without a jump; 0 elsewhere.
+        Connected pieces of a block's known depth without a jump; 0 elsewhere.
     planes : ndarray of float64, shape (pieces + 1, 3)
-        Of every piece the inverse depth [1/m] as a linear function of 1, column and row.
+        For every piece, the inverse depth [1/m] as a linear function of 1, column and row.
     """
 
     labels: NDArray[np.int32]
@@ -69,17 +69,17 @@ class Ground:
     planes: NDArray[np.float64]
 
     def apart(self, one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.float64]:
-        """How far [m] the surfaces at two known pixels are apart: 0 if one goes on as the other.
+        """Distance [m] between the surfaces at two known pixels: 0 if one continues the other.
 
         Parameters
         ----------
         one, other : ndarray of int64, shape (n,)
-            Flat indices of known pixels; -1 where there is none, which is apart from nothing.
+            Flat indices of known pixels; -1 for none, with distance 0.
 
         Returns
         -------
         ndarray of float64, shape (n,)
-            The least of their difference and of what each of them differs from where the plane of the other is there.
+            The smallest of their difference and of the distance of each from the plane of the other.
         """
         depth, pieces = self.depth.ravel().astype(np.float64), self.pieces.ravel()
         near, far = depth[one], depth[other]
@@ -96,7 +96,7 @@ class Ground:
 
 
 def survey(frame: RGBDFrame, labels: NDArray[np.int32]) -> Ground:
-    """The ground of a frame with its blocks, int32 (H, W)."""
+    """Prepare a frame and its blocks, int32 (H, W), for the quality checks."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
     depth, _ = filled_depth(frame.depth)
     check_stopped()
@@ -121,7 +121,7 @@ def survey(frame: RGBDFrame, labels: NDArray[np.int32]) -> Ground:
 def _sure(
     known: NDArray[np.bool_], inner: NDArray[np.bool_], labels: NDArray[np.int32], pieces: NDArray[np.int32]
 ) -> NDArray[np.bool_]:
-    """Known pixels that speak for their block: those of pieces that reach into it; all, if there is no such piece."""
+    """Known pixels that represent their block: those of pieces that extend into its interior; all without such."""
     deep = np.bincount(pieces[known & inner], minlength=int(pieces.max()) + 1) >= _PIECE
     has_deep = np.zeros(int(labels.max()) + 1, bool)
     has_deep[labels[known & deep[pieces]]] = True
@@ -129,7 +129,7 @@ def _sure(
 
 
 def _sources(labels: NDArray[np.int32], sure: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Flat index of every pixel's nearest known one of the same block; -1 where there is none."""
+    """Flat index of the nearest known pixel of the same block for every pixel; -1 for none."""
     source = np.full(labels.shape, -1, np.int64)
     index = np.arange(labels.size).reshape(labels.shape)
     for block in find_blocks(labels).values():
@@ -160,7 +160,7 @@ def _planes(
     squares = np.array([[totals(one * other) for other in terms] for one in terms]).transpose(2, 0, 1)
     sums = np.array([totals(one * inverse) for one in terms]).T
     pixels = np.maximum(squares[:, 0, 0], 1.0)
-    # around the pieces' middles, or the solution loses its digits; a trace of ridge, as all pixels may lie on one line
+    # centred at the pieces' means for precision; a small ridge, since all pixels may be collinear
     middle = squares[:, 0, 1:] / pixels[:, None]
     spread = squares[:, 1:, 1:] - pixels[:, None, None] * middle[:, :, None] * middle[:, None, :]
     mean = sums[:, 0] / pixels
@@ -171,32 +171,31 @@ def _planes(
     return np.column_stack([mean - (slopes * middle).sum(axis=1), slopes])
 
 
-# A place in a frame where its blocks, or its depth, look wrong.
+# A place in a frame where its blocks or its depth look wrong.
 
 KINDS = ("jump", "surfaces", "border", "error", "island", "sliver", "carried")
-"""Depth jumps inside a block; a block holds two surfaces; an edge is weak under a border, and a stronger one runs
-beside it; high expected error; a part that is parted from its block or lies inside another; a thin part; a block
-that came from another frame and needs a look."""
+"""Depth jump inside a block; two surfaces in a block; weak edge at a border between different depths; high expected
+error; a part apart from its block or inside another; a thin part; a propagated block to check."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where to look, and why.
+    """A place to check, and the reason.
 
     Attributes
     ----------
     kind : str
         One of `KINDS`.
     box : tuple of slice
-        Rows and columns that it takes up.
+        Rows and columns of the place.
     labels : tuple of int
-        Blocks that it is about, the one to choose first; 0 stands for no block.
+        Its blocks, the one to select first; 0 for no block.
     point : tuple of float
-        (x, y) in image coordinates: the pixel centre in the middle of it.
+        (x, y) in image coordinates: the central pixel's centre.
     score : float
-        Harm that it may do: filled pixels times the error [m] in their depth. Places of all kinds compare by it.
+        Number of affected filled pixels times the error [m] in their depth, comparable between all kinds.
     reason : str
-        A sentence that says what is wrong; blocks are called by their numbers, as "Block 5".
+        A sentence with the reason; blocks are named by their numbers, as "Block 5".
     """
 
     kind: str
@@ -207,29 +206,29 @@ class Place:
     reason: str
 
 
-# Pixels that belong together make a place.
+# Groups of pixels that form a place.
 
 _GAP = 3
-"""Pixels of one block not farther apart than twice this [px] belong together."""
+"""Half of the maximum distance [px] between pixels of one group."""
 
 _LARGEST = 60
-"""Of one kind, no more than so many places are of interest."""
+"""Maximum number of places of one kind."""
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Pixels of one block that belong together.
+    """A group of nearby pixels of one block.
 
     Attributes
     ----------
     label : int
         The block.
     box : tuple of slice
-        Rows and columns that they take up.
+        Rows and columns of the group.
     rows, columns : ndarray of int64, shape (n,)
         The pixels.
     harm : float
-        What they may do, as in `Place.score`.
+        See `Place.score`.
     """
 
     label: int
@@ -240,14 +239,14 @@ class Group:
 
     @property
     def point(self) -> tuple[float, float]:
-        """The pixel that lies nearest to the middle of all, (x, y) of its centre."""
+        """The centre (x, y) of the pixel nearest to the median of all."""
         away = np.abs(self.rows - np.median(self.rows)) + np.abs(self.columns - np.median(self.columns))
         nearest = int(np.argmin(away))
         return float(self.columns[nearest]) + 0.5, float(self.rows[nearest]) + 0.5
 
 
 def number_groups(pixels: NDArray[np.bool_], labels: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Groups 1, 2, ... of pixels of a mask that lie close to each other in one block; 0 elsewhere, int32 (H, W)."""
+    """Number groups 1, 2, ... of nearby mask pixels in one block; 0 elsewhere, int32 (H, W)."""
     square = np.ones((2 * _GAP + 1,) * 2, np.uint8)
     wide = cv2.dilate(pixels.astype(np.uint8), square) > 0
     found = connected_regions(np.where(wide, labels, 0), background=0, connectivity=2)
@@ -255,7 +254,7 @@ def number_groups(pixels: NDArray[np.bool_], labels: NDArray[np.int32]) -> NDArr
 
 
 def largest_groups(numbers: NDArray[np.int32], harm: NDArray[Any], labels: NDArray[np.integer]) -> Iterator[Group]:
-    """The groups that may do most harm.
+    """The groups with the highest harm.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""All suspicious places of a frame, the worst first."""
+"""The quality checks of a frame, by score."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .checks import find_faults, find_high_errors, find_islands, find_weak_borde
 from .places import Place, survey
 
 LEAST_HARM = 1.0
-"""Score below which a place is not worth looking at: ten pixels that are ten centimetres off."""
+"""Minimum score of a place to check: ten pixels with an error of ten centimetres."""
 
 _SAME = 20.0
-"""Places of one block that are closer [px] than this are one."""
+"""Places of one block that are closer [px] than this are merged."""
 
 
 def suspicious_places(
@@ -30,10 +30,10 @@ def suspicious_places(
     *,
     least: float = LEAST_HARM,
 ) -> list[Place]:
-    """Where the blocks of a frame, or its filled depth, look wrong; the most harmful places first.
+    """Find places where the blocks of a frame, or its filled depth, look wrong; highest scores first.
 
-    What counts is the depth that is to be filled: a border between two parts of one plane does no harm wherever it
-    runs, and is none of them.
+    The score is the effect on the depth to be filled: a border between two parts of one plane has none and is not
+    flagged.
 
     Parameters
     ----------
@@ -41,11 +41,11 @@ def suspicious_places(
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     strength : ndarray of float32, shape (H, W)
-        Edge strength in [0, 1], as by `ilf.edge_strength`.
+        Edge strength in [0, 1], from `ilf.edge_strength`.
     error : ndarray of float32, shape (H, W), optional
-        Expected error [m] of filled depth, NaN where nothing was filled; without it, no place is there because of it.
+        Expected error [m] of filled depth, NaN where nothing was filled; not checked if left out.
     least : float
-        Score that a place has at least.
+        Minimum score of a place.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def suspicious_places(
 
 
 def _distinct(places: Iterable[Place]) -> list[Place]:
-    """From the highest score down, without those that a higher one stands for."""
+    """Places by decreasing score, without those merged into one with a higher score."""
     kept: list[Place] = []
     for place in sorted(places, key=lambda place: (-place.score, place.point)):
         if not any(math.dist(place.point, other.point) < _SAME and {*place.labels} & {*other.labels} for other in kept):
@@ -89,26 +89,26 @@ def _distinct(places: Iterable[Place]) -> list[Place]:
     return kept
 
 
-# Blocks that came from another frame, and need a look.
+# Blocks that were propagated from another frame and need a check.
 
 _NO_REASON = "it came from another frame."
 
 
 def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> list[Place]:
-    """The blocks that need a look as places, the largest first; they come before all others, whose harm can be judged.
+    """The propagated blocks to check as places, the largest first; they come before all others.
 
     Parameters
     ----------
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     reasons : mapping of int to str
-        Block label -> why, a sentence; "" where that is not known. Blocks that are not there are left out.
+        Block label -> reason, a sentence; "" if unknown. Labels without a block are left out.
 
     Examples
     --------
     >>> place = carried_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
     >>> place.kind, place.point, place.reason
-    ('carried', (2.5, 0.5), 'Block 2 was carried here: it is new.')
+    ('carried', (2.5, 0.5), 'Block 2 was propagated: it is new.')
     """
     places: list[tuple[int, Place]] = []
     for label, reason in reasons.items():
@@ -117,14 +117,14 @@ def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> l
         if rows.size:
             box = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
             why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
-            text = f"Block {label} was carried here: {why}"
+            text = f"Block {label} was propagated: {why}"
             size = int(np.count_nonzero(inside))
             places.append((size, Place("carried", box, (label,), _middle(inside, box), math.inf, text)))
     return [place for _, place in sorted(places, key=lambda one: -one[0])]
 
 
 def _middle(inside: NDArray[np.bool_], box: tuple[slice, slice]) -> tuple[float, float]:
-    """The centre of the pixel of a block that is nearest to its mean."""
+    """The centre of the block's pixel nearest to its mean."""
     rows, columns = np.nonzero(inside[box])
     nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
     return float(columns[nearest] + box[1].start + 0.5), float(rows[nearest] + box[0].start + 0.5)

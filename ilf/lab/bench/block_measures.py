@@ -1,7 +1,7 @@
-"""How good a block map is, measured on the colour image's margins and the frame's own known depth.
+"""Quality measures of block maps, from the frame's own known depth.
 
-Every measure but `Coverage.of_frame` looks only inside the margins that the extraction finds by itself
-(`Evidence.window`), the same for all methods.
+All measures but `BlockScore.frame_coverage` use only the pixels inside the margins that the extraction finds
+(`Evidence.window`). These are the same for all methods.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ...data.pixel_grids import Pairs, apart, both, mark
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
 
-# What a frame's own depth says about where boundaries belong: its jumps, and the surfaces that go on smoothly.
+# Evidence for boundaries in the frame's own depth: jumps, and smooth surfaces.
 
 JUMP, JUMP_SHARE = 0.04, 0.04
-"""Neighbours that differ by more than the larger of the two [m, share of the nearer depth] are parted by a jump."""
+"""Between neighbours that differ by more than the larger of the two [m, share of the nearer depth] lies a jump."""
 
 TOLERANCE = 2
 """How far [px] a boundary may be off, here and in boundary recall and precision."""
@@ -32,20 +32,20 @@ TOLERANCE = 2
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What block maps of one frame are held against, all inside the margins: (h, w) is the shape of `window`.
+    """Reference for the block maps of one frame, all inside the margins; (h, w) is the shape of `window`.
 
     Attributes
     ----------
     window : tuple of slice
-        Rows and columns of the frame inside the margins that the extraction finds by itself.
+        Rows and columns of the frame inside the margins that the extraction finds.
     known : ndarray of bool, shape (h, w)
         Pixels with depth.
     near_known : ndarray of bool, shape (h, w)
-        Pixels within 3 px of known depth: where a jump would have been seen.
+        Pixels within 3 px of known depth, where a jump can be detected.
     jumps : pair of ndarray of bool
         Neighbours between which depth jumps.
     smooth : pair of ndarray of bool
-        Neighbours on one surface that goes on smoothly.
+        Neighbours on one smooth surface.
     """
 
     window: Box
@@ -62,7 +62,7 @@ def margin_window(rgb: NDArray[np.uint8]) -> Box:
 
 
 def find_evidence(frame: RGBDFrame) -> Evidence:
-    """Jumps and smooth surfaces of a frame's known depth.
+    """Find jumps and smooth surfaces in a frame's known depth.
 
     Jumps are those of `ilf.segmentation.edges.relief.find_relief` in lines of more than 10 px.
 
@@ -158,8 +158,8 @@ def coverage(labels: Labels) -> float:
 def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Parameters | None = None) -> float | None:
     """Share of the missing pixels that lie in blocks with enough known depth to be completed; None if none is missing.
 
-    Enough is what `ilf.complete` asks for: the known share and the known pixels of the parameters, those of the
-    default preset if left out. Missing pixels that lie in no block count as not recoverable.
+    Enough is what `ilf.complete` requires: the known share and the known pixels of `parameters`, by default those of
+    the default preset. Missing pixels that lie in no block count as not recoverable.
     """
     missing = ~known
     if not missing.any():
@@ -173,7 +173,7 @@ def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Para
 
 
 def count_leaks(labels: Labels) -> int:
-    """How often a block holds no water: 4-connected regions of equal label > 0, less the number of blocks.
+    """Number of leaks: 4-connected regions of equal label > 0, minus the number of blocks.
 
     Between neighbours of different labels there is a boundary, so a 4-connected path that crosses none never leaves
     its region. A block map is watertight, with no leak, if every block is one such region. A block of several is
@@ -188,8 +188,8 @@ def purity(labels: Labels, evidence: Evidence) -> float | None:
     """Share of the blocks, by area, whose known depth has no jump inside; None if no block has known depth.
 
     A block has a jump inside if an 8-connected line of depth jumps (see `find_evidence`) between its own pixels is
-    longer than 10 px and longer than 1 % of the block's perimeter, so that single flying pixels do not condemn a
-    wall. Blocks without known depth are not judged. More and smaller blocks are purer: look at the cut rate, too.
+    longer than 10 px and longer than 1 % of the block's perimeter, so that single flying pixels do not make a wall
+    impure. Blocks without known depth are left out. More and smaller blocks are purer, so read it with the cut rate.
     """
     area = np.bincount(labels.ravel())
     judged = np.bincount(labels[evidence.known], minlength=area.size) > 0
@@ -211,7 +211,7 @@ def purity(labels: Labels, evidence: Evidence) -> float | None:
 def cut_rate(labels: Labels, evidence: Evidence) -> float | None:
     """Share of the smooth neighbouring pairs (see `find_evidence`) that have different labels; None if there are none.
 
-    These are pixels between which nothing in the depth asks for a boundary.
+    The depth gives no evidence for a boundary between these pixels.
     """
     pairs = sum(np.count_nonzero(smooth) for smooth in evidence.smooth)
     if pairs == 0:
@@ -224,9 +224,9 @@ def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
     """Boundaries against depth jumps, both as lines 1 px wide, with a tolerance of 2 px.
 
     Recall is the share of the jumps' pixels with a boundary within 2 px; precision the share of the boundaries'
-    pixels with a jump within 2 px, of those where one would have been seen, within 3 px of known depth; F their
-    harmonic mean. Boundaries at creases and between colours of one surface count as wrong, so precision is low for all
-    methods. All are None where depth has no jump; precision is None where no boundary can be judged.
+    pixels with a jump within 2 px, of those within 3 px of known depth, where a jump can be detected; F their harmonic
+    mean. Boundaries at creases and between colours of one surface count as wrong, so precision is low for all
+    methods. All are None where depth has no jump; precision is None where no boundary can be evaluated.
     """
     jumps = mark(evidence.jumps)
     if not jumps.any():
@@ -243,7 +243,7 @@ def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
 
 
 def _perimeters(labels: Labels) -> NDArray[np.int64]:
-    """Sides of pixels along which each label borders on another one or on the rim of the map."""
+    """Perimeter of each label: pixel sides that border on another label or on the rim of the map."""
     perimeters = np.bincount(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     perimeters = np.pad(perimeters, (0, int(labels.max()) + 1 - perimeters.size))
     right, below = apart(labels)

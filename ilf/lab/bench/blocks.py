@@ -1,4 +1,4 @@
-"""Running the block methods over frames."""
+"""Bench of block methods: extract blocks of many frames and score them."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from .block_measures import BlockScore, Evidence, find_evidence, margin_window, 
 from .frames import chosen_names, load_bench_frame
 from .results import records, write_content, write_table
 
-# The ways to make blocks that the bench compares: those of EBS, and two public segmentations.
+# The block methods that the bench compares: variants of EBS, and two public segmentations.
 
 Labels = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class BlockMethod:
-    """A way to make blocks.
+    """A method that makes blocks.
 
     Attributes
     ----------
     run : callable
         Takes a frame, returns its label map int32 (H, W), 0 = no block.
     settings : mapping
-        All that the result depends on, by name.
+        All settings that the result depends on, by name.
     """
 
     run: Callable[[RGBDFrame], Labels]
@@ -47,7 +47,7 @@ class BlockMethod:
 
 
 def _ebs(**changes: Any) -> BlockMethod:
-    """EBS with contours and default parameters, some of them changed."""
+    """EBS with contours and default parameters, except for the given changes."""
     parameters = PAPER_BLOCKS.replace(**changes)
 
     def run(frame: RGBDFrame) -> Labels:
@@ -60,7 +60,7 @@ def _ebs(**changes: Any) -> BlockMethod:
 
 
 def _public(segment: Callable[..., NDArray[np.integer]], **settings: Any) -> BlockMethod:
-    """A segmentation of the colour inside the margins; its labels come as they are, from 1 on."""
+    """A segmentation of the colour inside the margins; its labels are unchanged, from 1 on."""
 
     def run(frame: RGBDFrame) -> Labels:
         window = margin_window(frame.rgb)
@@ -77,12 +77,12 @@ def _felzenszwalb(rgb: NDArray[np.uint8], scale: float, sigma: float, min_share:
 
 
 def _slic_merged(rgb: NDArray[np.uint8], segments: int, compactness: float, merged_below: float) -> NDArray[np.integer]:
-    """Superpixels, and neighbours of similar mean colour merged: the difference in RGB of 0-255 is `merged_below`."""
+    """Superpixels, merged with neighbours whose mean RGB (0-255) differs by less than `merged_below`."""
     superpixels = slic(rgb, n_segments=segments, compactness=compactness, start_label=1)
     return cut_threshold(superpixels, rag_mean_color(rgb, superpixels, connectivity=1), merged_below)
 
 
-# The settings of the public ones have the highest boundary F of several that were tried on seven real frames.
+# Of several settings tried on seven real frames, those of the public methods gave the highest boundary F.
 BLOCK_METHODS: dict[str, BlockMethod] = {
     "canny": _ebs(detector="canny", use_depth=False),
     "network": _ebs(use_depth=False),
@@ -95,7 +95,7 @@ BLOCK_METHODS: dict[str, BlockMethod] = {
 
 
 def choose_block_methods(names: str) -> list[str]:
-    """Names of the methods that a comma-separated list means, each once; "all" means all.
+    """Parse a comma-separated list of methods, each named once; "all" means all.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def choose_block_methods(names: str) -> list[str]:
 
 @dataclass(frozen=True)
 class BlockPlan:
-    """What is compared: frame folders, and names of methods."""
+    """Input of the block bench: frame folders, and names of methods."""
 
     folders: tuple[Path, ...]
     methods: tuple[str, ...]
@@ -115,7 +115,7 @@ class BlockPlan:
 
 @dataclass(frozen=True)
 class BlockRow(BlockScore):
-    """One method on one frame: its score, the seconds of the extraction, and why it failed, "" if it did not."""
+    """One method on one frame: score, seconds of the extraction, and reason of a failure ("" if none)."""
 
     frame: str
     method: str
@@ -125,7 +125,7 @@ class BlockRow(BlockScore):
 
 @dataclass(frozen=True)
 class SkippedFrame:
-    """A frame that was left out, and why."""
+    """A skipped frame, and the reason."""
 
     frame: str
     reason: str
@@ -133,7 +133,7 @@ class SkippedFrame:
 
 @dataclass(frozen=True)
 class BlockBenchResult:
-    """All rows, by frame and method in the order of the plan, and the frames that were left out."""
+    """All rows, by frame and method in the order of the plan, and the skipped frames."""
 
     plan: BlockPlan
     rows: tuple[BlockRow, ...]
@@ -145,14 +145,14 @@ def run_block_bench(
 ) -> BlockBenchResult:
     """Run every method on every frame, with all of its depth.
 
-    Nothing is hidden from the methods: those that use depth have seen what they are measured with, just as they see
-    it when the frame is completed.
+    No depth is held out: methods that use depth get the depth that they are scored with, as they do when the frame is
+    completed.
 
     Parameters
     ----------
     plan : BlockPlan
     jobs : int
-        Processes that share the frames. More than one makes the seconds longer and less certain; all else stays.
+        Processes that share the frames. More than one makes the timings longer and less accurate; all else stays.
     on_progress : callable, optional
         Called with a frame's name whenever it is done.
     """
@@ -184,15 +184,15 @@ def _run_method(name: str, frame: RGBDFrame, evidence: Evidence) -> BlockRow:
     return BlockRow(frame=frame.name, method=name, seconds=seconds, failure=failure, **score)
 
 
-# The block bench's results: summed up, and written as CSV and JSON.
+# Results of the block bench: summarised, and written as CSV and JSON.
 
 
 @dataclass(frozen=True)
 class BlockSummary:
-    """One method over all frames: the median of the seconds, and means of all else over the frames that have a value.
+    """One method over all frames: median of the seconds, and means of all else over the frames that have a value.
 
-    `watertight` is the share of the frames without a leak; `failures` counts the frames that the method failed on,
-    which count as no blocks at all.
+    `watertight` is the share of the frames without a leak; `failures` counts the frames on which the method failed;
+    these count as having no blocks.
     """
 
     method: str
@@ -212,7 +212,7 @@ class BlockSummary:
 
 
 def summarise_blocks(result: BlockBenchResult) -> list[BlockSummary]:
-    """One line per method, the highest boundary F first."""
+    """Return one summary per method, the highest boundary F first."""
     by_method = [[row for row in result.rows if row.method == method] for method in result.plan.methods]
     lines = [_summary(rows) for rows in by_method if rows]
     return sorted(lines, key=lambda line: -1.0 if line.f is None else line.f, reverse=True)

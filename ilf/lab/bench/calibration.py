@@ -1,4 +1,4 @@
-"""Fit and check the expected error on hidden depth: `python -m ilf.lab.bench.calibration`."""
+"""Fit and check the expected error on hold-out: `python -m ilf.lab.bench.calibration`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .methods import METHODS
 from .patterns import Task, make_task
 from .results import CALIBRATED
 
-# Fit a model of the expected error to errors that are known.
+# Fit a model of the expected error to known errors.
 
 Values = NDArray[np.float64]
 
@@ -41,28 +41,28 @@ _OUTERMOST = 0.01
 """Share of the pixels that lies beyond the first knot, and beyond the last."""
 
 _EITHER_WAY = {"depth", "edge", "edge near", "edges around"}
-"""Features with which errors may grow or fall; with the others they grow."""
+"""Features whose curves may rise or fall; all other curves only rise."""
 
 _STRAIGHT, _LEVEL = 1e-3, 1e-4
-"""What it costs curves to bend, and to rise or fall."""
+"""Penalties of a curve's bends, and of its slopes."""
 
 _SMOOTHINGS = (0.5, 0.1)
-"""Widths over which the kink of the pinball loss is rounded, one after the other."""
+"""Widths over which the kink of the pinball loss is rounded, in turn."""
 
 _PROMISES = (1.0, WITHIN, 1.0), (2.0, WITHIN_TWICE, 0.3)
-"""How many times the expected error, the share of errors that is to lie within that, and how much that matters."""
+"""Multiple of the expected error, target share of errors within it, and weight of this target in the loss."""
 
 _DECIMALS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Hidden pixels of one frame under one pattern, as a method has filled them.
+    """Held-out pixels of one frame under one pattern, as a method filled them.
 
     Attributes
     ----------
     sensor, pattern : str
-        What measured the frame (`BenchFrame.sensor`), and how depth was hidden.
+        Sensor of the frame (`BenchFrame.sensor`), and pattern of the hold-out.
     features : ndarray of float, shape (N, 13)
         See `ilf.completion.confidence.features.error_features`.
     depths : ndarray of float64, shape (N,)
@@ -74,7 +74,7 @@ class Sample:
     own_test : (ndarray, ndarray) or None
         See `ilf.completion.confidence.expected_error.own_test`.
     weight : float
-        How much it counts when a model is fitted.
+        Weight in the fit.
     """
 
     sensor: str
@@ -93,11 +93,11 @@ class Sample:
 
 
 def fit(samples: Sequence[Sample]) -> ErrorModel:
-    """The model of least loss.
+    """Fit the model that minimises the loss.
 
-    It is the pinball loss of the logarithm's 68 % quantile and, of the same number's double, of its 95 % quantile: one
-    number for both of what one and two standard deviations promise, the first of which matters more. The curves come
-    first, then what frames have of their own.
+    The loss is the pinball loss of the 68 % quantile of the log error, plus that of the 95 % quantile at twice the
+    expected error, with a smaller weight: one number serves as one and two standard deviations. The curves are fitted
+    first, then the factor of each frame's own test.
     """
     features = np.concatenate([sample.features for sample in samples]).astype(np.float64)
     logarithms = np.log(np.maximum(np.concatenate([sample.shares for sample in samples]), FLOOR))
@@ -122,7 +122,7 @@ def fit(samples: Sequence[Sample]) -> ErrorModel:
 
 
 def _loss(left: Values, weights: Values, width: float) -> tuple[float, Values]:
-    """Loss of what the logarithms have above the expected ones, and how it changes with each of the latter."""
+    """Loss of the residuals of the logarithms, and its gradient by the expected logarithms."""
     value, slopes = 0.0, np.zeros_like(left)
     for times, share, matters in _PROMISES:
         miss = left - np.log(times)
@@ -133,7 +133,7 @@ def _loss(left: Values, weights: Values, width: float) -> tuple[float, Values]:
 
 
 def _fit_curves(features: Values, logarithms: Values, weights: Values) -> ErrorModel:
-    """A curve is the running sum of its steps from knot to knot, the first value being 0."""
+    """Fit the curves; each is the cumulative sum of its steps from knot to knot, starting at 0."""
     columns = features.T
     knots = [np.unique(np.quantile(column, np.linspace(_OUTERMOST, 1 - _OUTERMOST, _KNOTS))) for column in columns]
     design = hstack([_hats(column, of_it) for column, of_it in zip(columns, knots, strict=True)]).tocsr()
@@ -172,7 +172,7 @@ def _fit_curves(features: Values, logarithms: Values, weights: Values) -> ErrorM
 
 
 def _hats(column: Values, knots: Values) -> csr_array:
-    """How much every knot's value counts at every pixel, (N, knots)."""
+    """Weight of every knot's value at every pixel, (N, knots)."""
     if len(knots) == 1:
         return csr_array(np.ones((len(column), 1)))
     place = np.clip(np.searchsorted(knots, column, side="right") - 1, 0, len(knots) - 2)
@@ -188,32 +188,32 @@ def _rounded(values: Values) -> tuple[float, ...]:
 
 PATTERNS_USED = ("random", "areas")
 DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
-"""Limits [px] between the distances to known depth that are reported one by one."""
+"""Limits [px] of the bins of distance to known depth that are reported separately."""
 
 _SAMPLES = 2000
 """Pixels taken of every frame and pattern."""
 
 _LEAST_IN_BIN = 50
 _LEAST_IN_SCENE = 200
-"""Missing pixels that a generated scene must have to count."""
+"""Minimum number of missing pixels of a generated scene."""
 
 _SCENES, _SCENE_WEIGHT = 40, 0.25
-"""So many generated scenes are taken, and each counts so much beside a frame under one pattern."""
+"""Number of generated scenes, and the weight of each relative to a frame under one pattern."""
 
-_FITTED = '''"""The laws of the expected error, written by `python -m ilf.lab.bench.calibration --fit ... --write`."""
+_FITTED = '''"""Models of the expected error, written by `python -m ilf.lab.bench.calibration --fit ... --write`."""
 
 from .model import Curve, ErrorModel
 
 # fmt: off
 MODELS = {
 %s}
-"""Low-pass filter, as in `Parameters.filter`, -> how its errors grow."""
+"""Low-pass filter, as in `Parameters.filter`, -> model of its errors."""
 '''
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """How many errors lie within the expected one, under one pattern.
+    """Share of errors within the expected error, under one pattern.
 
     Attributes
     ----------
@@ -226,9 +226,9 @@ class Calibration:
     twice : float
         Mean over frames of the share within twice the expected error.
     sparsification : float
-        Mean over frames of `ilf.judgement.sparsification_error`.
+        Mean over frames of `ilf.evaluation.metrics.sparsification_error`.
     by_distance : tuple of float
-        Mean over frames in each of `DISTANCE_BINS`, NaN where there is none.
+        Mean over frames in each of `DISTANCE_BINS`, NaN where a bin is empty.
     """
 
     pattern: str
@@ -244,38 +244,38 @@ class Calibration:
 
 
 def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sample:
-    """Hide depth of a frame, complete it, and take pixels of what was hidden.
+    """Hold out depth of a frame, complete it, and sample the held-out pixels.
 
     Raises
     ------
     InputError, FormatError
-        If the frame cannot be read, or nothing of it can be hidden.
+        If the frame cannot be read, or no depth can be held out.
     """
     frame = load_bench_frame(folder)
     return _sample_of(make_task(frame, pattern, seed), frame.sensor, pattern, method, seed)
 
 
 def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
-    """Complete what simulated sensors have not seen of generated scenes, and take pixels of that.
+    """Complete the missing depth of generated scenes, and sample the filled pixels.
 
-    Holes that are made for a test lie anywhere; those that sensors leave lie at jumps, and on things that are black,
-    shiny or bright as a whole. Of generated scenes their true depth is known.
+    Hold-outs lie anywhere; holes of real sensors lie at jumps, and on objects that are black, shiny or bright as a
+    whole. For generated scenes the true depth in such holes is known.
 
     Parameters
     ----------
     folder : Path
-        Of pictures that `assets/samples/make_scenes.py` has made.
+        Folder of pictures made by `assets/samples/make_scenes.py`.
     count : int
-        So many of them are taken, evenly.
+        Number of pictures, taken evenly.
 
     Raises
     ------
     InputError
-        If there are none.
+        If the folder has no pictures.
     """
     paths = sorted(folder.glob("*.npz"))
     if not paths:
-        raise InputError(f"There is no picture (*.npz) in {folder}.")
+        raise InputError(f"{folder} has no pictures (*.npz). Make some with assets/samples/make_scenes.py.")
     samples = []
     for path in paths[:: max(len(paths) // count, 1)][:count]:
         with np.load(path) as arrays:
@@ -283,7 +283,7 @@ def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
             missing = ~frame.known & np.isfinite(arrays["exact"])
             task = Task(frame, arrays["exact"], missing)
         if frame.known.any() and np.count_nonzero(missing) >= _LEAST_IN_SCENE:
-            # what is hidden from such a scene says nothing of its holes
+            # a hold-out in such a scene is not representative of its holes
             samples.append(
                 replace(_sample_of(task, "generated", "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT)
             )
@@ -312,7 +312,7 @@ def _sample_of(task: Task, sensor: str, pattern: str, method: str, seed: int) ->
 
 
 def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[Calibration]:
-    """What share of the samples' errors lies within those of each one's model, for every pattern among them."""
+    """Return the share of errors within the expected error of each sample's model, for every pattern."""
     found = []
     for pattern in dict.fromkeys(sample.pattern for sample in samples):
         shares: list[float] = []
@@ -349,9 +349,9 @@ def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[C
 
 
 def fit_to_others(samples: Sequence[Sample]) -> list[ErrorModel]:
-    """For every sample, a model that is fitted to those of other sensors; raises InputError if there is but one."""
+    """Fit, for every sample, a model to the samples of other sensors; raise InputError if there is only one sensor."""
     if len({sample.sensor for sample in samples}) < 2:
-        raise InputError("All frames are of one sensor, so that there are no others to fit to.")
+        raise InputError("All frames are of one sensor. Add frames of other sensors to fit to.")
     fitted = {
         sensor: fit([sample for sample in samples if sample.sensor != sensor])
         for sensor in dict.fromkeys(sample.sensor for sample in samples)
@@ -360,33 +360,35 @@ def fit_to_others(samples: Sequence[Sample]) -> list[ErrorModel]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns its exit status."""
+    """Run the command and return its exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m ilf.lab.bench.calibration",
-        description="Fit the expected error to hidden depth of some frames and check it on others.",
+        description="Fit the expected error to hold-outs of some frames and check it on others.",
         allow_abbrev=False,
     )
-    parser.add_argument("--fit", nargs="+", default=[], metavar="FOLDER", help="frames to fit to; none: keep the model")
+    parser.add_argument(
+        "--fit", nargs="+", default=[], metavar="FOLDER", help="frames to fit to (default: keep the model)"
+    )
     parser.add_argument("--check", nargs="+", default=[], metavar="FOLDER", help="frames to check on")
-    parser.add_argument("--method", choices=tuple(METHODS), default="best", help="what completes (default: best)")
+    parser.add_argument("--method", choices=tuple(METHODS), default="best", help="completion method (default: best)")
     parser.add_argument(
-        "--model", choices=tuple(MODELS), default=DEFAULT_MODEL, help=f"which is meant (default: {DEFAULT_MODEL})"
+        "--model", choices=tuple(MODELS), default=DEFAULT_MODEL, help=f"model to use (default: {DEFAULT_MODEL})"
     )
     parser.add_argument(
-        "--seed", type=int, nargs="+", default=[0], metavar="N", help="what the hidden pixels follow from (default: 0)"
+        "--seed", type=int, nargs="+", default=[0], metavar="N", help="seed of the hold-outs (default: 0)"
     )
     parser.add_argument(
-        "--scenes", type=Path, metavar="FOLDER", help=f"fit to the holes of {_SCENES} generated scenes in it as well"
+        "--scenes", type=Path, metavar="FOLDER", help=f"also fit to the holes of {_SCENES} generated scenes in FOLDER"
     )
     parser.add_argument(
         "--others",
         action="store_true",
-        help="also check every sensor's frames of --fit by what is fitted to the others",
+        help="also check each sensor's frames of --fit with a model fitted to the other sensors",
     )
     parser.add_argument(
         "--write",
         action="store_true",
-        help="write what is fitted into the installed ilf/completion/confidence/fitted.py",
+        help="write the fitted model into the installed ilf/completion/confidence/fitted.py",
     )
     given = parser.parse_args(arguments)
     try:
@@ -417,7 +419,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def write_models(models: dict[str, ErrorModel]) -> None:
-    """Into the file that the models come from."""
+    """Write the models into `ilf/completion/confidence/fitted.py`."""
     lines = []
     for name, model in models.items():
         lines.append(f'    "{name}": ErrorModel(level={model.level}, usual={model.usual}, own={model.own}, curves=(\n')

@@ -1,4 +1,4 @@
-"""Running methods over the scenes of the bench of denoising."""
+"""Bench of denoising: scenes of known noise, peers, and the run over all methods."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
 from .frames import chosen_names, load_bench_frame
 
-# The noise of structured-light cameras, for scenes whose depth is known exactly.
+# Noise model of structured-light cameras, for scenes whose depth is known exactly.
 
 Depth = NDArray[np.float64]
 
@@ -40,9 +40,9 @@ class StructuredLight:
     baseline : float
         From the camera to the pattern projector [m].
     steps_per_pixel : int
-        Disparity is measured in such fractions of a pixel.
+        Steps of the measured disparity per pixel.
     noise : float
-        Standard deviation of the disparity [steps]; by default 1.3 mm at 1 m, growing with the square of the range.
+        Standard deviation of the disparity [steps]; the default gives 1.3 mm at 1 m, growing with the range squared.
     """
 
     focal: float
@@ -56,7 +56,7 @@ class StructuredLight:
         return self.steps_per_pixel * self.focal * self.baseline
 
     def measured(self, depth: Depth, rng: np.random.Generator) -> Depth:
-        """Depth [m], (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
+        """Return depth [m], (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
         height, width = depth.shape
         rows, columns = np.mgrid[:height, :width]
         jitter = np.round(0.45 * rng.standard_normal((2, height, width))).astype(int)
@@ -72,7 +72,7 @@ class StructuredLight:
         return depth**2 / self.scale * math.sqrt(self.noise**2 + 1 / 12)
 
 
-# The scenes of the bench of denoising: exact depth, and what sensors of known noise make of it.
+# Scenes of the bench: exact depth, and the same depth with known sensor noise.
 
 Mask = NDArray[np.bool_]
 
@@ -80,26 +80,26 @@ _SHAPE, _FOCAL = (480, 640), 525.0
 _SENSOR = StructuredLight(_FOCAL)
 
 _JUMP = 0.02
-"""Neighbours whose true depth differs by more than that, in metres and as a share of depth, are an edge."""
+"""Neighbours whose true depth differs by more than this, in metres and as a share of depth, form an edge."""
 
 _BESIDE = 4
-"""Pixels up to so many away from an edge are scored as edges, all others as flat."""
+"""Pixels up to this distance [px] from an edge are scored as edges, all others as flat."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A frame of known noise.
+    """A frame with known noise.
 
     Attributes
     ----------
     frame : RGBDFrame
         With noise.
     truth : ndarray of float64, shape (H, W)
-        Depth [m] without.
+        Depth [m] without noise.
     noise : ndarray of float64, shape (H, W)
-        True standard deviation [m] of every pixel's noise, which the peers are told.
+        True standard deviation [m] of every pixel's noise; given to the peers.
     one_block : bool
-        Whether the whole frame is one block; else blocks are extracted.
+        Whether the whole frame is one block; otherwise blocks are extracted.
     parts : dict
         Name of a part -> bool (H, W), the known pixels that are scored.
     """
@@ -112,13 +112,13 @@ class Scene:
 
 
 def _sphere(noise: float, seed: int) -> Scene:
-    """2.6 x 1.2 m of a sphere of 2 m, seen in parallel."""
+    """2.6 x 1.2 m of a sphere of 2 m radius, in parallel projection."""
     y, x = _grid((360, 640), (1.2, 2.6))
     return _smooth("sphere", 4.0 - np.sqrt(4.0 - x**2 - y**2), noise, seed)
 
 
 def _cylinder(noise: float, seed: int) -> Scene:
-    """0.6 x 0.6 m of an upright cylinder of 0.5 m, seen in parallel."""
+    """0.6 x 0.6 m of an upright cylinder of 0.5 m radius, in parallel projection."""
     _, x = _grid((480, 480), (0.6, 0.6))
     return _smooth("cylinder", 2.0 - np.sqrt(0.25 - x**2), noise, seed)
 
@@ -152,7 +152,7 @@ def _steps_and_slopes(seed: int) -> Scene:
 
 
 def _things(seed: int) -> Scene:
-    """Balls, boxes and rods, some 2 px thin, before a slanted wall, on a floor; seen in perspective."""
+    """Balls, boxes and rods, some 2 px thin, on a floor before a slanted wall; in perspective."""
     rows, columns = np.indices(_SHAPE)
     x, y = ((at / _FOCAL).astype(np.float64) for at in (columns - 319.5, rows - 239.5))
     truth = np.minimum(1 / (0.36 - 0.12 * x), 1.1 / np.maximum(y, 1e-3))
@@ -178,7 +178,7 @@ def _things_in_white_noise(seed: int) -> Scene:
 
 
 def _structured(name: str, truth: Depth, seed: int) -> Scene:
-    """What a structured-light camera sees, with seams of missing depth at some of the jumps."""
+    """A scene as a structured-light camera measures it, with seams of missing depth at some of the jumps."""
     rng = np.random.default_rng([seed, 7])
     field = cv2.GaussianBlur(rng.standard_normal(truth.shape), (0, 0), 1.5)
     seam = _beside_jumps(truth, 1) & (field > 0)
@@ -188,7 +188,7 @@ def _structured(name: str, truth: Depth, seed: int) -> Scene:
 
 
 def _room(seed: int) -> Scene:
-    """The bundled sample; its noise follows from the seed, but for 0, where it is the sample's own."""
+    """The bundled sample with noise from the seed; with seed 0, the sample's own noise."""
     source = load_bench_frame(asset_path("samples/room"))
     assert source.truth is not None
     truth, frame = source.truth.astype(np.float64), source.frame
@@ -221,7 +221,7 @@ SCENES: dict[str, Callable[[int], Scene]] = {
     "things, Kinect": _things,
     "things, 0.4 %": _things_in_white_noise,
 }
-"""Name -> the scene with noise that follows from a seed."""
+"""Name -> function from a seed to the scene with noise."""
 
 
 def _flat_and_edges(truth: Depth, known: Mask) -> dict[str, Mask]:
@@ -260,27 +260,26 @@ def _shaded(truth: Depth) -> NDArray[np.uint8]:
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-# Filters that take noise off dense depth, each told how strong the noise is.
+# Filters that denoise dense depth; each gets the noise's standard deviation.
 
 _SIDE = 5
-"""Of the median's squares [px]."""
+"""Side of the median filter's window [px]."""
 
 _RANGE, _SPACE = 3.0, 3.0
-"""The bilateral filter's deviations: of depth, in those of the noise, and in the image [px]."""
+"""Deviations of the bilateral filter: in depth, in deviations of the noise, and in the image [px]."""
 
 _EPSILON, _RADIUS = 16.0, 3
-"""The guided filter's variance that counts as flat, in that of the noise, and the radius of its squares [px]."""
+"""The guided filter's regularisation, in variances of the noise, and the radius of its window [px]."""
 
 _TV_WEIGHT = 4.0
-"""Of total variation, where the noise's deviation is 1."""
+"""Weight of total variation for noise of deviation 1."""
 
 _PATCH, _SEARCH, _LIKENESS = 7, 11, 1.2
-"""Side of the patches of non-local means, how far off they are searched [px], and how alike they must be, in
-deviations of noise."""
+"""Patch size and search distance of non-local means [px], and its filter strength in deviations of the noise."""
 
 
 def median(depth: Depth, noise: float) -> Depth:
-    """Median over squares; the noise plays no part."""
+    """Median filter; ignores the noise."""
     return cv2.medianBlur(depth.astype(np.float32), _SIDE).astype(np.float64)
 
 
@@ -290,7 +289,7 @@ def bilateral(depth: Depth, noise: float) -> Depth:
 
 
 def guided(depth: Depth, noise: float) -> Depth:
-    """He, Sun and Tang, "Guided image filtering", 2013, the depth its own guide."""
+    """He, Sun and Tang, "Guided image filtering", 2013, with the depth as its own guide."""
 
     def mean(values: Depth) -> Depth:
         return np.asarray(cv2.blur(values, (2 * _RADIUS + 1,) * 2), np.float64)
@@ -319,7 +318,7 @@ def nonlocal_means(depth: Depth, noise: float) -> Depth:
 
 
 def dct_pls(depth: Depth, noise: float) -> Depth:
-    """Garcia's penalised least squares by cosine transforms, 2010, as stiff as leaves residuals of the noise's size."""
+    """Garcia's penalised least squares by cosine transforms, 2010; the residual is made to match the noise."""
     along = [2 - 2 * np.cos(np.pi * np.arange(size) / size) for size in depth.shape]
     roughness = (along[0][:, None] + along[1][None, :]) ** 2
     spectrum = dctn(depth, norm="ortho")
@@ -340,19 +339,19 @@ DENOISERS: dict[str, Callable[[Depth, float], Depth]] = {
     "nonlocal-means": nonlocal_means,
     "dct-pls": dct_pls,
 }
-"""Name -> filter of dense depth [m], shape (H, W), told its noise's true standard deviation [m]. Of several settings
-those are taken that had the lowest errors over the bench's scenes, under another seed."""
+"""Name -> filter of dense depth [m], shape (H, W), given the true standard deviation of its noise [m]. Of several
+settings, those with the lowest errors over the bench's scenes under another seed were taken."""
 
 
 INPUT = "input"
-"""What stands for the depth as it is given, in the place of a method."""
+"""Name that stands for the unchanged input depth in place of a method."""
 
 DENOISE_METHODS = (INPUT, *PRESETS, *DENOISERS)
 
 
 @dataclass(frozen=True)
 class DenoisePlan:
-    """What is compared: names of methods, and what the noise follows from."""
+    """Input of the denoising bench: names of methods, and the seed of the noise."""
 
     methods: tuple[str, ...]
     seed: int = 0
@@ -360,8 +359,8 @@ class DenoisePlan:
 
 @dataclass(frozen=True)
 class DenoiseRow:
-    """One method on one part of a scene: errors over its known pixels [m], seconds, and why it failed, "" if it did
-    not. What a preset leaves open counts as given."""
+    """One method on one part of a scene: errors over its known pixels [m], seconds, and reason of a failure ("" if
+    none). Pixels that a preset does not fill count with their input depth."""
 
     scene: str
     part: str
@@ -374,7 +373,7 @@ class DenoiseRow:
 
 
 def choose_denoise_methods(names: str) -> list[str]:
-    """Names of the methods that a comma-separated list means, each once; "all", "presets" and "peers" are groups.
+    """Parse a comma-separated list of methods, each named once; "all", "presets" and "peers" are groups.
 
     Raises
     ------
@@ -390,14 +389,14 @@ def run_denoise_bench(
 ) -> list[DenoiseRow]:
     """Run every method on every scene; rows by scene, part and method.
 
-    Presets find the noise themselves. Peers are told the root mean square of its true deviation, and get depth whose
-    gaps are closed with the nearest known depth.
+    Presets estimate the noise themselves. Peers get the root mean square of its true deviation, and depth whose gaps
+    are filled with the nearest known depth.
 
     Parameters
     ----------
     plan : DenoisePlan
     jobs : int
-        Processes that share the scenes. More than one makes the seconds longer and less certain; all else stays.
+        Processes that share the scenes. More than one makes the timings longer and less accurate; all else stays.
     on_progress : callable, optional
         Called with a scene's name whenever it is done.
     """
@@ -423,7 +422,7 @@ def _run_scene(name: str, methods: Sequence[str], seed: int) -> list[DenoiseRow]
 
 
 def _run_method(method: str, scene: Scene, labels: np.ndarray, dense: Depth) -> tuple[Depth, float, str]:
-    """Depth, closed where it was left open, seconds without the extraction, and why the method failed if it did."""
+    """Return depth without gaps, seconds without the extraction, and the reason of a failure ("" if none)."""
     if method == INPUT:
         return dense, 0.0, ""
     if method in DENOISERS:

@@ -1,4 +1,4 @@
-"""Frame folders and, where they have one, the truth."""
+"""Frame folders of the bench and their ground truth."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
 
 @dataclass(frozen=True, eq=False)
 class BenchFrame:
-    """A frame, and its truth.
+    """A frame and its ground truth.
 
     Attributes
     ----------
     frame : RGBDFrame
     truth : ndarray of float32, shape (H, W), or None
-        Measured or exact depth [m], NaN = unknown; None where there is no truth.
+        Measured or exact depth [m], NaN = unknown; None without ground truth.
     sensor : str
-        What measured it, as meta.json has it: its `sensor`, else its `source`, else the frame's name. Frames of one
-        sensor resemble each other.
+        Sensor that measured it: `sensor` in meta.json, else `source`, else the frame's name. Frames of one sensor
+        resemble each other.
     """
 
     frame: RGBDFrame
@@ -41,7 +41,7 @@ class BenchFrame:
 
 
 def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
-    """The frame folders among `paths`; other folders are searched for frame folders in them, by name.
+    """Return the frame folders among `paths`, and those directly inside other folders, sorted by name.
 
     Raises
     ------
@@ -57,15 +57,15 @@ def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
             continue
         inside = sorted(entry for entry in path.iterdir() if (entry / META_NAME).is_file())
         if not inside:
-            raise InputError(f"{path} has no {META_NAME}, and no folder in it has one: there is no frame in it.")
+            raise InputError(f"{path} has no {META_NAME}, and none of its folders has one. Give folders of frames.")
         found.update(dict.fromkeys(inside))
     return list(found)
 
 
 def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
-    """Read a frame folder and its truth.
+    """Read a frame folder and its ground truth.
 
-    A folder that has gt.png but no depth gives that truth as depth, with the hole that mask.png marks.
+    If a folder has gt.png but no depth, the ground truth is used as depth, with the hole that mask.png marks.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     Raises
     ------
     InputError, FormatError
-        If the frame cannot be read, has neither depth nor a truth with a mask, or they do not fit each other.
+        If the frame cannot be read, has neither depth nor a ground truth with a mask, or their sizes differ.
     """
     root = Path(folder)
     meta = read_json(root / META_NAME)
@@ -85,7 +85,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
             raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
         return _masked_truth(root, meta)
     frame = load_frame(root)
-    # the methods have no use for it, and runs that know a truth take the time to tell their error; nor has any a guide
+    # methods use no ground truth, and runs that have one spend time on computing the error; no method gets a guide
     return BenchFrame(frame.with_truth(None).with_guide(None), frame.truth, _sensor(meta, frame.name))
 
 
@@ -112,23 +112,23 @@ def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
     return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
 
 
-# Names that a user lists, separated by commas.
+# Comma-separated lists of names.
 
 
 def chosen_names(
     names: str, known: Collection[str], groups: Mapping[str, Sequence[str]] | None = None, what: str = "method"
 ) -> list[str]:
-    """What a comma-separated list means, each name once.
+    """Parse a comma-separated list of names; each name is returned once.
 
     Parameters
     ----------
     names : str
-        Any of `known` and of the names of `groups`.
+        Names from `known` and `groups`.
     known : collection of str
     groups : mapping, optional
         Name -> members, all of them among `known`.
     what : str
-        What is named, for the message.
+        Kind of the named things, for error messages.
 
     Raises
     ------
@@ -142,5 +142,5 @@ def chosen_names(
             raise ParameterError(f"There is no {what} {name!r}. Known: {', '.join([*groups, *known])}.")
         chosen.update(dict.fromkeys(groups.get(name, (name,))))
     if not chosen:
-        raise ParameterError(f"No {what} is named. Known: {', '.join([*groups, *known])}.")
+        raise ParameterError(f"The list has no {what}. Known: {', '.join([*groups, *known])}.")
     return list(chosen)

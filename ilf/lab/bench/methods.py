@@ -30,7 +30,7 @@ Depth = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Method:
-    """A way to complete depth.
+    """A method that completes depth.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Method:
     run : callable
         Takes a frame and its label map, returns depth [m] of shape (H, W), NaN where it does not fill.
     needs_blocks : bool
-        False if the label map is not looked at.
+        False if the method ignores the label map.
     """
 
     name: str
@@ -72,7 +72,7 @@ GROUPS = {
     "presets": tuple(PRESETS),
     "peers": tuple(method.name for method in _PEERS),
 }
-"""Names that stand for several methods; "all" stands for all groups."""
+"""Names of groups of methods; "all" means all groups."""
 
 METHODS: dict[str, Method] = {
     method.name: method for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_PEERS)
@@ -81,7 +81,7 @@ METHODS: dict[str, Method] = {
 
 
 def choose_methods(names: str) -> list[str]:
-    """Names of the methods that a comma-separated list means, each once.
+    """Parse a comma-separated list of methods, each named once.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is hidden from the methods: the same pixels whenever frame name and seed are the same."""
+"""Hold-out patterns: the same pixels for the same frame name and seed."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ...evaluation.hold_out import HIDDEN_PATTERNS, frame_without, hidden_pixels
 from .frames import BenchFrame
 
 PATTERNS = HIDDEN_PATTERNS | {
-    "truth": "the frame's own holes, where there is a measured or exact truth",
+    "truth": "the frame's own holes, where a measured or exact ground truth exists",
 }
-"""Name -> what it is."""
+"""Name -> description."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a method is given, and what it is scored on.
+    """Input of a method, and the pixels that it is scored on.
 
     Attributes
     ----------
     frame : RGBDFrame
-        With the hidden depth removed.
+        Without the held-out depth.
     truth : ndarray of float32, shape (H, W)
         True depth [m].
     scored : ndarray of bool, shape (H, W)
@@ -39,7 +39,7 @@ class Task:
 
     @property
     def sha256(self) -> str:
-        """Of the colour and depth that methods are given, the pixels that they are scored on, and the truth there."""
+        """Hash of the input colour and depth, the scored pixels, and the ground truth there."""
         digest = hashlib.sha256()
         for values in (self.frame.rgb, self.frame.depth, self.scored, self.truth[self.scored]):
             digest.update(np.ascontiguousarray(values).tobytes())
@@ -47,7 +47,7 @@ class Task:
 
 
 def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
-    """Hide depth of a frame by a pattern.
+    """Hold out depth of a frame by a pattern.
 
     Parameters
     ----------
@@ -55,17 +55,17 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
     pattern : str
         One of `PATTERNS`.
     seed : int
-        Base seed, not negative; the pixels hidden follow from it, the pattern and the frame's name.
+        Base seed, not negative; the held-out pixels depend on it, the pattern and the frame's name.
 
     Raises
     ------
     InputError
-        If the pattern leaves nothing to score or nothing known, or is not known itself.
+        If the pattern leaves no pixel to score or no known depth, or does not exist.
     """
     frame = source.frame
     if pattern == "truth":
         if source.truth is None:
-            raise InputError("There is no measured or exact truth.")
+            raise InputError("There is no measured or exact ground truth.")
         return _checked(Task(frame, source.truth, ~frame.known & np.isfinite(source.truth)))
     if pattern not in PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(PATTERNS)}.")
@@ -75,5 +75,5 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
 
 def _checked(task: Task) -> Task:
     if not task.scored.any():
-        raise InputError("There is no hidden pixel to score.")
+        raise InputError("There is no held-out pixel to score.")
     return task

@@ -1,4 +1,4 @@
-"""Surfaces of least energy through the known pixels."""
+"""Classical methods of depth completion that the presets are compared with."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _TINY = np.finfo(np.float32).tiny
 def morphology(frame: RGBDFrame) -> NDArray[np.float32]:
     """The steps of Ku, Harakeh and Waslander, "In defense of classical image processing", 2018 (IP-Basic).
 
-    Depth is inverted so that dilation lets the near win; then a dilation by a diamond, a closing, small holes, large
-    holes, a median and a Gaussian blur. Holes wider than the largest element stay missing.
+    Depth is inverted, so that dilation favours near depth; then follow a dilation by a diamond, a closing, filling of
+    small and large holes, a median and a Gaussian blur. Holes wider than the largest element stay missing.
     """
-    # any depth beyond the farthest will do, as long as no known pixel is 0, which stands for empty
+    # any value beyond the farthest depth works, as long as no known pixel becomes 0, which means empty
     beyond = np.float32(np.nanmax(frame.depth) + 1.0)
     inverted = np.where(frame.known, beyond - frame.depth, np.float32(0.0))
     inverted = cv2.dilate(inverted, _DIAMOND)
@@ -38,13 +38,13 @@ def morphology(frame: RGBDFrame) -> NDArray[np.float32]:
     for element in (_SMALL_HOLES, _LARGE_HOLES):
         inverted = np.where(inverted > 0, inverted, cv2.dilate(inverted, element))
     inverted = np.where(inverted > 0, cv2.medianBlur(inverted, 5), inverted)
-    # empty pixels take no part in the blur
+    # empty pixels are excluded from the blur
     filled = (inverted > 0).astype(np.float32)
     blurred = cv2.GaussianBlur(inverted, _BLUR, 0) / np.maximum(cv2.GaussianBlur(filled, _BLUR, 0), _TINY)
     return np.where(filled > 0, beyond - blurred, np.float32(np.nan))
 
 
-# OpenCV's inpainting, on depth in whole millimetres: it takes 16-bit images.
+# OpenCV's inpainting, on depth in whole millimetres, because it needs 16-bit images.
 
 _RADIUS = 3.0
 _UNITS = 1000.0
@@ -68,14 +68,14 @@ def _inpainted(frame: RGBDFrame, method: int) -> NDArray[np.float32]:
     return np.where(filled > 0, filled / np.float32(_UNITS), np.float32(np.nan))
 
 
-# A surface of second order in every block.
+# A second-order polynomial in every block.
 
 
 def polynomial(frame: RGBDFrame, labels: NDArray[np.int32]) -> NDArray[np.float64]:
     """Least-squares polynomial of order 2 in row and column through the known pixels of each block.
 
-    Missing stays what lies in no block, what the polynomial puts behind the camera, and blocks whose known pixels
-    do not determine its six coefficients.
+    Pixels outside all blocks, pixels that the polynomial puts behind the camera, and blocks whose known pixels do not
+    determine its six coefficients stay missing.
 
     Parameters
     ----------
@@ -108,8 +108,8 @@ def dct_smoothing(frame: RGBDFrame) -> NDArray[np.float64]:
 
     In its form for gaps in reliable data (Wang, Garcia et al., "A three-dimensional gap filling method for large
     geophysical datasets", 2012), with the strengths, number of steps and relaxation of the authors' program: the
-    smoothness weakens from step to step, and known depth is put back after each. Smoothing once and for all with the
-    strength that cross-validation chooses gave larger errors, in gaps of both kinds.
+    smoothness weakens from step to step, and known depth is restored after each. Smoothing once with the strength
+    from cross-validation gave larger errors, in gaps of both kinds.
     """
     known = frame.known
     surface = nearest(frame).astype(np.float64)
@@ -131,11 +131,11 @@ def _roughness(shape: tuple[int, int]) -> NDArray[np.float64]:
 # Sparse linear systems of pixels.
 
 MAX_UNKNOWNS = 3_000_000
-"""Larger systems are refused: at this size the factors of a thin plate take about 12 GB."""
+"""Larger systems are refused: at this size the factors of a thin plate need about 12 GB."""
 
 
 def stencil(shape: tuple[int, int], offsets: dict[tuple[int, int], float]) -> csr_array:
-    """Matrix of a weighted sum of pixels around each place, over all places where these pixels are in the image.
+    """Matrix of a weighted sum of pixels around each place, for all places where these pixels lie in the image.
 
     Parameters
     ----------
@@ -170,27 +170,30 @@ def solve(matrix: csc_array, right: NDArray[np.float64]) -> NDArray[np.float64]:
         If it is too large to be solved directly.
     """
     if right.size > MAX_UNKNOWNS:
-        raise InputError(f"{right.size} unknown pixels are too many for a direct solution (at most {MAX_UNKNOWNS}).")
+        raise InputError(
+            f"{right.size:,} unknown pixels are too many for a direct solver (maximum {MAX_UNKNOWNS:,}). Use another "
+            "method, or smaller frames."
+        )
     # without pivoting, the ordering for symmetric patterns keeps the factors ten times as sparse
     factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return factors.solve(right)
 
 
-# With too few or collinear known pixels the bending energy does not say how the plate is tilted; this much of the
-# first differences' energy does, and changes nothing that can be seen elsewhere.
+# With too few or collinear known pixels the bending energy does not determine the plate's tilt; this weight of the
+# first differences' energy does, and has no visible effect elsewhere.
 _LEVELLING = 1e-8
 
-# of 0, 0.1, 1, 10 and 100 the one of least error over large areas of eight frames; among dense samples 0 is better
+# of 0, 0.1, 1, 10 and 100 this had the smallest error in large areas of eight frames; for dense samples 0 is better
 _STIFFNESS = 10.0
 
 
 def laplace(frame: RGBDFrame) -> NDArray[np.float64]:
-    """The harmonic surface: least squared first differences, known pixels as they are."""
+    """The harmonic surface: minimises squared first differences, keeps known pixels."""
     return _least_energy(frame.depth.astype(np.float64), _first_differences(frame.shape))
 
 
 def thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
-    """The thin plate: least squared second differences, known pixels as they are."""
+    """The thin plate: minimises squared second differences, keeps known pixels."""
     depth = frame.depth.astype(np.float64)
     plane = _plane_through(depth)
     surface = plane + _least_energy(depth - plane, _bending(frame.shape))
@@ -200,7 +203,7 @@ def thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
 def soft_thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
     """The thin plate as a Gaussian Markov random field: it smooths the known pixels instead of passing through them.
 
-    Noise at the rims of large holes then tilts it less. Minimises the squared misfit of the known pixels plus
+    Noise at the rims of large holes then tilts it less. It minimises the squared misfit of the known pixels plus
     `_STIFFNESS` times the squared second differences.
     """
     depth = frame.depth.astype(np.float64)
@@ -227,7 +230,7 @@ def _first_differences(shape: tuple[int, int]) -> csr_array:
 
 
 def _least_energy(depth: NDArray[np.float64], differences: csr_array) -> NDArray[np.float64]:
-    """`depth` with NaN replaced so that the sum of squares of `differences @ depth` is least."""
+    """Replace NaN in `depth` so that the sum of squares of `differences @ depth` is minimal."""
     missing = np.isnan(depth).ravel()
     if not missing.any():
         return depth
@@ -239,7 +242,7 @@ def _least_energy(depth: NDArray[np.float64], differences: csr_array) -> NDArray
 
 
 def _plane_through(depth: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The least-squares plane of the known pixels, level where they do not say how it is tilted."""
+    """The least-squares plane of the known pixels, level where they do not determine its tilt."""
     places = np.argwhere(np.isfinite(depth)).astype(np.float64)
     centre = places.mean(axis=0)
     values = depth[np.isfinite(depth)]
@@ -248,7 +251,7 @@ def _plane_through(depth: NDArray[np.float64]) -> NDArray[np.float64]:
     return values.mean() + slope[0] * (rows - centre[0]) + slope[1] * (columns - centre[1])
 
 
-# Colourisation: pixels of like colour have like depth.
+# Colourisation: pixels of similar colour have similar depth.
 
 _NEIGHBOURS = tuple((row, column) for row in (0, 1, 2) for column in (0, 1, 2) if (row, column) != (1, 1))
 _VARIANCE_SHARE = 0.6
@@ -259,7 +262,7 @@ _LEAST_VARIANCE = 2e-6
 def colourisation(frame: RGBDFrame) -> NDArray[np.float64]:
     """Levin, Lischinski and Weiss, "Colorization using optimization", 2004, as the NYU Depth toolbox uses it on depth.
 
-    Each pixel is the mean of its 3x3 neighbours, weighted by likeness of grey level relative to the window's
+    Each pixel is the mean of its 3x3 neighbours, weighted by similarity of grey level relative to the window's
     variance; known depth is a soft constraint of weight 1 (alpha).
     """
     weights = _affinities(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0)
@@ -283,7 +286,7 @@ def _affinities(grey: NDArray[np.float64]) -> NDArray[np.float64]:
     deviation = np.where(inside, around - mean, 0.0)
     variance = ((deviation**2).sum(axis=0) + (grey - mean) ** 2) / count
     difference = (around - grey) ** 2
-    # the neighbour that is most alike keeps some weight whatever the variance
+    # the most similar neighbour keeps some weight whatever the variance
     nearest = np.where(inside, difference, np.inf).min(axis=0)
     spread = np.maximum.reduce(
         [_VARIANCE_SHARE * variance, nearest / -math.log(_LEAST_WEIGHT), np.full(grey.shape, _LEAST_VARIANCE)]

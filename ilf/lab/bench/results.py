@@ -1,4 +1,4 @@
-"""The bench's results: summed up, and written as CSV and JSON."""
+"""Results of the bench: summarised, and written as CSV and JSON."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from ...evaluation.hold_out import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
 from ...io.tables import write_csv
 from ...run.record import PROGRAM
 
-# What a bench is asked for, and what comes of it.
+# Plan and result of a bench.
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is compared: frame folders, names of patterns and methods, and the patterns' base seed."""
+    """Input of the bench: frame folders, names of patterns and methods, and the base seed of the patterns."""
 
     folders: tuple[Path, ...]
     patterns: tuple[str, ...]
@@ -46,21 +46,21 @@ class Row:
     pixels : int
         Pixels scored.
     rmse, mae, median : float
-        Over them [m].
+        Errors over these pixels [m].
     rel : float
     delta_1 : float
-        Share with depth within a factor of 1.25 of the truth.
+        Share with depth within a factor of 1.25 of the ground truth.
     coverage : float
         Share that the method filled itself.
     within : float or None
         Share of that whose error is at most the expected error; None if the method filled nothing.
     within_twice, sparsification : float or None
-        As in `ilf.bench.Score`.
+        As in `ilf.lab.bench.runner.Score`.
     seconds : float
     extraction_seconds : float or None
-        Time that the extraction of the blocks took before, and the filter's edges; None for methods without blocks.
+        Time of block extraction and of the filter's edges before; None for methods without blocks.
     failure : str
-        Why the method gave nothing, "" if it did not fail.
+        Reason of a failure, "" if the method did not fail.
     """
 
     pattern: str
@@ -83,7 +83,7 @@ class Row:
 
 @dataclass(frozen=True)
 class TaskFacts:
-    """What one frame under one pattern was: its sensor (see `BenchFrame`) and `Task.sha256`."""
+    """One frame under one pattern: its sensor (see `BenchFrame`) and `Task.sha256`."""
 
     pattern: str
     frame: str
@@ -93,7 +93,7 @@ class TaskFacts:
 
 @dataclass(frozen=True)
 class Skipped:
-    """A frame that was left out, of one pattern or ("") of all, and why."""
+    """A frame skipped in one pattern or ("") in all, and the reason."""
 
     frame: str
     pattern: str
@@ -102,8 +102,8 @@ class Skipped:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """All rows, by pattern, frame and method in the order of the plan, what was asked of the methods, and the frames
-    that were left out."""
+    """All rows, by pattern, frame and method in the order of the plan, the tasks of the methods, and the skipped
+    frames."""
 
     plan: Plan
     rows: tuple[Row, ...]
@@ -111,13 +111,13 @@ class BenchResult:
     skipped: tuple[Skipped, ...]
 
 
-# A method beside the best of all peers on every single frame: an opponent that nobody can pick in advance.
+# A method compared with the best of all peers on every single frame, which cannot be picked in advance.
 #
-# Means over frames are set by the few frames with the largest errors. A geometric mean of ratios takes all frames for
-# the same, whatever their scale.
+# Means over frames are dominated by the few frames with the largest errors. A geometric mean of ratios weights all
+# frames equally, whatever their scale.
 
 SMALLEST_ERROR = 1e-6
-"""Errors below this [m] count as this much: of no error at all there is no ratio."""
+"""Smaller errors [m] count as this value, because an error of 0 has no ratio."""
 
 RESAMPLES = 10_000
 _SEED = 0
@@ -125,17 +125,17 @@ _SEED = 0
 
 @dataclass(frozen=True)
 class AgainstPeers:
-    """One measure of error of one method beside the best of all peers, frame by frame.
+    """One error measure of one method compared with the best of all peers, frame by frame.
 
     Attributes
     ----------
     ratio : float
-        Geometric mean over frames of its error / the smallest error of any peer on that very frame. For a peer, which
-        is one of them, it is at least 1.
+        Geometric mean over frames of its error / the smallest error of any peer on that frame. For a peer itself it is
+        1 or larger.
     low_68, high_68, low_95, high_95 : float or None
         Intervals of the ratio, from `bootstrap`; None where all frames are of one sensor.
     wins : int
-        Frames on which its error is at most that of the best peer.
+        Frames on which its error does not exceed that of the best peer.
     """
 
     ratio: float
@@ -147,7 +147,7 @@ class AgainstPeers:
 
 
 def against_peers(errors: Sequence[float], best: Sequence[float], sensors: Sequence[str]) -> AgainstPeers:
-    """Compare a method's errors [m], frame by frame, with the best peers' on the same frames, of these sensors."""
+    """Compare a method's errors [m] with the best peers' on the same frames; `sensors` has the sensor of each frame."""
     logarithms = np.log(_floored(errors)) - np.log(_floored(best))
     ratios = bootstrap(logarithms, sensors)
     low_68, high_68, low_95, high_95 = (
@@ -159,7 +159,7 @@ def against_peers(errors: Sequence[float], best: Sequence[float], sensors: Seque
 
 
 def geometric_mean(errors: Sequence[float]) -> float:
-    """Geometric mean of errors [m], none of which counts as less than `SMALLEST_ERROR`.
+    """Geometric mean of errors [m]; smaller ones count as `SMALLEST_ERROR`.
 
     Examples
     --------
@@ -170,15 +170,15 @@ def geometric_mean(errors: Sequence[float]) -> float:
 
 
 def bootstrap(logarithms: NDArray[np.float64], groups: Sequence[str]) -> NDArray[np.float64] | None:
-    """Geometric means as they would have been with other groups of frames, always the same; None for a single group.
+    """Bootstrap geometric means over groups of frames, with a fixed seed; None for a single group.
 
-    As many groups as there are, are drawn with replacement, each with all of its frames, `RESAMPLES` times: frames of
-    one sensor resemble each other and say less than as many different ones.
+    `RESAMPLES` times, as many groups as there are are drawn with replacement, each with all of its frames: frames of
+    one sensor resemble each other, so they are less informative than frames of different sensors.
 
     Parameters
     ----------
     logarithms : ndarray of float64, shape (N,)
-        Of what is averaged.
+        Logarithms of the averaged values.
     groups : sequence of str
         The group of each.
     """
@@ -193,39 +193,39 @@ def _floored(errors: Sequence[float]) -> NDArray[np.float64]:
     return np.maximum(np.asarray(errors, np.float64), SMALLEST_ERROR)
 
 
-# Results of any bench as files: a table as CSV, and everything as JSON.
+# Files of any bench: a table as CSV, everything as JSON.
 
 
 def write_table(path: str | os.PathLike[str], kind: type[Any], lines: Iterable[Any]) -> None:
-    """Write instances of a dataclass as CSV, atomically, its fields as columns; raises ExportError if that fails."""
+    """Write instances of a dataclass as CSV, atomically, with its fields as columns; raise ExportError on failure."""
     write_csv(path, [[field.name for field in dataclasses.fields(kind)], *map(dataclasses.astuple, lines)])
 
 
 def write_content(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
-    """Write results as JSON, atomically, with the versions they come from; raises ExportError if that fails."""
+    """Write results as JSON, atomically, with the versions of program and libraries; raise ExportError on failure."""
     versions = {"program": PROGRAM, "version": __version__, "versions": library_versions()}
     write_bytes(path, (json.dumps(versions | dict(content), indent=1, allow_nan=False) + "\n").encode())
 
 
 def records(items: Iterable[Any]) -> list[dict[str, Any]]:
-    """Instances of dataclasses as JSON takes them."""
+    """Instances of dataclasses as dicts, ready for JSON."""
     return [dataclasses.asdict(item) for item in items]
 
 
 CALIBRATED = (0.55, 0.80)
-"""Share of errors within the expected error between which a single frame counts as calibrated."""
+"""A frame counts as calibrated if its share of errors within the expected error lies between these limits."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """One method under one pattern, over all frames: means of the frames' values where nothing else is said.
+    """One method under one pattern, over all frames: means of the frames' values unless stated otherwise.
 
     Errors in millimetres; `rel`, `delta_1`, `coverage`, `within`, `within_twice` and `calibrated` are shares.
 
     Attributes
     ----------
     failures : int
-        Frames that the method failed on, which count as left open.
+        Frames on which the method failed; they count as not filled.
     seconds, extraction_seconds : float
         Medians.
     rmse_geometric_mm, mae_geometric_mm : float
@@ -271,9 +271,9 @@ class Summary:
 
 
 def summarise(result: BenchResult) -> list[Summary]:
-    """One line per pattern and method, patterns in the order of the plan, the lowest RMSE first.
+    """Return one summary per pattern and method, patterns in the order of the plan, the lowest RMSE first.
 
-    Peers are all methods that are no presets.
+    Peers are all methods that are not presets.
     """
     lines = []
     for pattern in result.plan.patterns:
@@ -286,12 +286,12 @@ def summarise(result: BenchResult) -> list[Summary]:
 
 
 def write_bench_csv(path: str | os.PathLike[str], result: BenchResult) -> None:
-    """Write the table, all patterns in one, atomically; raises ExportError if that fails."""
+    """Write one table for all patterns, atomically; raise ExportError on failure."""
     write_table(path, Summary, summarise(result))
 
 
 def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
-    """Write the table, the row of every frame, and all that they depend on, atomically.
+    """Write the table, the rows of all frames, and all settings that they depend on, atomically.
 
     Raises
     ------
@@ -319,7 +319,7 @@ def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
 
 
 def _summary(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mapping[str, str]) -> Summary:
-    """Of one method's rows; those of every peer, and the sensor of every frame, beside them."""
+    """Summarise one method's rows, given those of every peer and the sensor of every frame."""
 
     def mean(value: Callable[[Row], float]) -> float:
         return statistics.fmean(map(value, rows))
@@ -359,7 +359,7 @@ def _summary(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mappi
 def _against(
     measure: str, rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mapping[str, str]
 ) -> dict[str, Any]:
-    """The fields of a summary that `AgainstPeers` fills with one measure of the rows."""
+    """Return the `AgainstPeers` fields of a summary for one error measure of the rows."""
     names = [f"{measure}_{field.name}" for field in fields(AgainstPeers)]
     if not peers:
         return dict.fromkeys(names)

@@ -1,4 +1,4 @@
-"""Running methods over frames and patterns."""
+"""Bench of completion: run methods over frames and patterns."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from .methods import METHODS
 from .patterns import Task, make_task
 from .results import BenchResult, Plan, Row, Skipped, TaskFacts
 
-# The score of completed depth on a task.
+# Score of completed depth on a task.
 
 
 @dataclass(frozen=True)
 class Score:
-    """How good completed depth is.
+    """Score of completed depth.
 
     Attributes
     ----------
     errors : ErrorMeasures
         Over all scored pixels.
     coverage : float
-        Share of them (0-1) that the method filled itself.
+        Share of these (0-1) that the method filled itself.
     within : float or None
-        Share of those that it filled whose error is at most the expected error; None if it filled none.
+        Share of the filled pixels whose error lies within the expected error; None if the method filled none.
     within_twice : float or None
         The same for twice the expected error.
     sparsification : float or None
-        Of those: `ilf.judgement.sparsification_error`.
+        `ilf.evaluation.metrics.sparsification_error` of the filled pixels.
     """
 
     errors: ErrorMeasures
@@ -57,8 +57,8 @@ class Score:
 def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MODEL) -> Score:
     """Score completed depth [m], shape (H, W), NaN = not filled.
 
-    What the method left open counts with the nearest depth that it was given, so refusing pixels does not help.
-    `error_model`, one of `ilf.completion.confidence.fitted.MODELS`, says how the expected error is worked out.
+    Pixels that the method did not fill count with the nearest input depth, so leaving pixels out is no advantage.
+    `error_model`, one of `ilf.completion.confidence.fitted.MODELS`, gives the expected error.
     """
     covered = np.isfinite(depth) & (depth > 0)
     dense = np.where(covered, depth, nearest(task.frame))
@@ -77,17 +77,17 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
     )
 
 
-# Rows of peers from an earlier result: what does not change with this program needs not be run again.
+# Rows of peers from an earlier result: methods that do not depend on this program need not run again.
 
 
 @dataclass(frozen=True)
 class EarlierRows:
-    """What an earlier bench found of methods that look at no blocks.
+    """Rows of an earlier bench, of methods that use no blocks.
 
     Attributes
     ----------
     path : str
-        The file that it is from.
+        File of the earlier result.
     methods : tuple of str
     rows : mapping
         (pattern, frame, method) -> Row.
@@ -101,45 +101,43 @@ class EarlierRows:
     sha256: Mapping[tuple[str, str], str]
 
     def of(self, facts: TaskFacts) -> dict[str, Row]:
-        """Method -> row of what was given then as it is now.
+        """Return method -> row for a task that is the same as in the earlier bench.
 
         Raises
         ------
         InputError
-            If the frame was not among them, or the methods were given, or scored on, anything else.
+            If the earlier bench does not have the frame, or its input or scored pixels differ.
         """
         what = f"{facts.frame}, pattern {facts.pattern}"
         known = self.sha256.get((facts.pattern, facts.frame))
         if known is None:
-            raise InputError(
-                f"{self.path} has no rows of {what}. Take its frames and patterns, or run the peers again."
-            )
+            raise InputError(f"{self.path} has no rows of {what}. Use its frames and patterns, or run the peers again.")
         if known != facts.sha256:
             raise InputError(
-                f"{self.path} does not fit {what}: then, methods were given other colour or depth, or other pixels "
-                "were hidden. Take its seed, or run the peers again."
+                f"{self.path} does not fit {what}: its methods had other colour or depth, or other held-out pixels. "
+                "Use its seed, or run the peers again."
             )
         return {method: self.rows[facts.pattern, facts.frame, method] for method in self.methods}
 
 
 def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> EarlierRows:
-    """Read those methods of a result that need not be run again: peers that look at no blocks.
+    """Read the methods of a result that need not run again: peers that use no blocks.
 
-    Their expected errors are taken over as they were worked out then.
+    Their expected errors are taken from the earlier result.
 
     Parameters
     ----------
     path : path-like
         Written by `write_json`.
     methods : sequence of str
-        Those that are to be compared now.
+        Methods of the new bench.
 
     Raises
     ------
     InputError
-        If there is no such file, or it has none of those methods.
+        If the file does not exist, or has none of these methods.
     FormatError
-        If it is no result of this bench.
+        If it is not a result of this bench.
     """
     content = read_json(path)
     try:
@@ -148,12 +146,12 @@ def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> Earlie
         tasks = [TaskFacts(**Section("task", task).fields(TaskFacts)) for task in result.items("tasks", dict)]
     except (FormatError, TypeError) as error:
         raise FormatError(
-            f"{path} is no result that `ilf bench --json` of this version has written ({error!s:.120})."
+            f"{path} is not a result of `ilf bench --json` of this version ({error!s:.120}). Run the peers again."
         ) from error
     found = {row.method for row in rows}
     taken = tuple(method for method in methods if method in found and not METHODS[method].needs_blocks)
     if not taken:
-        raise InputError(f"{path} has no rows of any peer that is to be compared.")
+        raise InputError(f"{path} has no rows of the peers to compare. Run the peers again.")
     return EarlierRows(
         str(path),
         taken,
@@ -164,7 +162,7 @@ def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> Earlie
 
 @dataclass
 class _Part:
-    """What one frame under one pattern gave."""
+    """Results of one frame under one pattern."""
 
     rows: list[Row] = field(default_factory=list)
     tasks: list[TaskFacts] = field(default_factory=list)
@@ -184,16 +182,16 @@ def run_bench(
     ----------
     plan : Plan
     jobs : int
-        Processes that share the frames. More than one makes the seconds longer and less certain; all else stays.
+        Processes that share the frames. More than one makes the timings longer and less accurate; all else stays.
     earlier : EarlierRows, optional
-        Methods that it has are not run again.
+        Its methods are not run again.
     on_progress : callable, optional
         Called with a frame's name whenever it is done under one pattern.
 
     Raises
     ------
     InputError
-        If the earlier rows are of anything else than what is asked for.
+        If the earlier rows do not fit the plan.
     """
     units = [
         (folder, pattern, plan.methods, plan.seed, earlier) for pattern in plan.patterns for folder in plan.folders
@@ -202,7 +200,7 @@ def run_bench(
     parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: report(units[number][0].name))
     rows = tuple(row for part in parts for row in part.rows)
     tasks = tuple(task for part in parts for task in part.tasks)
-    # a frame that cannot be read is found out once per pattern
+    # an unreadable frame is reported once per pattern
     skipped = tuple(dict.fromkeys(item for part in parts for item in part.skipped))
     return BenchResult(plan, rows, tasks, skipped)
 

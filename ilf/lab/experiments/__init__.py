@@ -1,1 +1,1 @@
-"""The paper's experiments: run, drawn, written, and reported beside what the paper says."""
+"""The paper's experiments: run, drawn, written, and reported beside the paper's results."""

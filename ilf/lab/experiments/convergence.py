@@ -1,4 +1,4 @@
-"""The paper's curves, Fig. 2 and 3: how the iteration of one block goes on, with and without colour."""
+"""The paper's curves, Fig. 2 and 3: convergence of one block, with and without colour."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SOFA = 350, 560
-"""A pixel (row, column) of the bundled sample's sofa, the curved surface that is shown."""
+"""A pixel (row, column) of the bundled sample's sofa, a curved surface."""
 
 _HIDDEN = 0.5
-"""Share of its pixels that are hidden: whole columns in the middle."""
+"""Share of its pixels that are held out: whole columns in the middle."""
 
 _QUICK_EVERY = 25
-"""A quick run looks at the surface once in so many iterations."""
+"""A quick run measures the error once in so many iterations."""
 
 
 def run_convergence(settings: Settings, on_progress: OnProgress) -> Result:
@@ -64,24 +64,24 @@ def run_convergence(settings: Settings, on_progress: OnProgress) -> Result:
             "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
             "chosen": "The paper's block is not published. Here: the sofa of the bundled sample, a generated room with "
-            f"exact truth, of which whole columns in the middle ({_HIDDEN:.0%} of the pixels) are hidden besides what "
-            "the simulated sensor misses. Without colour means: no weighted spectrum (paper, released-code), or a grey "
-            "image (best).",
+            f"exact ground truth. Whole columns in its middle ({_HIDDEN:.0%} of the pixels) are held out, in addition "
+            "to the simulated sensor's missing depth. Without colour means: no weighted spectrum (paper, "
+            "released-code), or a grey image (best).",
         },
         notes=[
-            "L1 and sigma_i are those of the whole block, the mean absolute error (MAE) that of its defective area "
-            "against the exact truth. A glitch is an iteration whose pass band is larger than that of the one before "
-            "and in which the L1 norm rises, by more than it did in the one before.",
+            "L1 and sigma_i are those of the whole block, the mean absolute error (MAE) is that of its defective area "
+            "against the exact ground truth. A glitch is an iteration whose pass band is larger than that of the "
+            "previous one and in which the L1 norm rises by more than in the previous one.",
         ],
         tables={"curves": [row for _, curve in parts for row in curve]},
     )
 
 
 def _block() -> tuple[RGBDFrame, NDArray[np.int32], Block, NDArray[np.float64]]:
-    """The frame with the block's middle hidden, the label map, the block, and its true depth [m]."""
+    """Return the frame with the block's middle held out, the label map, the block, and its true depth [m]."""
     source = load_bench_frame(asset_path(SAMPLE))
     if source.truth is None:
-        raise InputError(f"The bundled {SAMPLE} has no truth. Install ilf-studio again.")
+        raise InputError(f"The bundled {SAMPLE} has no ground truth. Install ilf-studio again.")
     labels = extract_blocks(source.frame, PAPER_BLOCKS)
     label = int(labels[_SOFA])
     if label == 0:
@@ -158,8 +158,8 @@ def _mae(surface: NDArray[np.float64], truth: NDArray[np.float64], missing: NDAr
 
 
 def _events(records: Sequence[IterationRecord]) -> tuple[list[int], set[int], list[int]]:
-    """Places of records that begin a stage, with a larger pass band; of these, where L1 jumps up, and where sigma_i
-    does."""
+    """Return the places of records that begin a stage with a larger pass band; of these, those where L1 jumps up, and
+    those where sigma_i does."""
     enlarged = [place for place, (a, b) in enumerate(itertools.pairwise(records), 1) if b.stage > a.stage]
     sigma_jumps = [place for place in enlarged if records[place].sigma_i > records[place - 1].sigma_i]
     rises = [0.0, *(b.l1 - a.l1 for a, b in itertools.pairwise(records))]
@@ -173,17 +173,17 @@ def _fallen_back(records: Sequence[IterationRecord], enlarged: Sequence[int], gl
     return sum(any(b.l1 < a.l1 for a, b in itertools.pairwise(records[place : ends[place]])) for place in glitches)
 
 
-# The figures of the convergence experiment, and its words.
+# Figures and comparison texts of the convergence experiment.
 
 _DECADE = 10
-"""Smaller spans are drawn on a linear axis."""
+"""Values with a smaller ratio of largest to smallest are drawn on a linear axis."""
 
 
 _LABELS = {True: "with colour", False: "without colour"}
 
 
 def draw_convergence(result: Result) -> list[Drawing]:
-    """sigma_i, L1 and MAE against iteration: one column per preset."""
+    """Plot sigma_i, L1 and MAE against iteration: one column per preset."""
     curves = result.tables["curves"]
     figure, axes = panels(3, len(METHOD_PRESETS), width=3.7, height=2.5)
     for column, method in enumerate(METHOD_PRESETS):
@@ -208,8 +208,8 @@ def draw_convergence(result: Result) -> list[Drawing]:
         axes[2 * len(METHOD_PRESETS) + column].set_xlabel("iteration")
     legend(figure, axes[0])
     caption = (
-        "Deviation sigma_i, L1 norm of the block, and mean absolute error of the defective area against the truth, "
-        "with colour and without."
+        "Deviation sigma_i, L1 norm of the block, and mean absolute error of the defective area against the ground "
+        "truth, with colour and without."
     )
     return [Drawing("curves", caption, figure), _draw_glitches(curves)]
 
@@ -228,7 +228,7 @@ def _lines(ax: Axes, rows: Sequence[Row], value: str) -> None:
 
 
 def _draw_glitches(curves: Sequence[Row]) -> Drawing:
-    """The L1 norm of the staged schedule near its end value, enlargements and glitches marked."""
+    """Plot the L1 norm of the staged schedule near its end value, with enlargements and glitches marked."""
     rows = [row for row in curves if row["method"] == "paper" and row["colour"]]
     last = rows[-1]["l1_m"]
     start = next((place for place, row in enumerate(rows) if row["stage"] > 1), 1)
@@ -255,7 +255,7 @@ def _draw_glitches(curves: Sequence[Row]) -> Drawing:
 
 
 def compare_convergence(rows: list[Row]) -> list[Comparison]:
-    """Iterations, glitches, and what colour brings, beside the paper."""
+    """Compare iterations, glitches and the effect of colour with the paper."""
     found = {(row["method"], row["colour"]): row for row in rows}
     comparisons = [_iterations(found["paper", True]), _glitches(found["paper", True])]
     comparisons += [_glitches_of_linear(found["released-code", True])]
@@ -264,14 +264,14 @@ def compare_convergence(rows: list[Row]) -> list[Comparison]:
 
 
 def _iterations(row: Row) -> Comparison:
-    settled = "sigma_i has fallen below S_criteria at the last radius" if row["settled"] else "sigma_i has not settled"
+    settled = "sigma_i is below S_criteria at the last radius" if row["settled"] else "sigma_i has not settled"
     return Comparison(
         "Iterations, paper",
         "at most 1500",
         str(row["iterations"]),
-        f"After {row['iterations']} iterations {settled} (at last {millimetres(row['last_sigma_mm'])}). "
-        "A small sigma_i says that the iteration is steady, not that it is right: "
-        f"the mean absolute error of the hole is {millimetres(row['mae_mm'])} then.",
+        f"After {row['iterations']} iterations {settled} (last value {millimetres(row['last_sigma_mm'])}). "
+        "A small sigma_i means that the iteration is steady, not that the depth is right: "
+        f"the mean absolute error of the hole is then {millimetres(row['mae_mm'])}.",
     )
 
 
@@ -279,17 +279,16 @@ def _glitches(row: Row) -> Comparison:
     share = f"{row['glitches']} of {row['enlargements']} enlargements"
     if row["glitches"]:
         text = (
-            f"At {share} the L1 norm jumps up, after {row['fallen_back']} of these it falls again before the next, and "
-            f"at {row['sigma_jumps']} sigma_i rises. A larger band first lets in more of what the known samples have "
-            "over the surface, low-passed, and that spills into the hole; the iterations after it work it off."
+            f"At {share} the L1 norm jumps up; after {row['fallen_back']} of these it falls again before the next; "
+            f"at {row['sigma_jumps']} sigma_i rises. A larger band first lets more of the known samples' excess over "
+            "the low-passed surface spill into the hole; the following iterations remove it."
         )
     else:
         text = f"The L1 norm jumps up at none of the {row['enlargements']} enlargements, unlike in the paper's Fig. 3a."
     if row["glitches"] < row["enlargements"]:
         text += (
-            " The paper says that every enlargement has one. At the others here the norm falls, or rises less than "
-            "before: the hole is still being lifted from 0 m, or has overshot. How large a step is, the paper leaves "
-            "open."
+            " According to the paper, every enlargement has one. At the others here the norm falls, or rises less than "
+            "before: the hole is still rising from 0 m, or has overshot. The paper does not give the size of a step."
         )
     return Comparison("Glitches, paper", "at every enlargement", share, text)
 
@@ -299,33 +298,29 @@ def _glitches_of_linear(row: Row) -> Comparison:
         "Glitches, released-code",
         "at every enlargement",
         f"{row['glitches']} in {row['iterations']} iterations",
-        "The authors' program enlarges the radius a little at every iteration, unlike the text; a glitch is seen where "
-        f"the ellipse takes in another wave, {row['sigma_jumps']} times with a rise of sigma_i.",
+        "Unlike the text, the authors' program enlarges the radius a little at every iteration; a glitch occurs where "
+        f"another wave enters the ellipse, {row['sigma_jumps']} times with a rise of sigma_i.",
     )
 
 
 def _colour(method: str, seen: Row, blind: Row) -> Comparison:
     change = seen["mae_mm"] / blind["mae_mm"] - 1
     if abs(change) < 0.005:
-        text = "On this block colour makes no difference to the error at the end"
+        text = "On this block colour does not change the final error"
         if seen["weighted_iterations"]:
-            text += (
-                f": after the {seen['weighted_iterations']} weighted iterations the rest of the way wipes out the start"
-            )
+            text += f": the iterations after the {seen['weighted_iterations']} weighted ones cancel their effect"
     else:
         direction = "smaller" if change < 0 else "larger"
         text = f"On this block colour makes the error {percent(round(abs(change), 2))} {direction}"
-    ending = " (colour gives the edges here, not a weighted spectrum)."
+    ending = " (here colour gives the edges, not a weighted spectrum)."
     if method in PAPER_PRESETS:
-        ending = ". The paper shows that the weight helps, on a block of its own."
+        ending = ". The paper shows on another block that the weight helps."
         if seen["weighted_iterations"] == seen["iterations"]:
-            ending += (
-                " Here it is on from the first iteration to the last: the run is over before the weight is due to end."
-            )
+            ending += " Here the weight is on in all iterations: the run ends before the weight would be switched off."
     if seen["least_mae_mm"] < 0.97 * seen["mae_mm"]:
         ending += (
-            f" The error was smaller on the way: {millimetres(seen['least_mae_mm'])} at iteration "
-            f"{seen['least_mae_at']}; sigma_i does not tell."
+            f" The error was smaller before the end, {millimetres(seen['least_mae_mm'])} at iteration "
+            f"{seen['least_mae_at']}; sigma_i does not show this."
         )
     return Comparison(
         f"Colour, {method}",

@@ -60,14 +60,14 @@ def _run(noise: float, settings: Settings, on_progress: OnProgress) -> Result:
             "defect": "whole rows around the middle",
             "presets": preset_parameters(mode="fill+denoise"),
             "polynomial_inlier_deviations": INLIER_DEVIATIONS,
-            "chosen": "The paper does not give the cylinder's radius, what part of it is seen, at how many pixels, nor "
-            f"which way its axis points. Here: radius {_UPRIGHT.radius:g} m, {_UPRIGHT.size[1]:g} x "
-            f"{_UPRIGHT.size[0]:g} m of it seen in parallel on {surfaces[0].shape[1]} x {surfaces[0].shape[0]} pixels, "
-            "its axis once upright (along the growing defect) and once lying (across it).",
+            "chosen": "The paper does not give the cylinder's radius, its visible part, the number of pixels, or the "
+            f"direction of its axis. Here: radius {_UPRIGHT.radius:g} m, {_UPRIGHT.size[1]:g} x "
+            f"{_UPRIGHT.size[0]:g} m in parallel projection on {surfaces[0].shape[1]} x {surfaces[0].shape[0]} pixels, "
+            "with the axis upright (along the growing defect) and lying (across it).",
         },
         notes=[
             "ACC and PRS are those of the whole block in the mode fill+denoise, against the surface without noise; "
-            "those of the defective area alone stand beside them in the table (hole_...).",
+            "the table also lists those of the defective area alone (hole_...).",
         ],
     )
 
@@ -93,8 +93,8 @@ def _draw(result: Result) -> list[Drawing]:
                     label="paper's PRS")  # fmt: skip
     legend(figure, axes[2], columns=4)
     caption = (
-        f"Mean error (ACC, its size) and its standard deviation (PRS) over the whole block against the defect rate, "
-        f"noise {noise:g} mm, the defect growing along the vertical."
+        f"Mean error (absolute ACC) and standard deviation (PRS) over the whole block against the defect rate; "
+        f"noise {noise:g} mm, defect growing vertically."
     )
     return [Drawing("curves", caption, figure)]
 
@@ -119,20 +119,20 @@ def _compare_prs(rows: list[Row]) -> list[Comparison]:
 
 
 def _why(rows: list[Row], method: str, row: Row) -> str:
-    """What the difference to the paper may come from."""
+    """Explain possible causes of the difference to the paper."""
     if method == "best":
         first = "The preset is not the paper's method."
     else:
-        first = "Radius, view and axis of the paper's cylinder are not known, and PRS depends on all three"
+        first = "Radius, view and axis of the paper's cylinder are unknown, and PRS depends on all three"
         first += (
-            "; the text leaves steps and start of the schedule open as well."
+            "; the text also leaves the steps and the start of the schedule open."
             if method == "paper"
-            else "; the authors' program, unlike the text, lets the band grow on whether steady or not."
+            else "; unlike the text, the authors' program enlarges the band whether the iteration is steady or not."
         )
     rival = lowest((at_rate(rows, name, row["defect_rate"]) for name in POLYNOMIALS), lambda item: item["prs_mm"])
     relation = "below" if row["prs_mm"] < rival["prs_mm"] else "above"
     best = f"{rival['method']}, {millimetres(rival['prs_mm'])}"
-    return f"{first} It lies {relation} that of the best polynomial here ({best})."
+    return f"{first} PRS is {relation} that of the best polynomial here ({best})."
 
 
 def _compare_wins(rows: list[Row]) -> list[Comparison]:
@@ -146,7 +146,7 @@ def _compare_wins(rows: list[Row]) -> list[Comparison]:
 
 
 def compare_wins(rows: list[Row], what: str, paper: float) -> list[Comparison]:
-    """For every preset, where its RMSE is below that of the polynomials, beside the paper's 0 to `paper` (0-1)."""
+    """Compare, for every preset, the rates where its RMSE is below the polynomials' with the paper's 0 to `paper`."""
     rates = sorted({row["defect_rate"] for row in rows})
     claimed = [rate for rate in rates if rate <= paper + 0.005]
     comparisons = []
@@ -160,9 +160,9 @@ def compare_wins(rows: list[Row], what: str, paper: float) -> list[Comparison]:
             f"RMSE is the lowest at {held} of {len(claimed)} defect rates up to {percent(paper)}. "
         )
         if beaten:
-            text += f"At all of these it is below {joined(beaten)}."
+            text += f"It is below {joined(beaten)} at all of these."
         else:
-            text += "No single order is beaten at all of these."
+            text += "It is below no single order at all of these."
         if gaps := [rate for rate in claimed if rate > 0]:
             in_gaps = won_rates([row for row in rows if row["defect_rate"] > 0], method, POLYNOMIALS, "hole_rmse_mm")
             most = sum(rate in in_gaps for rate in gaps)
@@ -174,7 +174,7 @@ def compare_wins(rows: list[Row], what: str, paper: float) -> list[Comparison]:
 
 
 def _farthest_behind(rows: list[Row], method: str, rates: list[float]) -> str:
-    """At which of the rates the method's RMSE is most times that of the best polynomial, and what that one can do."""
+    """Describe the rate with the largest ratio of the method's RMSE to that of the best polynomial."""
     best = {
         rate: lowest(
             (row for row in rows if row["defect_rate"] == rate and row["method"] in POLYNOMIALS),
@@ -186,9 +186,9 @@ def _farthest_behind(rows: list[Row], method: str, rates: list[float]) -> str:
     winner = best[rate]["method"]
     return (
         f"It is farthest behind at {percent(rate)}: {millimetres(at_rate(rows, method, rate)['rmse_mm'])} against "
-        f"{millimetres(best[rate]['rmse_mm'])} of {winner}, which with {percent(rates[0])} missing follows the surface "
-        f"to {millimetres(at_rate(rows, winner, rates[0])['rmse_mm'])}. The paper does not say which orders it fitted, "
-        "nor how strongly its surface bends."
+        f"{millimetres(best[rate]['rmse_mm'])} of {winner}, which at {percent(rates[0])} missing fits the surface to "
+        f"{millimetres(at_rate(rows, winner, rates[0])['rmse_mm'])}. The paper does not give the orders that it fitted "
+        "or the curvature of its surface."
     )
 
 
@@ -204,7 +204,7 @@ CYLINDER = Experiment(
     name="cylinder",
     title="Cylinder with a growing continuous defect",
     source="Fig. 4",
-    about=f"A cylinder at 1.5 m with {1000 * _NOISE:g} mm of noise; a gap grows along the vertical.",
+    about=f"A cylinder at 1.5 m with {1000 * _NOISE:g} mm of noise; a gap grows vertically.",
     run=_run_little,
     draw=_draw,
     compare=_compare_prs,

@@ -1,4 +1,4 @@
-"""What an experiment is given, what it gives, and how it is told apart from the others."""
+"""An experiment: its settings, result, figures and comparisons."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Row = dict[str, Any]
-"""One line of a table: name -> text, number, truth value, or None where there is nothing to say."""
+"""One line of a table: name -> text, number, bool, or None where there is no value."""
 
 PAPER_PRESETS = ("paper", "released-code")
 """The presets that follow the paper's text and the authors' program."""
@@ -28,22 +28,22 @@ METHOD_PRESETS = (*PAPER_PRESETS, *(name for name in PRESETS if name not in PAPE
 
 @dataclass(frozen=True)
 class Settings:
-    """What a user can choose.
+    """Settings of an experiment.
 
     Attributes
     ----------
     data : Path or None
-        Folder of frame folders, one frame folder, or an NYU labelled file; None takes the bundled sample.
+        Folder of frame folders, one frame folder, or an NYU labelled file; None means the bundled sample.
     split : Path or None
-        Which frames of an NYU labelled file to take; None takes splits.mat beside it, or all if there is none.
+        File with the selected frames of an NYU labelled file; None means splits.mat beside it, or all without one.
     limit : int or None
-        Take the first so many frames only.
+        Use only the first so many frames.
     quick : bool
-        Fewer points, smaller grids, few frames: to see that all works, not for numbers to rely on.
+        Fewer points, smaller grids, few frames: a check that everything works, without reliable numbers.
     seed : int
-        What noise and hidden pixels follow from, not negative.
+        Of noise and held-out pixels, not negative.
     jobs : int
-        Processes that share the work. The numbers do not depend on it, but for the seconds.
+        Processes that share the work. Only the timings depend on it.
     """
 
     data: Path | None = None
@@ -56,7 +56,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Progress:
-    """So many units of an experiment's work are done."""
+    """Progress of an experiment: units done, and their total."""
 
     experiment: str
     done: int
@@ -64,22 +64,21 @@ class Progress:
 
 
 OnProgress = Callable[[int, int], None]
-"""Takes the units done and their number; what it raises ends the experiment."""
+"""Called with the units done and their total; an exception from it ends the experiment."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What an experiment gave.
+    """Result of an experiment.
 
     Attributes
     ----------
     rows : list of Row
         The numbers; every row has "method", and "defect_rate" (0-1), "acc_mm", "prs_mm", "rmse_mm" where they apply.
     parameters : dict
-        All that the numbers follow from, as JSON takes it; what the paper leaves open and how it was chosen under
-        "chosen".
+        All inputs of the numbers, ready for JSON; "chosen" describes values that the paper does not give.
     notes : list of str
-        What a reader has to know, one sentence each.
+        Remarks for the reader, one sentence each.
     tables : dict of str to list of Row
         Longer tables: curves, the rows of single blocks. Written as CSV only.
     pictures : dict of str to ndarray
@@ -88,7 +87,7 @@ class Result:
     seed : int
     quick : bool
     seconds : float
-        Set by `run_experiment`, as the three before.
+        Set by `run_experiment`, like the previous three.
     """
 
     rows: list[Row]
@@ -109,11 +108,11 @@ class Drawing:
     Attributes
     ----------
     key : str
-        In file names.
+        Used in file names.
     caption : str
     figure : Figure
     shows_data : bool
-        Whether parts of the user's own frames are seen in it, which may not be anyone's to pass on.
+        Whether the figure shows parts of the user's frames, which may not be free to distribute.
     """
 
     key: str
@@ -124,7 +123,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A value of the paper beside ours, and what to say about it."""
+    """A value of the paper beside ours, with a comment."""
 
     what: str
     paper: str
@@ -133,7 +132,7 @@ class Comparison:
 
     @property
     def label(self) -> str:
-        """`what`, with a preset at its end called one: the preset "paper" stands beside the paper itself."""
+        """`what`, with "preset" before the name of a preset at its end, to tell the preset "paper" from the paper."""
         *subject, last = self.what.split(", ")
         return ", ".join((*subject, f"preset {last}" if last in PRESETS else last))
 
@@ -146,17 +145,17 @@ class Experiment:
     ----------
     name, title : str
     source : str
-        Where in the paper it is.
+        Place in the paper.
     about : str
-        What is done, in a sentence or two.
+        Description in one or two sentences.
     run : callable
-        Takes settings and a function to report progress to; the same settings give the same rows, but for seconds.
+        Takes settings and a progress callback; the same settings give the same rows, except for seconds.
     draw : callable
         Makes the figures from a result.
     compare : callable
-        Takes rows, in memory or read from a file, and sets them beside the paper.
+        Compares rows, in memory or read from a file, with the paper.
     needs_frames : bool
-        Whether the settings' data matter.
+        Whether the experiment uses the settings' data.
     """
 
     name: str
@@ -170,11 +169,11 @@ class Experiment:
 
 
 def preset_parameters(**changes: object) -> dict[str, Any]:
-    """Name -> parameters of every preset as the experiments run it, ready for JSON."""
+    """Return name -> parameters of every preset as the experiments run it, ready for JSON."""
     return {name: PRESETS[name].replace(**changes).to_dict() for name in METHOD_PRESETS}
 
 
-# Units of an experiment's work, counted as they are done.
+# Units of an experiment's work, with progress.
 
 Outcome = TypeVar("Outcome")
 
@@ -182,7 +181,7 @@ Outcome = TypeVar("Outcome")
 def run_counted(
     function: Callable[..., Outcome], units: Sequence[tuple[Any, ...]], jobs: int, on_progress: OnProgress
 ) -> list[Outcome]:
-    """What a function at the top level of a module makes of every unit, in the units' order."""
+    """Return the results of a function for every unit, in their order; it must be at the top level of a module."""
     done = 0
 
     def count(_: int) -> None:

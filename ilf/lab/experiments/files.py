@@ -20,12 +20,12 @@ from .experiment import Drawing, Experiment, Result, Row
 PNG_DPI = 110
 
 _STEM = re.compile(r"[\w-]{1,100}", re.ASCII)
-"""What a figure may be called: it lies beside its result, and nowhere else."""
+"""Allowed stems of figures: no path separators, so a figure can only lie beside its result."""
 
 
 @dataclass(frozen=True)
 class StoredFigure:
-    """A figure that lies in files: their stem, and what `Drawing` says about it."""
+    """A figure stored in files: their stem, and fields of `Drawing`."""
 
     stem: str
     caption: str
@@ -34,7 +34,7 @@ class StoredFigure:
 
 @dataclass(frozen=True)
 class StoredResult:
-    """What NAME.json holds: see `Result`; figures by their files."""
+    """Content of NAME.json: see `Result`; figures refer to their files."""
 
     experiment: str
     title: str
@@ -50,16 +50,16 @@ class StoredResult:
 
 
 def write_result(result: Result, experiment: Experiment, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write a result into a folder, every file atomically and NAME.json last, so what it names is there.
+    """Write a result into a folder, every file atomically and NAME.json last, so all files that it lists exist.
 
     Parameters
     ----------
     result : Result
         As `run_experiment` gives it.
     experiment : Experiment
-        The one that it is of.
+        The experiment of this result.
     folder : path-like
-        There already.
+        Must exist.
 
     Returns
     -------
@@ -103,13 +103,13 @@ def write_result(result: Result, experiment: Experiment, folder: str | os.PathLi
 
 
 def rendered(drawing: Drawing, form: str) -> bytes:
-    """A figure as the content of a "png" or "svg" file, always the same for the same figure."""
+    """Render a figure as the content of a "png" or "svg" file, always the same for the same figure."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     buffer = io.BytesIO()
     FigureCanvasAgg(drawing.figure)
-    # names in an SVG are random and its date is today's without these
+    # without these, an SVG has random ids and the current date
     with matplotlib.rc_context({"svg.hashsalt": drawing.key}):
         drawing.figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata={"Date": None} if form == "svg" else None)
     return buffer.getvalue()
@@ -121,9 +121,9 @@ def read_result(path: str | os.PathLike[str]) -> StoredResult:
     Raises
     ------
     InputError
-        If there is no such file.
+        If the file does not exist.
     FormatError
-        If it is not what `write_result` writes.
+        If `write_result` did not write it.
     """
     content = read_json(path)
     try:
@@ -134,18 +134,18 @@ def read_result(path: str | os.PathLike[str]) -> StoredResult:
     except (KeyError, TypeError) as error:
         raise FormatError(f"{path} is not the result of an experiment ({error}). Run the experiment again.") from error
     if stored.experiment != Path(path).stem:
-        raise FormatError(f"{path} is the result of {stored.experiment!r:.60}. Give it its name again.")
+        raise FormatError(f"{path} is the result of {stored.experiment!r:.60}. Restore its original file name.")
     return stored
 
 
 def _check(stored: StoredResult) -> None:
-    """Raise TypeError for what `write_result` does not write."""
+    """Raise TypeError for content that `write_result` does not write."""
     texts = (stored.experiment, stored.title, stored.source, stored.about, *stored.notes)
     if not all(isinstance(text, str) for text in texts):
         raise TypeError("texts")
     if not (isinstance(stored.notes, list) and isinstance(stored.parameters, dict)):
         raise TypeError("notes or parameters")
-    # the size of a number counts, too: it is written out
+    # large numbers are refused, because they are printed in full
     if not all(isinstance(number, int | float) and abs(number) < 1e15 for number in (stored.seed, stored.seconds)):
         raise TypeError("seed or seconds")
     if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
@@ -156,14 +156,14 @@ def _check(stored: StoredResult) -> None:
 
 
 def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list[StoredResult]:
-    """The results that lie in a folder, in the order of the names.
+    """Read the results in a folder, in the order of the names.
 
     Raises
     ------
     InputError
-        If there is none.
+        If the folder has no results.
     FormatError
-        If one cannot be read.
+        If a result cannot be read.
     """
     root = Path(folder)
     found = [root / f"{name}.json" for name in names if (root / f"{name}.json").is_file()]
@@ -173,7 +173,7 @@ def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list
 
 
 def _without_nan(value: Any) -> Any:
-    """JSON knows no NaN: None stands for it."""
+    """Replace NaN by None, because JSON has no NaN."""
     if isinstance(value, dict):
         return {name: _without_nan(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

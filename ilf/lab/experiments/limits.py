@@ -1,4 +1,4 @@
-"""Where methods stop working (section 3.1): the largest defect rate with a small error, by noise and curvature."""
+"""Limits of the methods (section 3.1): the largest defect rate with a small error, by noise and curvature."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .plots import colour_of, legend, named, panels, percent
 from .surfaces import INLIER_DEVIATIONS, Case, Surface, run_case
 
 ERROR_MM = 10.0
-"""Of the defective area's RMSE."""
+"""Limit of the defective area's RMSE [mm]."""
 
 _SHAPE, _QUICK_SHAPE = (180, 320), (90, 160)
 _SPHERE = Surface("sphere", _SHAPE, (1.2, 2.6), 2.0, 2.0)
@@ -58,21 +58,20 @@ def _run(settings: Settings, on_progress: OnProgress) -> Result:
             "error_mm": ERROR_MM,
             "presets": preset_parameters(mode="fill"),
             "polynomial_inlier_deviations": INLIER_DEVIATIONS,
-            "chosen": "The paper gives no such table. Here: 2.6 x 1.2 m of a plane and of spheres at 2 m, a gap "
-            "growing along x; the rate grows step by step until the RMSE of the defective area is no longer below "
+            "chosen": "The paper has no such table. Here: 2.6 x 1.2 m of a plane and of spheres at 2 m, with a gap "
+            "that grows along x; the rate grows step by step until the RMSE of the defective area reaches "
             f"{ERROR_MM:g} mm.",
         },
         notes=[
-            "The defect rate of a row is the largest at which, and below which, every measured error stays below the "
-            "limit; 0 where the smallest defect is too large already. Its errors are those of the defective area at "
-            "that rate.",
+            "The defect rate of a row is the largest up to which all measured errors stay below the limit; 0 where "
+            "the smallest defect already exceeds it. The errors of a row are those of the defective area at this rate.",
         ],
         tables={"steps": [row for _, steps in parts for row in steps]},
     )
 
 
 def _run_unit(case: Case, method: str, rates: tuple[float, ...]) -> tuple[Row, list[Row]]:
-    """The limit of one method on one surface with one noise, and the steps on the way to it."""
+    """Find the limit of one method on one surface with one noise; also return the steps up to it."""
     steps: list[Row] = []
     for rate in rates:
         (row,) = run_case(replace(case, rate=rate), [method])
@@ -127,8 +126,8 @@ def _draw(result: Result) -> list[Drawing]:
         ax.grid(False, axis="x")
     legend(figure, axes[0], columns=6)
     caption = (
-        f"The largest continuous defect at which the error (RMSE of the defective area) stays below {ERROR_MM:g} mm; "
-        "a cross: the smallest defect is too large already."
+        f"The largest continuous defect at which the error (RMSE of the defective area) stays below {ERROR_MM:g} mm. "
+        "A cross marks methods that already exceed it at the smallest defect."
     )
     return [Drawing("limits", caption, figure)]
 
@@ -143,7 +142,7 @@ def _compare(rows: list[Row]) -> list[Comparison]:
         get = "gets" if len(farthest) == 1 else "get"
         reach = "No peer stays below the limit"
         if far:
-            reach = f"Of the peers {named(farthest, len(peers))} {get} farthest, to {percent(round(far, 3))}"
+            reach = f"Of the peers {named(farthest, len(peers))} {get} farthest, up to {percent(round(far, 3))}"
         ahead = [name for name in METHOD_PRESETS if here[name]["defect_rate"] > far]
         level = [name for name in METHOD_PRESETS if here[name]["defect_rate"] == far]
         behind = [name for name in METHOD_PRESETS if here[name]["defect_rate"] < far]
@@ -169,7 +168,7 @@ def _reach(row: Row) -> str:
 
 LIMITS = Experiment(
     name="limits",
-    title="Where methods stop working",
+    title="Limits of the methods",
     source="Section 3.1",
     about=f"The largest defect rate at which the error stays below {ERROR_MM:g} mm, by noise and curvature.",
     run=_run,

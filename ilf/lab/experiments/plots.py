@@ -1,4 +1,4 @@
-"""Figures: curves against the defect rate, and what all figures have in common."""
+"""Figures: curves against the defect rate, and common elements of all figures."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _STYLES = {
 """Method -> colour, line, marker; other methods take their colour from `_OTHERS`."""
 
 _LEAST_MM = 0.01
-"""Smaller errors are not drawn."""
+"""Lower end of logarithmic axes of errors [mm]."""
 
 _OTHERS = ("#5b8e7d", "#8a6fae", "#b07d62", "#3d9db3", "#9aa83b", "#c06c9b", "#6b7a8f", "#7f4f24")
 
 
 def style_of(method: str, others: Sequence[str] = ()) -> dict[str, Any]:
-    """How a method's line looks; `others` are the methods without a look of their own, in their order."""
+    """Return the line style of a method; `others` are the methods without a style in `_STYLES`, in their order."""
     if method in _STYLES:
         colour, line, marker = _STYLES[method]
         return {"color": colour, "linestyle": line, "marker": marker, "markersize": 4, "linewidth": 1.6}
@@ -45,7 +45,7 @@ def colour_of(method: str, others: Sequence[str] = ()) -> str:
 
 def panels(rows: int, columns: int, *, width: float = 4.6, height: float = 3.4) -> tuple[Figure, list[Axes]]:
     """A figure with a grid of axes, row by row."""
-    from matplotlib.figure import Figure  # here: it takes long, and who only lists experiments needs none
+    from matplotlib.figure import Figure  # imported here because it is slow and listing experiments needs no figure
 
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
@@ -55,7 +55,7 @@ def panels(rows: int, columns: int, *, width: float = 4.6, height: float = 3.4) 
 
 
 def tidy(ax: Axes) -> None:
-    """A light grid, and no frame on top and right."""
+    """Draw a light grid, and no frame at the top and right."""
     ax.grid(True, color="#e3e3e3", linewidth=0.7)
     ax.set_axisbelow(True)
     ax.spines[["top", "right"]].set_visible(False)
@@ -65,7 +65,7 @@ def tidy(ax: Axes) -> None:
 
 
 def legend(figure: Figure, ax: Axes, columns: int = 7) -> None:
-    """One legend for all panels, below them."""
+    """Add one legend for all panels, below them."""
     handles, labels = ax.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=min(columns, len(labels)), fontsize=8, frameon=False
@@ -73,7 +73,7 @@ def legend(figure: Figure, ax: Axes, columns: int = 7) -> None:
 
 
 def against_rate(ax: Axes, rows: Iterable[Row], methods: Sequence[str], value: str, *, size: bool = False) -> None:
-    """One line per method: a value [mm] against the defect rate, or its size where the sign does not matter."""
+    """Plot one line per method: a value [mm], or with `size` its absolute value, against the defect rate."""
     rows = list(rows)
     for method in methods:
         points = [(100 * row["defect_rate"], row[value]) for row in rows if row["method"] == method]
@@ -84,45 +84,45 @@ def against_rate(ax: Axes, rows: Iterable[Row], methods: Sequence[str], value: s
 
 
 def log_millimetres(ax: Axes) -> None:
-    """A logarithmic axis of errors that ends where no sensor could tell the difference."""
+    """Use a logarithmic axis of errors, limited below to errors that no sensor can resolve."""
     ax.set_yscale("log")
     low, _ = ax.get_ylim()
     ax.set_ylim(bottom=max(low, _LEAST_MM))
 
 
 def mark_rate(ax: Axes, rate: float, text: str) -> None:
-    """A vertical line at a defect rate (0-1) that the paper names."""
+    """Draw a vertical line at a defect rate (0-1) of the paper."""
     ax.axvline(100 * rate, color="#888888", linewidth=0.9, linestyle=(0, (2, 2)))
     ax.annotate(text, (100 * rate, 0.98), xycoords=("data", "axes fraction"), rotation=90, fontsize=7,
                 color="#666666", ha="right", va="top", zorder=1, bbox={"color": "white", "pad": 0.6})  # fmt: skip
 
 
-# Words for comparisons: what is said follows from the numbers alone.
+# Texts of comparisons, chosen by the numbers alone.
 
 _NAMED = 3
-"""More names than that are counted."""
+"""Longer lists of names are replaced by their number."""
 
 EQUAL_SHARE = 0.05
-"""Values that differ by less than this share are called about the same."""
+"""Values that differ by less than this share count as about equal."""
 
 
 def millimetres(value: float) -> str:
-    """A length in millimetres, to three digits that matter."""
+    """Format a length in millimetres with three significant digits."""
     return f"{value:.0f} mm" if abs(value) >= 100 else f"{value:#.3g} mm".replace(". mm", " mm")
 
 
 def percent(share: float) -> str:
-    """A share (0-1) in per cent, with the decimals it has."""
+    """Format a share (0-1) in per cent, without trailing zeros."""
     return f"{100 * share:.2f}".rstrip("0").rstrip(".") + " %"
 
 
 def counted(number: int, thing: str) -> str:
     """ "1 frame", "2 frames"."""
-    return f"{number} {thing}{'s' * (number != 1)}"
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def how_it_compares(ours: float, paper: float) -> str:
-    """ "lower than in the paper" and the like, with the factor."""
+    """Describe a ratio to the paper, such as "lower than in the paper, by 20 %"."""
     if abs(ours - paper) <= EQUAL_SHARE * abs(paper):
         return "about as in the paper"
     factor = max(ours, paper) / max(min(ours, paper), 1e-12)
@@ -131,7 +131,7 @@ def how_it_compares(ours: float, paper: float) -> str:
 
 
 def at_rate(rows: Iterable[Row], method: str, rate: float) -> Row:
-    """A method's row at the defect rate that is nearest to the one asked for."""
+    """Return a method's row at the defect rate nearest to `rate`."""
     return min((row for row in rows if row["method"] == method), key=lambda row: abs(row["defect_rate"] - rate))
 
 
@@ -147,7 +147,7 @@ def won_rates(rows: Sequence[Row], method: str, rivals: Sequence[str], value: st
 
 
 def spans(rates: Iterable[float], among: Sequence[float]) -> str:
-    """Defect rates, named as spans of neighbours among all that were measured: "0-40 %, 60-80 %", or "none"."""
+    """Format defect rates as spans of neighbours among all measured rates: "0-40 %, 60-80 %", or "none"."""
     chosen = set(rates)
     groups: list[list[float]] = []
     open_group = False
@@ -170,7 +170,7 @@ def joined(words: Sequence[str]) -> str:
 
 
 def named(words: Sequence[str], total: int) -> str:
-    """A few names, or how many of all it would be."""
+    """Join a few names; for more, return their number of the total."""
     return joined(words) if len(words) <= _NAMED else f"{len(words)} of {total}"
 
 

@@ -1,4 +1,4 @@
-"""Readings of the paper's text: what it leaves open about the filter, value by value."""
+"""Interpretations of the paper's text: values for everything that it leaves open about the filter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UNKNOWNS: dict[str, tuple[Any, ...]] = {
     "padding": (1.0, 2.0),
     "colour": ("weighted", "not used"),
 }
-"""What is open about the filter: the fields of `Reading` with the values that are tried."""
+"""Open points of the filter: the fields of `Reading` with the tried values."""
 
 NAMES = {
     "start": "start",
@@ -37,23 +37,23 @@ NAMES = {
     "padding": "padding",
     "colour": "colour spectrum",
 }
-"""The same in words."""
+"""Labels of these fields."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of what the text says about the filter.
+    """One interpretation of the paper's text about the filter.
 
     Attributes
     ----------
     start : str
         First cut-off frequency: the mean alone, or 1 / longest or 1 / shortest length of the block.
     step : float
-        By which the cut-off frequency grows, in basebands.
+        Growth of the cut-off frequency per enlargement, in basebands.
     wavelength_px : float
         Shortest wave of the last pass band, in pixels of the full grid.
     mean : str
-        Whether the mean of the known depth is taken off before.
+        Whether the mean of the known depth is subtracted before.
     padding : float
         Side of the padded grid, in sides of the block.
     colour : str
@@ -68,7 +68,7 @@ class Reading:
     colour: str
 
     def parameters(self, shape: tuple[int, int], every: int) -> Parameters:
-        """The preset `paper`, read so, for a block of this shape of which every so many-th pixel was taken."""
+        """Parameters of `paper` under this interpretation, for a block of this shape, subsampled by `every`."""
         paper = PRESETS["paper"]
         starts = {"mean": 0.0, "1 / longest": 1.0, "1 / shortest": max(shape) / min(shape)}
         return paper.replace(
@@ -83,11 +83,11 @@ class Reading:
 
 
 PRESET = Reading("mean", 0.5, 15.0, "left in", 2.0, "weighted")
-"""The reading that the preset `paper` follows."""
+"""The interpretation that the preset `paper` follows."""
 
 
 def in_words(values: dict[str, Any], names: Iterable[str] = UNKNOWNS) -> str:
-    """ "start 1 / shortest, mean depth taken off" of a row or the like."""
+    """Describe values in words, such as "start 1 / shortest, mean depth taken off"."""
     return ", ".join(f"{NAMES[name]} {_shown(values[name])}" for name in names)
 
 
@@ -95,7 +95,7 @@ def _shown(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-# Whether the printed results of Fig. 4 to 6 come out on one cylinder or sphere, under one reading of the text.
+# Whether one interpretation of the text reproduces the printed results of Fig. 4 to 6 on a cylinder or sphere.
 
 PAPER_PRS, PAPER_RATE = 10.28, 0.8022
 """PRS of Fig. 4 [mm], and its defect rate."""
@@ -113,10 +113,10 @@ JUDGED = {
     "block, plain fit": ("whole", math.inf),
     "hole, plain fit": ("hole", math.inf),
 }
-"""Ways to judge the claims: by which error, and how far off the polynomials' outliers are."""
+"""Ways to evaluate the claims: the error measure, and the limit of the polynomials' outliers in deviations."""
 
 LEAST_ORDER = 2
-"""A plane, order 1, follows none of the surfaces: who beats no more has beaten none."""
+"""Minimum order that counts as a win: a plane, order 1, fits none of the surfaces."""
 
 _DISTANCES = {"cylinder": 1.5, "sphere": 2.0}
 _SPHERE_PIXELS, _SPHERE_SIZE = (540, 960), (1.2, 2.6)
@@ -126,7 +126,7 @@ _CYLINDER_RATES, _SPHERE_RATES = (0.0, 0.2, 0.4, CYLINDER_WON), (0.0, 0.15, 0.3,
 
 @dataclass(frozen=True)
 class Errors:
-    """Of a completed surface [mm]: root mean square over the whole block and over its hole, mean and deviation."""
+    """Errors of a completed surface [mm]: RMSE over the whole block and over its hole, mean and deviation."""
 
     whole: float
     hole: float
@@ -135,7 +135,7 @@ class Errors:
 
 
 def cylinder(pixels: str, axis: str, seen: float, radius: float, every: int) -> Surface:
-    """A cylinder of which this share of the diameter is seen, on square pixels, of which every so many-th is taken."""
+    """A cylinder of which the share `seen` of the diameter is visible, on square pixels, subsampled by `every`."""
     height, width = (count // every for count in PIXELS[pixels])
     across = 2 * radius * seen
     size = (across * height / width, across) if axis == "upright" else (across, across * width / height)
@@ -143,27 +143,27 @@ def cylinder(pixels: str, axis: str, seen: float, radius: float, every: int) -> 
 
 
 def sphere(radius: float, every: int) -> Surface:
-    """The part of a sphere that the paper sees."""
+    """The part of a sphere that is visible in the paper."""
     height, width = (count // every for count in _SPHERE_PIXELS)
     return Surface("sphere", (height, width), _SPHERE_SIZE, _DISTANCES["sphere"], radius)
 
 
 def case_of(surface: Surface, noise: float, rate: float, every: int, seed: int) -> Case:
-    """A defect as in the paper, along the cylinder's vertical or the sphere's x; the noise [m] is that of a pixel of
-    the full grid, and of the mean of those that a pixel here stands for."""
+    """A defect as in the paper, along the cylinder's vertical or the sphere's x. `noise` [m] is that of a pixel of the
+    full grid; it is reduced to that of the mean over the pixels that one subsampled pixel represents."""
     along = "x" if surface.kind == "sphere" else "y"
     return Case(surface, noise / every, rate, along, "fill+denoise", seed)
 
 
 def gives_paper_prs(prs: float) -> bool:
-    """Whether a PRS [mm] is about that of Fig. 4."""
+    """Return whether a PRS [mm] is about that of Fig. 4."""
     return abs(prs - PAPER_PRS) <= EQUAL_SHARE * PAPER_PRS
 
 
 def fourth_radius(prs: Callable[[float], float]) -> float:
-    """Largest radius [m], to whole centimetres, that gives about the PRS [mm] of Fig. 4; if none does, the nearest.
+    """Find the largest radius [m], in whole centimetres, with about the PRS [mm] of Fig. 4; if none, the nearest.
 
-    It is sought among a few radii, and between neighbours of them that span the PRS.
+    A few radii are tried, then radii between neighbours that bracket the PRS.
     """
     tried = {centimetres: prs(centimetres / 100) for centimetres in _CENTIMETRES}
     for low, high in itertools.pairwise(_CENTIMETRES):
@@ -180,9 +180,9 @@ def fourth_radius(prs: Callable[[float], float]) -> float:
 
 
 def orders_beaten(reading: Reading, surface: Surface, noise: float, every: int, seed: int) -> dict[str, int]:
-    """Way to judge -> largest k such that polynomials of orders 1 to k are worse at all rates up to the printed one.
+    """Way to evaluate -> largest k such that polynomials of orders 1 to k are worse at all rates up to the printed one.
 
-    Where none beats as much as `LEAST_ORDER`, smaller rates are not looked at.
+    If no way reaches `LEAST_ORDER`, smaller rates are skipped.
     """
     beaten = dict.fromkeys(JUDGED, max(ORDERS))
     for rate in reversed(_SPHERE_RATES if surface.kind == "sphere" else _CYLINDER_RATES):
@@ -203,20 +203,20 @@ def orders_beaten(reading: Reading, surface: Surface, noise: float, every: int, 
 
 
 def filtered(reading: Reading, case: Case, every: int) -> Errors:
-    """Errors of the filter, read so."""
+    """Return the errors of the filter under an interpretation."""
     return _filtered(reading.parameters(case.surface.shape, every), case)
 
 
-@lru_cache(maxsize=4096)  # on a square grid some readings come to the same
+@lru_cache(maxsize=4096)  # on a square grid some interpretations give the same parameters
 def _filtered(parameters: Parameters, case: Case) -> Errors:
     frame = given(case)
     depth = complete(frame, np.ones(frame.shape, np.int32), parameters, threads=1).depth
     return _measured(depth, frame, case.surface)
 
 
-@lru_cache(maxsize=4096)  # for all readings
+@lru_cache(maxsize=4096)  # shared by all interpretations
 def fitted(case: Case, order: int, deviations: float) -> Errors:
-    """Errors of a polynomial whose outliers are so many deviations off."""
+    """Return the errors of a polynomial whose outliers are more than `deviations` off."""
     frame = given(case)
     depth, _ = inlier_polynomial(frame.depth, np.ones(frame.shape, bool), order, deviations)
     return _measured(depth, frame, case.surface)

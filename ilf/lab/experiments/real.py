@@ -1,4 +1,4 @@
-"""Real frames, Fig. 7 and 8: raw, completed, their clouds; and a halogen-like spot punched into known depth."""
+"""Real frames, Fig. 7 and 8: raw, completed, and as clouds; and a halogen-like spot cut out of known depth."""
 
 from __future__ import annotations
 
@@ -51,20 +51,20 @@ _MISSING = np.array([38, 38, 42], np.uint8)
 _EMPTY = (250, 250, 250)
 
 _YAW, _PITCH = math.radians(22), math.radians(14)
-"""How far the cloud is turned, so that its shape shows."""
+"""Angles of the view of the cloud."""
 
 _NEAR_SHARE, _FAR_SHARE = 2.0, 98.0
-"""Percentiles of the depth between which colours spread."""
+"""Percentiles of the depth at the ends of the colour range."""
 
 
 def depth_range(depth: NDArray[np.floating]) -> tuple[float, float]:
-    """Depth [m] between which colours spread."""
+    """Return the colour range, nearest and farthest depth [m]."""
     near, far = np.nanpercentile(depth, [_NEAR_SHARE, _FAR_SHARE])
     return float(near), float(max(far, near + 1e-3))
 
 
 def depth_picture(depth: NDArray[np.floating], between: tuple[float, float]) -> NDArray[np.uint8]:
-    """Depth in colours, uint8 (H, W, 3); missing is nearly black."""
+    """Colour-code depth, uint8 (H, W, 3); missing depth is nearly black."""
     import matplotlib
 
     share = (depth - between[0]) / (between[1] - between[0])
@@ -73,18 +73,18 @@ def depth_picture(depth: NDArray[np.floating], between: tuple[float, float]) -> 
 
 
 def thumbnail(picture: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
-    """A picture at most so wide, every so many pixels taken: depth colours must not be mixed."""
+    """Reduce a picture to a maximum width by subsampling, because depth colours must not be mixed."""
     step = max(1, math.ceil(picture.shape[1] / width))
     return np.ascontiguousarray(picture[::step, ::step])
 
 
 def cloud_picture(frame: RGBDFrame, depth: NDArray[np.floating], focal: float, width: int) -> NDArray[np.uint8]:
-    """The cloud of a depth image, seen from the side and above, nearest points in front.
+    """Render the cloud of a depth image from the side and above, nearest points in front.
 
     Parameters
     ----------
     frame : RGBDFrame
-        Gives the colours; the view fits its known depth, whatever depth is shown.
+        Gives the colours; the view is fitted to its known depth, whatever `depth` is.
     depth : ndarray of float, shape (H, W)
         [m], NaN = missing.
     focal : float
@@ -102,13 +102,13 @@ def cloud_picture(frame: RGBDFrame, depth: NDArray[np.floating], focal: float, w
 
 
 _FRAMES = 8
-"""Frames that are shown, of as many sensors as there are."""
+"""Number of frames shown, of as many sensors as possible."""
 
 _RENDERED = "synthetic"
-"""In the sensor's name where a frame is not real."""
+"""Part of the sensor's name if a frame is not real."""
 
 _WIDTH = 240
-"""Of the pictures [px]."""
+"""Width of the pictures [px]."""
 
 COMPLETED, SPOT = "completed", "spot"
 GIVEN = "given"
@@ -125,7 +125,7 @@ class _Part:
 
 
 def run_real(settings: Settings, on_progress: OnProgress) -> Result:
-    """Complete frames, and measure the error in a spot punched into each."""
+    """Complete frames, and measure the error in a spot cut out of each."""
     sources = find_sources(settings)
     chosen = _by_sensor(sources.frames, QUICK_FRAMES if settings.quick else _FRAMES)
     methods = METHOD_PRESETS if settings.quick else (*METHOD_PRESETS, *PEERS)
@@ -133,15 +133,14 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
     parts = run_counted(_run_unit, units, settings.jobs, on_progress)
     rows = [row for part in parts for row in part.rows]
     if not rows:
-        raise InputError(f"No frame could be completed: {'; '.join(part.left_out for part in parts)}")
+        raise InputError(f"No frame could be completed. {'; '.join(part.left_out for part in parts)}")
     notes = [
         f"{source.name}: {part.left_out}" for (source, _), part in zip(chosen, parts, strict=True) if part.left_out
     ]
     nominal = sorted({row["frame"] for row in rows if row.get("nominal_focal")})
     if nominal:
         notes.append(
-            f"No intrinsics come with {', '.join(nominal)}: a nominal focal length of {NOMINAL_FOCAL:g} image widths "
-            "is used."
+            f"{', '.join(nominal)}: no intrinsics, so a nominal focal length of {NOMINAL_FOCAL:g} image widths is used."
         )
     return Result(
         rows=rows,
@@ -153,8 +152,8 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
             "presets": preset_parameters(),
             "chosen": "The paper's frames are not published. Here: the first frame of every sensor, up to "
             f"{_FRAMES}. The spot lies where the depth is known and smoothest; of places about as smooth, at the one "
-            "nearest to the camera. Once colour is left as it is; once, for the presets, it is saturated as by a lamp "
-            "(glare). Blocks come from the frame with the spot.",
+            "nearest to the camera. Colour is unchanged, and for the presets also saturated as by a lamp (glare). "
+            "Blocks are extracted from the frame with the spot.",
         },
         notes=[*sources.notes, *notes],
         pictures={name: picture for part in parts for name, picture in part.pictures.items()},
@@ -162,7 +161,7 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
 
 
 def _by_sensor(sources: Sequence[FrameSource], count: int) -> list[tuple[FrameSource, str]]:
-    """Frames and their sensors: the first of every sensor, then, if there is room, the others evenly."""
+    """Select frames with their sensors: the first of every sensor, then others evenly up to `count`."""
     sensors = {source: _sensor(source) for source in sources}
     if any(_RENDERED not in sensor for sensor in sensors.values()):
         sensors = {source: sensor for source, sensor in sensors.items() if _RENDERED not in sensor}
@@ -176,13 +175,13 @@ def _by_sensor(sources: Sequence[FrameSource], count: int) -> list[tuple[FrameSo
 
 
 def _sensor(source: FrameSource) -> str:
-    """The sensor as meta.json names it, without what is in brackets."""
+    """The sensor in meta.json, without text in brackets."""
     if source.index is not None:
         return "Kinect v1"
     try:
         meta = read_json(source.path / META_NAME)
     except (InputError, FormatError):
-        return "unknown sensor"  # the frame itself will say what is wrong
+        return "unknown sensor"  # reading the frame reports the error
     sensor = meta.get("sensor") if isinstance(meta, dict) else None
     return str(sensor or "unknown sensor").split("(")[0].strip()
 
@@ -206,7 +205,7 @@ def _run_unit(source: FrameSource, sensor: str, methods: Sequence[str]) -> _Part
 
 
 def _complete(part: _Part, frame: RGBDFrame, focal: float, common: Row) -> None:
-    """The frame as it is, completed by every preset: rows, and pictures "frame/what/method"."""
+    """Complete the unchanged frame by every preset: rows, and pictures "frame/what/method"."""
     labels = extract_blocks(frame, PAPER_BLOCKS)
     between = depth_range(frame.depth)
     name = common["frame"]
@@ -255,23 +254,23 @@ def _measure_spot(part: _Part, frame: RGBDFrame, methods: Sequence[str], common:
 
 
 def _spot_picture(frame: RGBDFrame, hole: NDArray[np.bool_]) -> _Picture:
-    """The colour image with glare, the spot's rim drawn in."""
+    """The colour image with glare and the spot's rim."""
     rgb = frame.rgb.copy()
     rim = hole & ~(np.roll(hole, 3, 0) & np.roll(hole, -3, 0) & np.roll(hole, 3, 1) & np.roll(hole, -3, 1))
     rgb[rim] = (209, 73, 91)
     return thumbnail(rgb, _WIDTH)
 
 
-# The figures of the experiment on real frames, and its words.
+# Figures and comparison texts of the experiment on real frames.
 
 _ROWS_SHOWN, _SPOTS_A_ROW = 8, 4
 
 _ALL_OF_IT = 0.9995
-"""Share of the missing pixels from which on none is said to be left."""
+"""Share of recovered pixels from which a frame counts as complete."""
 
 
 def draw_real(result: Result) -> list[Drawing]:
-    """The frames and their clouds, raw and completed, the spots, and the errors in them."""
+    """Draw frames and clouds, raw and completed, the spots, and the errors in them."""
     frames = list(dict.fromkeys(row["frame"] for row in result.rows))[:_ROWS_SHOWN]
     names = {row["frame"]: f"{row['frame']}\n{row['sensor']}" for row in result.rows}
     methods = [GIVEN, *METHOD_PRESETS]
@@ -281,8 +280,8 @@ def draw_real(result: Result) -> list[Drawing]:
     drawings = [
         Drawing(
             "depth",
-            "Colour, raw depth (black: missing), and depth completed by the presets. What no block vouches for stays "
-            "missing.",
+            "Colour, raw depth (black: missing), and depth completed by the presets. Depth that no block could "
+            "complete stays missing.",
             _grid(result, frames, depths, ["colour", *methods], names),
             shows_data,
         ),
@@ -302,7 +301,7 @@ def draw_real(result: Result) -> list[Drawing]:
 def _grid(
     result: Result, frames: Sequence[str], keys: Sequence[str], titles: Sequence[str], names: dict[str, str]
 ) -> Figure:
-    """One row of pictures per frame, one column per key."""
+    """Draw one row of pictures per frame, one column per key."""
     figure, axes = panels(len(frames), len(keys), width=1.9, height=1.5)
     for place, ax in enumerate(axes):
         line, column = divmod(place, len(keys))
@@ -331,7 +330,7 @@ def _draw_spot_places(result: Result, shows_data: bool) -> Drawing:
     for ax, name in zip(axes, shown, strict=False):
         _show(ax, result.pictures[name])
         ax.set_title(name.removesuffix(SPOT_PICTURE), fontsize=8)
-    return Drawing("spots", "The spots of 15 cm, here with glare; red: where depth is taken away.", figure, shows_data)
+    return Drawing("spots", "The spots of 15 cm, here with glare; red: rim of the removed depth.", figure, shows_data)
 
 
 def _draw_spot_errors(rows: list[Row]) -> Drawing:
@@ -353,9 +352,7 @@ def _draw_spot_errors(rows: list[Row]) -> Drawing:
     ax.set_xscale("log")
     ax.set_xlabel("RMSE in the spot [mm]; bars: mean of the frames")
     legend(figure, ax)
-    return Drawing(
-        "errors", "Error of depth completed in a round spot of 15 cm, of single frames and in the mean.", figure
-    )
+    return Drawing("errors", "Error of the completed depth in a round spot of 15 cm: single frames and mean.", figure)
 
 
 def _mean(rows: Sequence[Row], method: str, glare: bool) -> float:
@@ -363,7 +360,7 @@ def _mean(rows: Sequence[Row], method: str, glare: bool) -> float:
 
 
 def compare_real(rows: list[Row]) -> list[Comparison]:
-    """Share recovered, and the error in the spot; the paper shows pictures here."""
+    """Report the recovered share and the error in the spot; the paper has only pictures here."""
     whole = [row for row in rows if row["part"] == COMPLETED]
     spots = [row for row in rows if row["part"] == SPOT]
     comparisons = [_recovered(whole, method) for method in METHOD_PRESETS]
@@ -379,17 +376,17 @@ def _recovered(rows: list[Row], method: str) -> Comparison:
         )
     shares = [row["recovered"] for row in mine]
     least = min(mine, key=lambda row: row["recovered"])
-    left = "In no frame is anything left open."
+    left = "No frame has missing depth left."
     if least["recovered"] < _ALL_OF_IT:
         left = (
-            f"Least in {least['frame']}, {percent(round(least['recovered'], 3))}: the rest lies in no block, or in one "
+            f"Minimum: {percent(round(least['recovered'], 3))} in {least['frame']}; the rest lies in no block, or in a "
         )
-        left += "without enough known depth."
+        left += "block without enough known depth."
     return Comparison(
         f"Missing depth recovered, {method}",
         "pictures only",
         f"{percent(round(float(np.mean(shares)), 3))} of the missing pixels, mean of {counted(len(mine), 'frame')}",
-        f"{left} How right it is, pictures do not tell; the table does.",
+        f"{left} Pictures do not show its accuracy; see the table.",
     )
 
 
@@ -400,13 +397,13 @@ def _spot(rows: list[Row], methods: list[str], method: str) -> Comparison:
     better = [name for name in rivals if _mean(rows, name, False) < plain]
     text = f"RMSE, mean of {counted(frames, 'frame')}. Without glare "
     if better:
-        text += f"{named(better, len(rivals))} {'is' if len(better) == 1 else 'are'} nearer."
+        text += f"{named(better, len(rivals))} {'is' if len(better) == 1 else 'are'} more accurate."
     else:
         text += f"it is the lowest of {len(methods)} methods."
     change = glare / plain
     if change > 1.1:
-        text += f" Glare in the colour image makes it {change:.1f} times as large: "
-        text += "colour edges, the glare's rim among them, are taken for boundaries."
+        text += f" Glare in the colour image makes it {change:.1f} times as large, "
+        text += "because colour edges such as the glare's rim become boundaries."
     elif change < 0.9:
         text += f" Glare in the colour image makes it smaller ({percent(round(1 - change, 3))})."
     else:

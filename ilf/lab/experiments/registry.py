@@ -1,4 +1,4 @@
-"""All experiments by name, and how one is run."""
+"""All experiments by name, and the function that runs one."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .unknowns import compare_unknowns, draw_unknowns, run_unknowns
 
 _CONVERGENCE = Experiment(
     name="convergence",
-    title="How the iteration goes on",
+    title="Convergence of the iteration",
     source="Fig. 2 and 3",
-    about="One block in colour with exact truth: sigma_i, the L1 norm and the error against iteration, with and "
-    "without colour.",
+    about="One block with exact ground truth: sigma_i, the L1 norm and the error against iteration, with and without "
+    "colour.",
     run=run_convergence,
     draw=draw_convergence,
     compare=compare_convergence,
@@ -33,7 +33,7 @@ _REAL = Experiment(
     name="real",
     title="Real frames, and a halogen-like spot",
     source="Fig. 7 and 8",
-    about="Frames of several sensors, raw and completed, and their clouds; a round spot of 15 cm is punched into known "
+    about="Frames of several sensors, raw and completed, and their clouds; a round spot of 15 cm is cut out of known "
     "depth.",
     run=run_real,
     draw=draw_real,
@@ -45,8 +45,8 @@ _TABLE = Experiment(
     name="table",
     title="Errors over all operation blocks",
     source="Fig. 9 and Table 1",
-    about="Known depth is hidden, every method completes it, and errors are taken over all blocks, weighted by pixels; "
-    "the paper's selective mean stands beside them.",
+    about="Known depth is held out and completed by every method; errors are means over all blocks, weighted by "
+    "pixels, beside the paper's selective mean.",
     run=run_table,
     draw=draw_table,
     compare=compare_table,
@@ -55,10 +55,10 @@ _TABLE = Experiment(
 
 _UNKNOWNS = Experiment(
     name="unknowns",
-    title="What the text leaves open",
+    title="Open points of the text",
     source="Fig. 4, 5 and 6",
-    about="The preset paper with every combination of what the text does not say, on cylinders and spheres that it "
-    "does not describe: where do 10.28 mm and the wins over polynomials come out?",
+    about="The preset paper with every combination of values that the text leaves open, on cylinders and spheres that "
+    "it does not specify: which combinations reproduce 10.28 mm and the wins over polynomials?",
     run=run_unknowns,
     draw=draw_unknowns,
     compare=compare_unknowns,
@@ -71,11 +71,11 @@ EXPERIMENTS: dict[str, Experiment] = {
 """Name -> experiment, in the order of the paper."""
 
 ALL = "all"
-"""The name that means all of them."""
+"""Name that means all experiments."""
 
 
 def chosen_experiments(names: str) -> list[str]:
-    """Names of the experiments that a comma-separated list means, each once; "all" means all of them.
+    """Parse a comma-separated list of experiments, each named once; "all" means all of them.
 
     Raises
     ------
@@ -96,18 +96,18 @@ def run_experiment(
         One of `EXPERIMENTS`.
     settings : Settings, optional
     on_progress : callable, optional
-        Called with every `Progress`; raise `Cancelled` in it to stop.
+        Called with every `Progress`; raise `Cancelled` in it to cancel.
 
     Raises
     ------
     ParameterError
         For an unknown name.
     InputError, FormatError
-        If the data cannot be used, or the package that draws the figures is missing.
+        If the data cannot be used, or the package for figures is missing.
     """
     if name not in EXPERIMENTS:
         raise ParameterError(f"There is no experiment {name!r}. Known: {', '.join(EXPERIMENTS)}.")
-    optional("matplotlib", "experiments", "Drawing an experiment's figures")  # before the work, not after it
+    optional("matplotlib", "experiments", "Drawing an experiment's figures")  # fail before the work, not after it
     chosen = settings or Settings()
     report = on_progress or (lambda progress: None)
     started = time.perf_counter()

@@ -20,31 +20,31 @@ from .registry import EXPERIMENTS
 
 REPORT_FILE = "report.html"
 IMAGE_FOLDER = Path("images") / "experiments"
-"""Where figures lie, seen from the Markdown file."""
+"""Folder of the figures, relative to the Markdown file."""
 
 SMALL_BYTES, _COLOURS, _SHRUNK = 90_000, 64, 0.9
-"""Largest figure beside the Markdown file, and how it comes to be no larger."""
+"""Maximum size of a figure beside the Markdown file, and the colours and scale by which larger ones are reduced."""
 
 _MARKS = re.compile(r"[\\<>\[\]*]|(?<!\w)_|_(?!\w)")
-"""What Markdown would read something into."""
+"""Characters with a meaning in Markdown."""
 
 _TITLE = "The paper's experiments, rerun"
 
 _INTRODUCTION = (
-    'Wang, Yu, Yang, Huang, Zhu, Lau, Sun, "Depth Image Completion through Iterative Low-Pass Filtering", beside this '
-    "implementation's own runs. `paper` follows the paper's text, `released-code` the MATLAB that its authors "
-    "published, `best` is the default here and not the paper's method. Every sentence of the comparisons is chosen by "
-    "the numbers beside it."
+    'Wang, Yu, Yang, Huang, Zhu, Lau, Sun, "Depth Image Completion through Iterative Low-Pass Filtering", compared '
+    "with runs of this implementation. `paper` follows the paper's text, `released-code` the authors' MATLAB code; "
+    "`best` is the default here, not the paper's method. All comparison texts are generated from the numbers beside "
+    "them."
 )
 
 _COMMANDS = """    ilf experiments run all --data FOLDER_OF_FRAMES
     ilf experiments report --markdown FILE"""
 
 _ABOUT_TABLE = (
-    "Table 1 of the paper is not a fair mean. The evaluation that its authors published adds a block to the sums only "
-    "where ILF's error is below that of the peer, and its Rel for ILF lacks the pixel weight that the other sums have, "
-    "which is how 173 mm and 0.008 can stand in one row. The rows `all blocks` here are over all blocks, weighted by "
-    "pixels. The rows `selective` are what that selection makes of the same blocks."
+    "Table 1 of the paper is not a fair mean. The authors' published evaluation adds a block to the sums only where "
+    "ILF's error is below that of the peer, and its Rel for ILF lacks the pixel weight of the other sums, which is why "
+    "173 mm and 0.008 appear in one row. The rows `all blocks` here are over all blocks, weighted by pixels. The rows "
+    "`selective` apply the authors' selection to the same blocks."
 )
 
 _STYLE = """
@@ -66,17 +66,17 @@ def write_report(
     folder: str | os.PathLike[str], html_file: str | os.PathLike[str] | None = None,
     markdown_file: str | os.PathLike[str] | None = None,
 ) -> list[Path]:  # fmt: skip
-    """Report what lies in a folder.
+    """Write the report of the results in a folder.
 
     Parameters
     ----------
     folder : path-like
-        Where `write_result` has written.
+        Output of `write_result`.
     html_file : path-like, optional
-        report.html in the folder if left out. Needs no other file and no network.
+        Self-contained page; report.html in the folder if left out.
     markdown_file : path-like, optional
-        Also write Markdown there, and its figures into images/experiments beside it; those that show frames of the
-        user are left out.
+        Also write Markdown there, and its figures into images/experiments beside it, except those that show the user's
+        frames.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def write_report(
 
 
 def html_report(results: Sequence[StoredResult], folder: Path) -> str:
-    """The page; figures are read from the folder and put into it."""
+    """Return the HTML page with embedded figures from the folder."""
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -121,7 +121,7 @@ def html_report(results: Sequence[StoredResult], folder: Path) -> str:
 
 
 def markdown_report(results: Sequence[StoredResult]) -> str:
-    """The same as Markdown, without the rows; figures by their place beside it."""
+    """Return the report as Markdown, without the rows and with links to the figures."""
     lines = [f"# {_TITLE}", "", _INTRODUCTION, "", _COMMANDS, "", _facts(results)]
     for result in results:
         lines += ["", f"## {marked_down(result.title)} (`{result.experiment}`, {marked_down(result.source)})", ""]
@@ -135,7 +135,7 @@ def markdown_report(results: Sequence[StoredResult]) -> str:
         for figure in result.figures:
             caption = marked_down(figure.caption)
             if figure.shows_data:
-                lines += ["", f"{caption} (Not shown here: the frames may not be passed on. See {REPORT_FILE}.)"]
+                lines += ["", f"{caption} (Not shown: the frames may not be distributed. See {REPORT_FILE}.)"]
                 continue
             lines += ["", f"![{caption}]({(IMAGE_FOLDER / figure.stem).as_posix()}.png)", "", caption]
     return "\n".join(lines) + "\n"
@@ -143,20 +143,18 @@ def markdown_report(results: Sequence[StoredResult]) -> str:
 
 def _facts(results: Sequence[StoredResult]) -> str:
     seconds = sum(result.seconds for result in results)
-    facts = (
-        f"ilf {__version__}; {len(results)} of {len(EXPERIMENTS)} experiments, {seconds:.0f} s of computing together."
-    )
+    facts = f"ilf {__version__}; {len(results)} of {len(EXPERIMENTS)} experiments, {seconds:.0f} s of computing time."
     missing = [name for name in EXPERIMENTS if name not in {result.experiment for result in results}]
     if missing:
         facts += f" Not run: {', '.join(missing)}."
     quick = [result.experiment for result in results if result.quick]
     if quick:
-        facts += f" Quick runs, whose numbers are not to be relied on: {', '.join(quick)}."
+        facts += f" Quick runs, with unreliable numbers: {', '.join(quick)}."
     return facts
 
 
 def paragraphs(result: StoredResult) -> list[str]:
-    """What is done, what was chosen, and what to know."""
+    """Description, choices and notes of a result."""
     found = [
         f"{result.about} Seed {result.seed}, {result.seconds:.0f} s.",
         f"{result.parameters['chosen']}",
@@ -188,7 +186,7 @@ def _html_section(result: StoredResult, folder: Path) -> str:
     return "\n".join([
         f'<section id="{name}"><h2>{html.escape(result.title)} <small>({html.escape(place)})</small></h2>',
         f"<p>{inline(first)}</p>",
-        *(["<p class=warning>A quick run: its numbers are not to be relied on.</p>"] if result.quick else []),
+        *(["<p class=warning>A quick run: its numbers are not reliable.</p>"] if result.quick else []),
         "<ul>" + "".join(f"<li>{inline(note)}</li>" for note in others) + "</ul>",
         f"<table><thead><tr><th></th><th>paper</th><th>here</th><th></th></tr></thead><tbody>{compared}</tbody></table>",
         *(_html_figure(figure, folder) for figure in result.figures),
@@ -201,7 +199,7 @@ def _html_figure(figure: StoredFigure, folder: Path) -> str:
     path = _figure_file(folder, figure)
     content = read_file(path).data.tobytes()
     if image_header(path, content).kind != "PNG":
-        raise FormatError(f"{path} is no PNG. Run the experiment again.")
+        raise FormatError(f"{path} is not a PNG file. Run the experiment again.")
     data = base64.b64encode(content).decode()
     caption = html.escape(figure.caption)
     return (
@@ -220,20 +218,20 @@ def _html_rows(result: StoredResult) -> str:
 
 
 def shown(value: object) -> str:
-    """A value of a row, as text."""
+    """Format a value of a row."""
     if value is None:
         return ""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def inline(text: str) -> str:
-    """Escaped text, with what stands in backquotes as code."""
+    """Escape text for HTML; text in backquotes becomes code."""
     pieces = html.escape(text, quote=False).split("`")
     return "".join(f"<code>{piece}</code>" if place % 2 else piece for place, piece in enumerate(pieces))
 
 
 def marked_down(text: str) -> str:
-    """Text as Markdown that shows just that, on one line, with what stands in backquotes as code.
+    """Escape text for Markdown, on one line; text in backquotes stays code.
 
     Examples
     --------
@@ -242,7 +240,7 @@ def marked_down(text: str) -> str:
     """
     pieces = " ".join(text.split()).split("`")
     pieces[::2] = [_MARKS.sub(r"\\\g<0>", piece) for piece in pieces[::2]]
-    if len(pieces) % 2 == 0:  # the last backquote opens nothing that ends
+    if len(pieces) % 2 == 0:  # the last backquote has no partner
         last = _MARKS.sub(r"\\\g<0>", pieces.pop())
         pieces[-1] += rf"\`{last}"
     return "`".join(pieces)
@@ -263,7 +261,7 @@ def _copy_figures(results: Sequence[StoredResult], source: Path, target: Path) -
 
 
 def _small_png(path: Path) -> bytes:
-    """A picture in few colours and, if that is not enough, of fewer pixels: it is kept under version control."""
+    """Reduce a picture to few colours and, if needed, fewer pixels, because it is kept in version control."""
     from PIL import Image
 
     picture = Image.fromarray(read_colour(path))

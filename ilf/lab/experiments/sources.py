@@ -1,4 +1,4 @@
-"""The frames that experiments run on: a folder of frames, an NYU labelled file, or the bundled sample."""
+"""Input frames of experiments: a folder of frames, an NYU labelled file, or the bundled sample."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class FrameSource:
-    """Where one frame is.
+    """Location of one frame.
 
     Attributes
     ----------
     path : Path
         A frame folder, or an NYU labelled file.
     index : int or None
-        Of the frame in the file, from 0.
+        Index of the frame in the file, from 0.
     name : str
     every : int
-        Only every so many-th row and column is taken.
+        Subsampling step of rows and columns.
     """
 
     path: Path
@@ -45,32 +45,32 @@ class FrameSource:
 
 @dataclass(frozen=True)
 class FrameSources:
-    """Frames, and what has to be said about them."""
+    """Frames, with notes."""
 
     frames: tuple[FrameSource, ...]
     notes: tuple[str, ...]
 
 
 def find_sources(settings: Settings) -> FrameSources:
-    """The frames that the settings name.
+    """Find the frames of the settings.
 
     Raises
     ------
     InputError
-        If there is none, or a split is given without a file that it splits.
+        If there are no frames, or a split is given without an NYU labelled file.
     FormatError
         If an NYU labelled file or its split cannot be read.
     """
     if settings.data is not None and settings.data.suffix.lower() == MAT_SUFFIX:
         frames, notes = _nyu(settings.data, settings.split)
     elif settings.split is not None:
-        raise InputError("A split chooses frames of nyu_depth_v2_labeled.mat. Give that file as the data.")
+        raise InputError("A split selects frames of nyu_depth_v2_labeled.mat. Give that file as the data.")
     elif settings.data is None:
         folder = asset_path(SAMPLE)
         frames = [FrameSource(folder, None, folder.name)]
         notes = [
-            "Only a sample: the one bundled frame, a generated room with a simulated sensor. Give a folder of frames "
-            "or NYU Depth V2's labelled file as --data for numbers that mean something."
+            "Only the bundled sample was used, a generated room with a simulated sensor. For meaningful numbers, give "
+            "a folder of frames or NYU Depth V2's labelled file as --data."
         ]
     else:
         frames, notes = _folders(settings.data)
@@ -82,9 +82,9 @@ def find_sources(settings: Settings) -> FrameSources:
 
 
 def load_source(source: FrameSource) -> BenchFrame:
-    """Read a frame, and its truth where it has one.
+    """Read a frame, and its ground truth if it has one.
 
-    Of an NYU labelled file it is the in-painted depth.
+    For an NYU labelled file, the ground truth is the in-painted depth.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _thinned(whole: BenchFrame, every: int) -> BenchFrame:
 
 
 def spread(items: Sequence[Item], count: int) -> list[Item]:
-    """So many of the items, evenly spread over all of them; all if there are no more."""
+    """Return `count` items, evenly spread over all of them; all items if there are no more."""
     if len(items) <= count:
         return list(items)
     return [items[round(place * (len(items) - 1) / (count - 1))] for place in range(count)]
@@ -120,7 +120,7 @@ def _folders(path: Path) -> tuple[list[FrameSource], list[str]]:
     folders = find_frames([path])
     usable = [folder for folder in folders if any(folder.glob("depth.*")) or (folder / HOLE_FILE).is_file()]
     if not usable:
-        raise InputError(f"No frame in {path} has raw depth (depth.*), so there is nothing to complete.")
+        raise InputError(f"No frame in {path} has raw depth (depth.*). Give frames with raw depth.")
     notes = []
     if len(usable) < len(folders):
         notes.append(
@@ -138,10 +138,10 @@ def _nyu(path: Path, split: Path | None) -> tuple[list[FrameSource], list[str]]:
     indices = list(range(count)) if chosen is None else read_split(chosen)
     beyond = [index + 1 for index in indices if index >= count]
     if beyond:
-        raise InputError(f"{chosen} names frame {beyond[0]}, but {path} has {count}. Give the split of this file.")
+        raise InputError(f"{chosen} lists frame {beyond[0]}, but {path} has {count}. Give the split of this file.")
     notes = [
         f"NYU Depth V2, {len(indices)} of {count} frames"
-        + (f", chosen by {chosen.name}." if chosen else f": all of them, for want of {SPLIT_FILE} beside the file.")
-        + " The truth of their own holes is the toolbox's in-painting, not a measurement."
+        + (f", selected by {chosen.name}." if chosen else f": all, because there is no {SPLIT_FILE} beside the file.")
+        + " The ground truth in their own holes is the toolbox's in-painting, not a measurement."
     ]
     return [FrameSource(path, index, frame_name(index)) for index in indices], notes

@@ -38,7 +38,7 @@ _NOISES = (0.0, 0.065)
 _METHODS = (*METHOD_PRESETS, *POLYNOMIALS)
 _CLOUD_METHODS = (*METHOD_PRESETS, POLYNOMIALS[-1])
 _CLOUD_GRID = 60, 110
-"""Points of the cloud's figure."""
+"""Grid of points in the figure of the cloud."""
 
 
 def _run(settings: Settings, on_progress: OnProgress) -> Result:
@@ -56,18 +56,18 @@ def _run(settings: Settings, on_progress: OnProgress) -> Result:
             "presets": preset_parameters(mode="fill+denoise"),
             "polynomial_inlier_deviations": INLIER_DEVIATIONS,
             "chosen": f"The paper does not give the sphere's radius; here {_SURFACE.radius:g} m, nearest point at "
-            f"{_SURFACE.distance:g} m, seen in parallel.",
+            f"{_SURFACE.distance:g} m, in parallel projection.",
         },
         notes=[
             "ACC and PRS are those of the whole block in the mode fill+denoise, against the surface without noise; "
-            "those of the defective area alone stand beside them in the table (hole_...).",
+            "the table also lists those of the defective area alone (hole_...).",
         ],
         tables={"cloud": _cloud(cloud_case)},
     )
 
 
 def _cloud(case: Case) -> list[Row]:
-    """Points of the surface on a coarse grid: position, depth as given and as completed [m]."""
+    """Points of the surface on a coarse grid: position, input depth and completed depth [m]."""
     steps = tuple(max(1, size // count) for size, count in zip(case.surface.shape, _CLOUD_GRID, strict=True))
     ys, xs = (np.linspace(-0.5, 0.5, n) * s for n, s in zip(case.surface.shape, case.surface.size, strict=True))
     rows: list[Row] = []
@@ -102,8 +102,8 @@ def _draw(result: Result) -> list[Drawing]:
     legend(figure, axes[0], columns=4)
     curves = Drawing(
         "curves",
-        "Mean error (ACC, its size) and its standard deviation (PRS) over the whole block against the defect rate, "
-        "the defect growing along x.",
+        "Mean error (absolute ACC) and standard deviation (PRS) over the whole block against the defect rate; defect "
+        "growing along x.",
         figure,
     )
     return [curves, _draw_cloud(result.tables["cloud"])]
@@ -111,7 +111,7 @@ def _draw(result: Result) -> list[Drawing]:
 
 def _draw_cloud(rows: list[Row]) -> Drawing:
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    # seen from above: every column of points falls on one place, so the section of the sphere shows
+    # seen from above, every column of points falls on one place, which shows the section of the sphere
     figure, axes = panels(1, len(methods) + 1, width=2.5, height=2.9)
     given = [row for row in rows if row["method"] == methods[0] and not row["missing"]]
     _points(axes[0], "given", [(row["x_m"], row["y_m"], row["given_m"]) for row in given], "#555555")
@@ -127,14 +127,14 @@ def _draw_cloud(rows: list[Row]) -> Drawing:
     axes[0].set_ylabel("depth [m]")
     caption = (
         f"The point cloud at {_CLOUD_RATE:.0%} continuous defect and {1000 * _NOISES[-1]:g} mm of noise, seen from "
-        "above and a little tilted: as given, and completed with fill+denoise (red: where nothing was known)."
+        "above and slightly tilted: input, and completed with fill+denoise (red: missing in the input)."
     )
     return Drawing("cloud", caption, figure)
 
 
 def _points(ax: Axes, title: str, points: list[tuple[float, float, float]], colour: str) -> None:
     x, y, depth = np.array(points).T
-    # the tilt parts the rows of points from each other
+    # the tilt separates the rows of points
     ax.scatter(x + 0.12 * y, depth + 0.1 * y, s=0.5, color=colour, linewidths=0, rasterized=True)
     ax.set_title(title, fontsize=9)
 
@@ -154,7 +154,7 @@ SPHERE = Experiment(
     title="Sphere with a growing continuous defect",
     source="Fig. 5",
     about="2.6 x 1.2 m of a sphere at 2 m on 960 x 540 pixels, with 65 mm of noise and without; a gap grows along x. "
-    "Peer: polynomials fitted to their inliers, again and again.",
+    "Peer: polynomials with iterative inlier selection.",
     run=_run,
     draw=_draw,
     compare=_compare,

@@ -17,21 +17,21 @@ NOMINAL_FOCAL = 0.82
 """Focal length in widths of the image where a frame has no intrinsics: that of a Kinect, 525 px at 640."""
 
 _CANDIDATES = 40
-"""Places that are looked at along the image's width."""
+"""Number of tested places along the image's width."""
 
 _SURROUNDINGS = 1.3
-"""The depth must be known and smooth to so many radii of the spot."""
+"""The depth must be known and smooth up to this distance, in radii of the spot."""
 
 _LEAST_RADIUS = 4.0
 """[px]"""
 
 _AS_SMOOTH = 1.5
-"""Places whose roughness is within so many times the smallest are equally good; the nearest to the camera is taken."""
+"""Places with a roughness up to this multiple of the smallest count as equal; of these the nearest is used."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Where the spot is.
+    """Place and size of a spot.
 
     Attributes
     ----------
@@ -39,13 +39,13 @@ class Spot:
     radius : float
         [px]
     depth : float
-        Of its middle [m].
+        Depth at its middle [m].
     focal : float
-        Focal length that it follows from [px].
+        Focal length used for the radius [px].
     nominal : bool
-        Whether the focal length is not the frame's own.
+        Whether the focal length is nominal because the frame has none.
     roughness : float
-        Root mean square [m] of the depth around the middle off a quadric.
+        RMS deviation [m] of the depth around the middle from a quadric.
     """
 
     row: int
@@ -67,7 +67,7 @@ class Spot:
 
 
 def find_spot(frame: RGBDFrame) -> Spot:
-    """The place for a spot: known all around, smooth, and of such places the nearest.
+    """Find the place for a spot: known all around, smooth, and the nearest such place.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def find_spot(frame: RGBDFrame) -> Spot:
 
 
 def with_spot(frame: RGBDFrame, spot: Spot, glare: bool) -> RGBDFrame:
-    """The frame with the spot's depth missing; with glare, its colour is saturated as by a lamp, fading at the rim."""
+    """Remove the spot's depth from the frame; with glare, also saturate its colour as by a lamp, fading at the rim."""
     hole = spot.inside(frame.shape)
     rgb = frame.rgb
     if glare:

@@ -1,4 +1,4 @@
-"""Surfaces that are known exactly, and what a sensor with noise and a continuous defect would see of them."""
+"""Exact surfaces, and frames of them from a simulated sensor with noise and a continuous defect."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COLOUR, _AMBIENT = np.array([205.0, 190.0, 170.0]), 0.25
 
 @dataclass(frozen=True)
 class Surface:
-    """A part of a sphere, a cylinder or a plane as a height field: depth over an even grid, seen in parallel.
+    """A part of a sphere, a cylinder or a plane as a height field: depth over an even grid, in parallel projection.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Surface:
     size : tuple of float
         Height and width [m]; they need not have the aspect ratio of the pixels.
     distance : float
-        Depth of the point that is nearest to the camera [m].
+        Depth of the nearest point [m].
     radius : float
-        [m]; of no meaning for a plane.
+        [m]; unused for a plane.
     """
 
     kind: str
@@ -69,7 +69,7 @@ class Surface:
 
 
 def shaded(surface: Surface) -> NDArray[np.uint8]:
-    """Colour image of a matt surface under one light, uint8 (H, W, 3)."""
+    """Render a matt surface under one light, uint8 (H, W, 3)."""
     pitches = (size / (count - 1) for size, count in zip(surface.size, surface.shape, strict=True))
     slope_y, slope_x = np.gradient(surface.depth, *pitches)
     normals = np.stack([slope_x, slope_y, -np.ones(surface.shape)], axis=-1)
@@ -80,7 +80,7 @@ def shaded(surface: Surface) -> NDArray[np.uint8]:
 
 
 def continuous_defect(shape: tuple[int, int], rate: float, along: str) -> NDArray[np.bool_]:
-    """One gap in the middle: neighbouring whole columns ("x") or rows ("y") that make up this share of the pixels.
+    """One gap in the middle: adjacent whole columns ("x") or rows ("y") with this share of the pixels.
 
     At least one row or column is left on either side.
     """
@@ -94,9 +94,9 @@ def continuous_defect(shape: tuple[int, int], rate: float, along: str) -> NDArra
 
 
 def sensed(surface: Surface, noise: float, defect: NDArray[np.bool_], seed: int) -> RGBDFrame:
-    """The surface with Gaussian noise of standard deviation `noise` [m], and the defect missing.
+    """Return a frame of the surface with Gaussian noise of standard deviation `noise` [m], without the defect's depth.
 
-    The noise follows from the seed and its strength, so a growing defect leaves what is known as it was.
+    The noise depends only on the seed and its strength, so the known depth stays the same as the defect grows.
     """
     rng = np.random.default_rng([seed, round(1e6 * noise)])
     depth = surface.depth + noise * rng.standard_normal(surface.shape)
@@ -106,7 +106,7 @@ def sensed(surface: Surface, noise: float, defect: NDArray[np.bool_], seed: int)
 # Iterative-inlier polynomial surface fitting, the peer of the paper's experiments on spheres and cylinders.
 
 INLIER_DEVIATIONS = 2.5
-"""Known pixels farther from the surface than so many standard deviations of the others are outliers."""
+"""Known pixels farther from the surface than this number of standard deviations are outliers."""
 
 MAX_ROUNDS = 50
 
@@ -117,12 +117,12 @@ _NORMAL_MAD = 0.6745
 def inlier_polynomial(
     depth: NDArray[np.floating], mask: NDArray[np.bool_], order: int, deviations: float = INLIER_DEVIATIONS
 ) -> tuple[NDArray[np.float64], int]:
-    """Fit a polynomial, drop outliers, and fit again until the inliers stay the same.
+    """Fit a polynomial, drop outliers, and fit again until the inliers do not change.
 
-    The scale that tells outliers is the median absolute deviation of all known pixels from the surface at hand, so
-    outliers may come back once the surface is better. The terms are products of Legendre polynomials of
-    positions in [-1, 1], made orthonormal over the known pixels once: whatever part of the block is known, the normal
-    equations of every round are well conditioned.
+    The scale of outliers is the median absolute deviation of all known pixels from the current surface, so outliers
+    may become inliers as the surface improves. The terms are products of Legendre polynomials of positions in
+    [-1, 1], made orthonormal over the known pixels once: whatever part of the block is known, the normal equations of
+    every round are well conditioned.
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ def inlier_polynomial(
     order : int
         Largest total power of row and column.
     deviations : float
-        How many standard deviations off an outlier is; infinity keeps every point.
+        Limit of outliers in standard deviations; infinity keeps every point.
 
     Returns
     -------
     surface : ndarray of float64, shape (h, w)
         Depth [m] everywhere; NaN if the known pixels do not determine the polynomial.
     rounds : int
-        Fits that it took.
+        Number of fits.
     """
     known = mask & np.isfinite(depth)
     terms = _terms(known.shape, order)
@@ -157,7 +157,7 @@ def inlier_polynomial(
         weights = np.linalg.solve(kept.T @ kept, kept.T @ values[inliers])
         off = np.abs(values - orthonormal @ weights)
         scale = float(np.median(off)) / _NORMAL_MAD
-        # what rounding leaves of an exact fit is no outlier
+        # rounding errors of an exact fit are not outliers
         now = off <= (max(deviations * scale, 1e-9) if scale else 1e-9)
         if rounds == MAX_ROUNDS or np.array_equal(now, inliers):
             break
@@ -171,7 +171,7 @@ def _terms(shape: tuple[int, int], order: int) -> NDArray[np.float64]:
     return np.stack([y[:, None, a] * x[None, :, b] for a in range(order + 1) for b in range(order + 1 - a)], axis=-1)
 
 
-# Methods on exactly known surfaces whose defect grows.
+# Methods on exact surfaces with a growing defect.
 
 _POLYNOMIAL = "polynomial-"
 
@@ -191,11 +191,11 @@ class Case:
     noise : float
         Standard deviation of the known depth [m].
     rate : float
-        Defect rate asked for, 0-1.
+        Requested defect rate, 0-1.
     along : str
         Direction in which the defect grows: "x" or "y".
     mode : str
-        In which the presets run: "fill", or "fill+denoise" where the whole block is to be judged.
+        Mode of the presets: "fill", or "fill+denoise" to evaluate the whole block.
     seed : int
     """
 
@@ -208,37 +208,37 @@ class Case:
 
 
 def run_case(case: Case, methods: Sequence[str]) -> list[Row]:
-    """One row per method.
+    """Return one row per method.
 
-    ACC, PRS and RMSE [mm] are those of the whole block; those whose names begin with "hole_" of its defective area,
-    None where nothing is missing. What a method leaves open counts with its nearest known depth; "covered" is the
-    share of the block that has depth without that.
+    ACC, PRS and RMSE [mm] are those of the whole block; with the prefix "hole_", those of its defective area, None
+    where nothing is missing. Pixels that a method does not fill count with their nearest known depth; "covered" is the
+    share of the block that has depth without this.
     """
     frame = given(case)
     return [_row(case, name, frame, *_completed(case, name, frame)) for name in methods]
 
 
 def run_cases(cases: Sequence[Case], methods: Sequence[str], jobs: int, on_progress: OnProgress) -> list[Row]:
-    """The rows of all cases, in their order."""
+    """Return the rows of all cases, in their order."""
     parts = run_counted(run_case, [(case, methods) for case in cases], jobs, on_progress)
     return [row for part in parts for row in part]
 
 
 def completed(case: Case, method: str) -> tuple[RGBDFrame, NDArray[np.floating]]:
-    """What the method is given, and what it makes of it [m], holes closed with the nearest known depth."""
+    """Return the method's input, and its result [m] with remaining holes filled with the nearest known depth."""
     frame = given(case)
     depth, _, _ = _completed(case, method, frame)
     return frame, closed(depth, frame)
 
 
 def given(case: Case) -> RGBDFrame:
-    """The surface as a sensor sees it, with the case's noise and defect."""
+    """Return the frame of the surface with the case's noise and defect."""
     defect = continuous_defect(case.surface.shape, case.rate, case.along)
     return sensed(case.surface, case.noise, defect, case.seed)
 
 
 def _completed(case: Case, name: str, frame: RGBDFrame) -> tuple[NDArray[np.floating], float, str]:
-    """Depth, seconds, and why the method failed if it did: then it has filled nothing."""
+    """Return depth, seconds, and the reason of a failure ("" if none); a failed method fills nothing."""
     labels = np.ones(frame.shape, np.int32)
     failure = ""
     started = time.perf_counter()
@@ -250,7 +250,7 @@ def _completed(case: Case, name: str, frame: RGBDFrame) -> tuple[NDArray[np.floa
 
 
 def closed(depth: NDArray[np.floating], frame: RGBDFrame) -> NDArray[np.floating]:
-    """Depth [m] whose holes have the nearest known depth."""
+    """Fill the holes of depth [m] with the nearest known depth."""
     return np.where(np.isfinite(depth) & (depth > 0), depth, nearest(frame))
 
 

@@ -33,7 +33,7 @@ from .plots import colour_of, counted, how_it_compares, legend, lowest, millimet
 from .sources import FrameSource, find_sources, load_source
 
 HEAVY = frozenset({"soft-thin-plate"})
-"""Peers that are left out: they take gigabytes on large frames."""
+"""Peers that are left out because they need gigabytes of memory on large frames."""
 
 PEERS = tuple(name for name in GROUPS["peers"] if name not in HEAVY)
 METHODS_COMPARED = (*METHOD_PRESETS, *PEERS)
@@ -45,7 +45,7 @@ ALL_BLOCKS, SELECTIVE = "all blocks", "selective"
 
 @dataclass(frozen=True)
 class _Part:
-    """What one frame under one pattern gave: rows of blocks, seconds by method, or why it was left out."""
+    """Results of one frame under one pattern: rows of blocks and seconds by method, or why it was skipped."""
 
     blocks: tuple[Row, ...] = ()
     seconds: tuple[tuple[str, float], ...] = ()
@@ -62,7 +62,7 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
     blocks = [row for part in parts for row in part.blocks]
     if not blocks:
         reasons = "; ".join(dict.fromkeys(part.left_out for part in parts))
-        raise InputError(f"No frame could be scored: {reasons}")
+        raise InputError(f"No frame could be scored. {reasons}")
     rows: list[Row] = []
     for pattern in PATTERNS:
         of_pattern = [part for unit, part in zip(units, parts, strict=True) if unit[1] == pattern and part.blocks]
@@ -78,9 +78,9 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
             "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
             "left_out": sorted(HEAVY),
-            "chosen": "Blocks come from the frame with the hidden depth removed; pixels of no block do not count. A "
-            "method's open pixels count with their nearest known depth. The paper's peer NLSPN, a learned network, is "
-            "not run: the selective mean is shown against the classical peers of `ilf bench`.",
+            "chosen": "Blocks are extracted from the frame without the held-out depth; pixels outside blocks do not "
+            "count. Pixels that a method does not fill count with their nearest known depth. The paper's peer NLSPN, a "
+            "learned network, is not run: the selective mean is computed against the classical peers of `ilf bench`.",
         },
         notes=[*sources.notes, *_frame_notes(frames, len(sources.frames)), *_left_out_notes(units, parts)],
         tables={"blocks": blocks},
@@ -95,7 +95,7 @@ def _frame_notes(frames: dict[str, int], given: int) -> list[str]:
 def _left_out_notes(
     units: Sequence[tuple[FrameSource, str, tuple[str, ...], int]], parts: Sequence[_Part]
 ) -> list[str]:
-    """Why frames were left out; that most have no measured truth goes without saying."""
+    """Explain why frames were skipped, except for missing ground truth, which most frames lack."""
     reasons: dict[tuple[str, str], list[str]] = {}
     for (source, pattern, *_), part in zip(units, parts, strict=True):
         if part.left_out and pattern != "truth":
@@ -110,10 +110,10 @@ def _run_unit(source: FrameSource, pattern: str, methods: Sequence[str], seed: i
         return _Part(left_out=str(error))
     labels = extract_blocks(task.frame, PAPER_BLOCKS)
     for name in set(methods) & set(PRESETS):
-        prepare(task.frame, PRESETS[name])  # the edges, once for all and outside the seconds
+        prepare(task.frame, PRESETS[name])  # edges, computed once and not timed
     scored = task.scored & (labels > 0)
     if not scored.any():
-        return _Part(left_out="No hidden pixel lies in a block.")
+        return _Part(left_out="No held-out pixel lies in a block.")
     fallback = nearest(task.frame)
     places, truth = labels[scored], task.truth[scored].astype(np.float64)
     pixels = np.bincount(places)
@@ -149,7 +149,7 @@ def _run_unit(source: FrameSource, pattern: str, methods: Sequence[str], seed: i
 
 
 def _summaries(pattern: str, parts: Sequence[_Part], methods: Sequence[str]) -> list[Row]:
-    """Rows over all blocks, one per method; then rows of the selective mean, one per preset and peer."""
+    """Return rows over all blocks, one per method; then rows of the selective mean, one per preset and peer."""
     if not parts:
         return []
     by_method = {name: [row for part in parts for row in part.blocks if row["method"] == name] for name in methods}
@@ -169,7 +169,7 @@ def _summaries(pattern: str, parts: Sequence[_Part], methods: Sequence[str]) -> 
 
 
 def _selective(pattern: str, frames: int, mine: Sequence[Row], theirs: Sequence[Row], name: str, peer: str) -> Row:
-    """The mean over only those blocks where the method's RMSE is below the peer's, as the paper takes it."""
+    """Return the mean over only those blocks where the method's RMSE is below the peer's, as in the paper."""
     won = [(own, other) for own, other in zip(mine, theirs, strict=True) if own["rmse_mm"] < other["rmse_mm"]]
     of_peer = _means([other for _, other in won])
     return {
@@ -181,7 +181,7 @@ def _selective(pattern: str, frames: int, mine: Sequence[Row], theirs: Sequence[
 
 
 def _means(blocks: Iterable[Row]) -> Row:
-    """Errors over blocks, weighted by their pixels; None where there is no block."""
+    """Return errors over blocks, weighted by their pixels; None without blocks."""
     blocks = list(blocks)
     pixels = np.array([row["pixels"] for row in blocks], np.float64)
     if not blocks:
@@ -197,7 +197,7 @@ def _means(blocks: Iterable[Row]) -> Row:
     }
 
 
-# The figures of the table experiment, and its words.
+# Figures and comparison texts of the table experiment.
 
 _PAPER = {"rmse_mm": 300.224, "mae_mm": 173.014, "rel": 0.008}
 _PAPER_PEER = {"rmse_mm": 1962.779, "mae_mm": 1935.296, "rel": 0.701}
@@ -205,7 +205,7 @@ _PAPER_BLOCKS = 9409
 
 
 def draw_table(result: Result) -> list[Drawing]:
-    """Bars of RMSE and MAE over all blocks, and the selective mean beside the fair one."""
+    """Draw bars of RMSE and MAE over all blocks, and the selective mean beside the fair one."""
     return [_draw_all(result.rows), _draw_selective(result.rows)]
 
 
@@ -256,14 +256,14 @@ def _draw_selective(rows: list[Row]) -> Drawing:
         ax.set_title(pattern, fontsize=9)
     legend(figure, axes[0], columns=4)
     caption = (
-        "What the paper's selection does: the mean over all blocks (pale) beside the mean over only those blocks where "
+        "Effect of the paper's selection: the mean over all blocks (pale) beside the mean over only those blocks where "
         "the preset paper has the smaller RMSE (full)."
     )
     return Drawing("selective", caption, figure)
 
 
 def compare_table(rows: list[Row]) -> list[Comparison]:
-    """The fair and the selective mean beside the paper's table."""
+    """Compare the fair and the selective mean with the paper's table."""
     comparisons = []
     for pattern in dict.fromkeys(row["pattern"] for row in rows):
         fair = {row["method"]: row for row in rows if row["pattern"] == pattern and row["scope"] == ALL_BLOCKS}
@@ -296,18 +296,18 @@ def _fair(pattern: str, method: str, fair: dict[str, Row]) -> Comparison:
     if pattern == "random":
         text += (
             f"RMSE is {how_it_compares(row['rmse_mm'], _PAPER['rmse_mm'])}, but the paper's numbers are over other "
-            f"frames and over won blocks only; its {_PAPER_BLOCKS} blocks stand against {row['blocks']} here."
+            f"frames and over won blocks only: {_PAPER_BLOCKS} blocks there, {row['blocks']} here."
         )
         paper = f"{_published(_PAPER)} (won blocks only)"
     else:
         text += f"{counted(row['blocks'], 'block')} of {counted(row['frames'], 'frame')}; "
-        text += "the paper's table has no such pattern."
+        text += "the paper's table does not have this pattern."
         paper = "not measured"
     return Comparison(f"All blocks, {pattern}, {method}", paper, _values(row), text)
 
 
 def _selective_comparison(pattern: str, method: str, fair: dict[str, Row], pairs: list[Row]) -> Comparison:
-    """Against the peer from which selecting gains most."""
+    """Compare with the peer against which the selection gains most."""
     shares = [row["share_won"] for row in pairs]
     span = f"{percent(round(min(shares), 3))} (against {lowest(pairs, lambda row: row['share_won'])['peer']}) to "
     span += f"{percent(round(max(shares), 3))} (against {lowest(pairs, lambda row: -row['share_won'])['peer']})"
@@ -321,10 +321,10 @@ def _selective_comparison(pattern: str, method: str, fair: dict[str, Row], pairs
         text += (
             f"The selection changes most against {row['peer']}: over all blocks the peer's RMSE is "
             f"{_fair_ratio(row, fair):.2f} times that of {method}, over the won blocks alone {_ratio(row):.2f} times. "
-            "A mean over won blocks favours whoever selects, whatever the methods are."
+            "A mean over won blocks favours the method that selects them."
         )
         if method in PAPER_PRESETS and pattern == "random":
-            text += f" Rel without the weight by pixels, as the paper takes it, would be {row['rel_unweighted']:.4f}."
+            text += f" Without the pixel weight, as in the paper, Rel would be {row['rel_unweighted']:.4f}."
     return Comparison(
         f"Selective mean as in the paper, {pattern}, {method}",
         f"ILF {_published(_PAPER)}; NLSPN {_published(_PAPER_PEER)} ({_PAPER_BLOCKS} blocks)"

@@ -1,4 +1,4 @@
-"""What the paper's text leaves open about Fig. 4 to 6: under which reading of it do the printed results come out."""
+"""Open points of the paper's text about Fig. 4 to 6: which interpretations reproduce the printed results."""
 
 from __future__ import annotations
 
@@ -42,21 +42,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 USUAL = next(iter(JUDGED))
-"""How the other experiments judge a method."""
+"""Way in which the other experiments evaluate a method."""
 
 _QUICK_UNKNOWNS = {
     **UNKNOWNS, "start": ("mean", "1 / shortest"), "step": (0.5,), "wavelength_px": (15.0,), "padding": (2.0,)
 }  # fmt: skip
 
 CYLINDER = ("pixels", "axis", "seen", "radius_m")
-"""What tells cylinders apart, as rows have it."""
+"""Keys of rows that define a cylinder."""
 
 _AXES, _SEEN = ("upright", "lying"), (0.6, 1.0)
 _SPHERE_RADII = (1.44, 1.6, 2.0)
-"""Of the smallest, the corners of the part that is seen lie just within the rim."""
+"""For the smallest, the corners of the visible part lie just within the rim."""
 
 _OTHER_RADIUS = 0.3
-"""Of the cylinders [m] on which Fig. 6 is judged apart from Fig. 4."""
+"""Radius [m] of the cylinders on which Fig. 6 is evaluated separately from Fig. 4."""
 
 _EVERY, _CURVE_EVERY, _QUICK_EVERY = 5, 3, 10
 _CURVE_RATES = (0.0, 0.1, 0.2, 0.3, SPHERE_WON, CYLINDER_WON, 0.6, 0.7, PAPER_RATE)
@@ -65,7 +65,7 @@ _CURVE_RADII = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.57, 0.8)
 
 
 def run_unknowns(settings: Settings, on_progress: OnProgress) -> Result:
-    """Try every reading, and look more closely at the preset's and at the one that comes closest."""
+    """Try every interpretation, and add curves of the preset's and of the closest one."""
     quick, seed = settings.quick, settings.seed
     values = _QUICK_UNKNOWNS if quick else UNKNOWNS
     readings = readings_of(values)
@@ -97,35 +97,35 @@ def run_unknowns(settings: Settings, on_progress: OnProgress) -> Result:
             "judged": list(JUDGED),
             "orders": list(ORDERS),
             "every": every,
-            "chosen": "The preset `paper` with every combination of what its text leaves open: where the cut-off "
-            "frequency starts, by how much it grows, the shortest wave of the last pass band, whether the mean is "
-            "taken off, whether there is colour, and, with the preset's step and shortest wave, padding. Each on "
-            "cylinders that differ in pixels, axis and share of the diameter that is seen, with the largest radius, to "
-            "whole centimetres, that gives about the printed PRS (the more a surface bends, the less a polynomial "
-            f"follows it), and on spheres of {joined([f'{radius:g}' for radius in _SPHERE_RADII])} m. The search takes "
-            f"every {every}th row and column; a pixel's noise is that of the mean of those that it stands for.",
+            "chosen": "The preset `paper` with every combination of the text's open points: start and step of the "
+            "cut-off frequency, the shortest wave of the last pass band, subtraction of the mean, colour, and, with "
+            "the preset's step and shortest wave, padding. Each is run on cylinders that differ in pixels, axis and "
+            "visible share of the diameter, with the largest radius, in whole centimetres, that gives about the "
+            "printed PRS (the more a surface bends, the worse a polynomial fits it), and on spheres of "
+            f"{joined([f'{radius:g}' for radius in _SPHERE_RADII])} m. The search uses every {every}th row and column; "
+            "a pixel's noise is that of the mean of the pixels that it represents.",
         },
         notes=[
-            f"Fig. 4 comes out where a cylinder gives a PRS within {EQUAL_SHARE:.0%} of {PAPER_PRS} mm at "
-            f"{percent(PAPER_RATE)} missing. Fig. 6 is judged on the same cylinder, and apart from it on cylinders of "
-            f"{_OTHER_RADIUS:g} m; Fig. 5 on the sphere that suits it best, with noise and without. A win against "
-            "order k means: an RMSE of the block below that of the polynomials of all orders 1 to k, at all of four "
-            f"defect rates up to the printed one. {LEAST_ORDER} is the least order that counts: a plane follows none "
-            "of these surfaces.",
+            f"Fig. 4 is reproduced if a cylinder gives a PRS within {EQUAL_SHARE:.0%} of {PAPER_PRS} mm at "
+            f"{percent(PAPER_RATE)} missing. Fig. 6 is evaluated on the same cylinder, and separately on cylinders of "
+            f"{_OTHER_RADIUS:g} m; Fig. 5 on the most favourable sphere, with noise and without. A win against order k "
+            "means: an RMSE of the block below that of the polynomials of all orders 1 to k, at all of four defect "
+            f"rates up to the printed one. {LEAST_ORDER} is the minimum order that counts: a plane fits none of these "
+            "surfaces.",
         ],
         tables=tables,
     )
 
 
 def readings_of(values: dict[str, tuple[Any, ...]]) -> list[Reading]:
-    """Every combination; another padding than the preset's only with its step and shortest wave."""
+    """Return every combination; paddings other than the preset's only with its step and shortest wave."""
     readings = [Reading(*chosen) for chosen in itertools.product(*values.values())]
     usual = PRESET.step, PRESET.wavelength_px
     return [item for item in readings if item.padding == PRESET.padding or (item.step, item.wavelength_px) == usual]
 
 
 def try_reading(reading: Reading, quick: bool, seed: int) -> tuple[Row, list[Row], list[Row]]:
-    """How far a reading gets with the cylinder and the sphere that suit it best, and with all of them."""
+    """Evaluate an interpretation: a row for its most favourable cylinder and sphere, and rows for all of them."""
     started = time.perf_counter()
     every = _QUICK_EVERY if quick else _EVERY
     views = list(itertools.product(tuple(PIXELS)[: 1 if quick else None], _AXES, _SEEN[-1 if quick else 0 :]))
@@ -138,7 +138,7 @@ def try_reading(reading: Reading, quick: bool, seed: int) -> tuple[Row, list[Row
 
 
 def _on_cylinder(reading: Reading, view: tuple[str, str, float], every: int, seed: int) -> Row:
-    """The cylinder that gives the PRS of Fig. 4 or comes nearest, and the orders beaten on it with Fig. 6's noise."""
+    """Find the cylinder with the PRS of Fig. 4, or the nearest, and the orders beaten on it with Fig. 6's noise."""
 
     def errors(radius: float) -> Errors:
         return filtered(reading, case_of(cylinder(*view, radius, every), LITTLE_NOISE, PAPER_RATE, every, seed), every)
@@ -153,7 +153,7 @@ def _on_cylinder(reading: Reading, view: tuple[str, str, float], every: int, see
 
 
 def _on_other(reading: Reading, view: tuple[str, str, float], every: int, seed: int) -> Row:
-    """The orders beaten with the noise of Fig. 6 on a cylinder that need not be that of Fig. 4."""
+    """Return the orders beaten with the noise of Fig. 6 on a cylinder that may differ from that of Fig. 4."""
     beaten = orders_beaten(reading, cylinder(*view, _OTHER_RADIUS, every), MORE_NOISE, every, seed)
     return {**_in_words(view, _OTHER_RADIUS), "acc_mm": None, "prs_mm": None, "fig4": None, **beaten}
 
@@ -163,7 +163,7 @@ def _in_words(view: tuple[str, str, float], radius: float) -> Row:
 
 
 def _on_sphere(reading: Reading, radius: float, every: int, seed: int) -> Row:
-    """The orders beaten on a sphere: without noise, and with it ("..., noise")."""
+    """Return the orders beaten on a sphere: without noise, and with it ("..., noise")."""
     row: Row = {"sphere_radius_m": radius}
     for noise in SPHERE_NOISES:
         beaten = orders_beaten(reading, sphere(radius, every), noise, every, seed)
@@ -172,7 +172,7 @@ def _on_sphere(reading: Reading, radius: float, every: int, seed: int) -> Row:
 
 
 def _best_of(cylinders: Sequence[Row], spheres: Sequence[Row]) -> Row:
-    """The cylinder and the sphere that suit a reading best, and the order up to which all claims come out."""
+    """Return the most favourable cylinder and sphere, and the order up to which all claims are reproduced."""
     tried = [row for row in cylinders if row["fig4"] is not None]
     on = max(tried, key=lambda row: (row[USUAL], row["fig4"], -abs(math.log(row["prs_mm"] / PAPER_PRS))))
     off = max(spheres, key=lambda row: (_fig5(row, USUAL), row[USUAL] + row[f"{USUAL}, noise"]))
@@ -205,13 +205,13 @@ def _fig5(row: Row, judged: str) -> int:
 
 
 def _score(row: Row) -> tuple[int, int, int]:
-    """The higher, the closer a reading comes to all that is printed."""
+    """Score of the agreement of an interpretation with all printed results; higher is closer."""
     single = row["fig6_order"] + row["fig5_order"] + row["fig5_noise_order"]
     return row[f"order, {USUAL}"], row[f"order apart, {USUAL}"], single
 
 
 def _kept(reading: Reading) -> int:
-    """In how many things a reading is that of the preset."""
+    """Number of fields in which an interpretation equals the preset's."""
     return sum(getattr(reading, name) == getattr(PRESET, name) for name in UNKNOWNS)
 
 
@@ -229,7 +229,7 @@ def _radii(every: int, seed: int) -> list[Row]:
 
 
 def _curves(row: Row, quick: bool, seed: int) -> list[Row]:
-    """A reading and polynomials against the defect rate, on the cylinders and the sphere that suit it best."""
+    """Curves of an interpretation and of polynomials against the defect rate, on its most favourable surfaces."""
     every = _QUICK_EVERY if quick else _CURVE_EVERY
     reading = Reading(**{name: row[name] for name in UNKNOWNS})
     one = _cylinder_of(row, "", every)
@@ -261,7 +261,7 @@ def _in_row(errors: Errors) -> Row:
     return {"rmse_mm": errors.whole, "hole_rmse_mm": errors.hole, "acc_mm": errors.acc, "prs_mm": errors.prs}
 
 
-# The figures of the unknowns experiment, and its words.
+# Figures and comparison texts of the unknowns experiment.
 
 _Holds = Callable[[Row], bool]
 
@@ -274,13 +274,13 @@ _CLAIMS: dict[str, _Holds] = {
     "all, same cylinder": lambda row: row[f"order, {USUAL}"] >= LEAST_ORDER,
     "all, another one": lambda row: row[f"order apart, {USUAL}"] >= LEAST_ORDER,
 }
-"""What may come out under a reading, as the map's columns have it."""
+"""Results that an interpretation may reproduce: the columns of the map."""
 
 _VIEWS = ("pixels", "axis", "seen")
 
 
 def draw_unknowns(result: Result) -> list[Drawing]:
-    """The map of readings; where 10.28 mm lies; and the reading that comes closest."""
+    """Draw the map of interpretations, PRS against radius, and the closest interpretation."""
     return [_draw_map(result.rows), _draw_radii(result.tables["radii"]), _draw_closest(result)]
 
 
@@ -307,8 +307,8 @@ def _draw_map(rows: list[Row]) -> Drawing:
         if lines[above][0] != lines[below][0]:
             ax.axhline(above + 0.5, color="white", linewidth=3)
     caption = (
-        "Under how many readings of the text each printed result comes out, by what is read how; the wins against "
-        f"polynomials of order {LEAST_ORDER} at least."
+        "Number of interpretations of the text that reproduce each printed result, by interpretation of each open "
+        f"point; wins against polynomials of at least order {LEAST_ORDER}."
     )
     return Drawing("map", caption, figure)
 
@@ -335,8 +335,8 @@ def _draw_radii(rows: list[Row]) -> Drawing:
         ax.minorticks_off()
     legend(figure, axes[0], columns=2)
     caption = (
-        f"PRS at {percent(PAPER_RATE)} missing against the cylinder's radius, with the preset paper as it is: where "
-        "the line of the paper is crossed, Fig. 4 comes out."
+        f"PRS at {percent(PAPER_RATE)} missing against the cylinder's radius, with the unchanged preset paper: Fig. 4 "
+        "is reproduced where a curve crosses the paper's line."
     )
     return Drawing("radii", caption, figure)
 
@@ -352,12 +352,12 @@ def _draw_closest(result: Result) -> Drawing:
         against_rate(ax, mine, ("paper", *POLYNOMIALS), "prs_mm" if fourth else "rmse_mm")
         log_millimetres(ax)
         ax.set_ylabel("PRS [mm]" if fourth else "RMSE [mm]")
-        ax.set_title(f"{name}, {'the preset' if preset else 'the closest reading'}", fontsize=9)
+        ax.set_title(f"{name}, {'preset' if preset else 'closest interpretation'}", fontsize=9)
         _mark(ax, name)
     legend(figure, axes[0], columns=5)
     caption = (
-        f"Above, the preset paper: {_scenes_in_words(_preset(result.rows))}. Below, the reading that comes closest "
-        f"({in_words(closest)}): {_scenes_in_words(closest)}."
+        f"Top: the preset paper, {_scenes_in_words(_preset(result.rows))}. Bottom: the closest interpretation "
+        f"({in_words(closest)}), {_scenes_in_words(closest)}."
     )
     return Drawing("closest", caption, figure)
 
@@ -371,22 +371,22 @@ def _mark(ax: Axes, name: str) -> None:
 
 
 def compare_unknowns(rows: list[Row]) -> list[Comparison]:
-    """How many readings give what is printed, what those have in common, and how far the preset gets."""
+    """Count the interpretations that reproduce the printed results, with their common choices and the preset."""
     preset = _preset(rows)
     fourth = [row for row in rows if row["fig4"]]
-    nearest = f"The preset paper comes to {millimetres(preset['prs_mm'])} on this: {_cylinder_in_words(preset)}"
+    nearest = f"The preset paper gives {millimetres(preset['prs_mm'])} on this surface: {_cylinder_in_words(preset)}"
     return [
         Comparison(
-            f"Fig. 4, PRS at {percent(PAPER_RATE)}", f"{PAPER_PRS} mm", f"{len(fourth)} of {len(rows)} readings",
-            f"So many have a cylinder with this PRS. {nearest}; its mean error (ACC) is "
-            f"{millimetres(preset['acc_mm'])} there.",
+            f"Fig. 4, PRS at {percent(PAPER_RATE)}", f"{PAPER_PRS} mm", f"{len(fourth)} of {len(rows)} interpretations",
+            f"These have a cylinder with this PRS. {nearest}; its mean error (ACC) there is "
+            f"{millimetres(preset['acc_mm'])}.",
         ),
         _compare_wins("Fig. 6, on the same cylinder", CYLINDER_WON, rows, "fig6_order"),
-        _compare_wins("Fig. 6, on a cylinder of its own", CYLINDER_WON, rows, "fig6_apart_order"),
+        _compare_wins("Fig. 6, on another cylinder", CYLINDER_WON, rows, "fig6_apart_order"),
         _compare_wins("Fig. 5, without noise", SPHERE_WON, rows, "fig5_order"),
         _compare_wins("Fig. 5, noise 65 mm", SPHERE_WON, rows, "fig5_noise_order"),
         _compare_all("All three, Fig. 4 and 6 on one cylinder", rows, "order"),
-        _compare_all("All three, Fig. 6 on a cylinder of its own", rows, "order apart"),
+        _compare_all("All three, Fig. 6 on another cylinder", rows, "order apart"),
     ]  # fmt: skip
 
 
@@ -400,20 +400,20 @@ def _compare_wins(what: str, paper: float, rows: list[Row], key: str) -> Compari
 def _compare_all(what: str, rows: list[Row], key: str) -> Comparison:
     usual = f"{key}, {USUAL}"
     winners = [row for row in rows if row[usual] >= LEAST_ORDER]
-    text = _in_common(winners, rows) if winners else "No reading makes all of them come out. "
+    text = _in_common(winners, rows) if winners else "No interpretation reproduces all of them. "
     others = [
         f"{judged}: {sum(row[f'{key}, {judged}'] >= LEAST_ORDER for row in rows)}"
         for judged in JUDGED
         if judged != USUAL
     ]
-    text += f"Judged otherwise, against order {LEAST_ORDER}: {'; '.join(others)}."
+    text += f"Other evaluations, against order {LEAST_ORDER}: {'; '.join(others)}."
     return Comparison(what, "one method", _counts(rows, usual), text)
 
 
 def _counts(rows: Sequence[Row], key: str) -> str:
     """ "against order 2: 5, 3: 4, 4: 0 of 84"."""
     counts = [f"{order}: {sum(row[key] >= order for row in rows)}" for order in ORDERS if order >= LEAST_ORDER]
-    return f"against order {', '.join(counts)} of {len(rows)} readings"
+    return f"against order {', '.join(counts)} of {len(rows)} interpretations"
 
 
 def _against(order: int, who: str) -> str:
@@ -421,7 +421,7 @@ def _against(order: int, who: str) -> str:
 
 
 def _in_common(winners: Sequence[Row], rows: Sequence[Row]) -> str:
-    """What the winners agree on and others do not."""
+    """Describe the choices that all winners share, if others differ."""
     if not winners:
         return ""
     agreed = [

@@ -1,1 +1,1 @@
-"""Training of the networks, each by a command of its own. Needs PyTorch, which nothing else does."""
+"""Training of the networks, one command each. Only training needs PyTorch."""

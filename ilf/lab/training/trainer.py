@@ -1,4 +1,4 @@
-"""The training loop: resumable, with a schedule over training time, so that it ends well on a machine of any speed."""
+"""The training loop: resumable, with a schedule over training time, so that it suits a machine of any speed."""
 
 from __future__ import annotations
 
@@ -30,33 +30,33 @@ WARM_UP = 0.01
 WEIGHT_DECAY = 1e-2
 AVERAGING = 0.999
 REPORT_EVERY = 500
-# A step that takes longer was suspended, and such time does not count as training.
+# A longer step means that the process was suspended; the excess does not count as training time.
 LONGEST_STEP_S = 10.0
 
 
 class Lesson(ABC):
-    """What is to be learnt: a model, samples, a loss, and figures of how well it goes."""
+    """A training task: a model, samples, a loss, and measures on held-out samples."""
 
     seed: ClassVar[int]
     peak_rate: ClassVar[float]
     file_name: ClassVar[str]
-    """Of the network as ONNX."""
+    """File name of the exported ONNX network."""
 
     @abstractmethod
     def new_model(self) -> nn.Module:
-        """A model with random weights."""
+        """Create a model with random weights."""
 
     @abstractmethod
     def batch(self, rng: np.random.Generator) -> Arrays:
-        """Samples to learn from, each array of shape (N, H, W, C)."""
+        """Make a batch of training samples, arrays of shape (N, H, W, C)."""
 
     @abstractmethod
     def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
-        """Loss of a batch, its arrays having become tensors of shape (N, C, H, W)."""
+        """Compute the loss of a batch, given as tensors of shape (N, C, H, W)."""
 
     @abstractmethod
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
-        """Figures on what is held out, by name."""
+        """Compute measures on held-out samples, by name."""
 
     @abstractmethod
     def export(self, model: nn.Module, path: Path) -> None:
@@ -64,18 +64,18 @@ class Lesson(ABC):
 
 
 def learning_rate(peak: float, progress: float) -> float:
-    """Linear warm-up, then a cosine to zero, for a progress from 0 to 1."""
+    """Linear warm-up, then cosine decay to zero, for a progress from 0 to 1."""
     return peak * min(progress / WARM_UP, 0.5 + 0.5 * math.cos(math.pi * progress))
 
 
 class Trainer:
-    """A model in training, the average of its weights, and everything needed to go on after a break.
+    """A model in training, the average of its weights, and the state for resuming.
 
     Parameters
     ----------
     lesson : Lesson
     out : Path
-        Folder of `checkpoint.pt`, `log.csv` and the averaged model as ONNX, each renewed whenever there is a report.
+        Folder of `checkpoint.pt`, `log.csv` and the averaged model as ONNX, each updated at every report.
     """
 
     def __init__(self, lesson: Lesson, out: Path) -> None:
@@ -91,11 +91,11 @@ class Trainer:
 
     @property
     def checkpoint(self) -> Path:
-        """Where the state is kept."""
+        """Path of the stored state."""
         return self.out / "checkpoint.pt"
 
     def save(self) -> None:
-        """Write the checkpoint; a break while writing leaves the one before."""
+        """Write the checkpoint; an interruption leaves the previous one."""
         state = {
             "model": self.model.state_dict(),
             "average": self.average.state_dict(),
@@ -107,7 +107,7 @@ class Trainer:
             torch.save(state, unfinished)
 
     def resume(self) -> None:
-        """Go on where the checkpoint was written."""
+        """Restore the state of the checkpoint."""
         state: dict[str, Any] = torch.load(self.checkpoint, self.device, weights_only=True)
         self.model.load_state_dict(state["model"])
         self.average.load_state_dict(state["average"])
@@ -116,7 +116,7 @@ class Trainer:
         self.seconds = state["seconds"]
 
     def run(self, minutes: float, report: Callable[[str], None]) -> None:
-        """Train until `minutes` of training time have passed in all, breaks and suspensions not counted."""
+        """Train until the total training time reaches `minutes`, without breaks and suspensions."""
         losses: list[float] = []
         batches = self._batches()
         began = time.monotonic()
@@ -146,7 +146,7 @@ class Trainer:
         return float(loss.detach())
 
     def _update_average(self) -> None:
-        # The average of the first steps is short, or the random start would stay in it for long.
+        # Averaging is short at first, so that the random start soon disappears from the average.
         keep = min(AVERAGING, (1 + self.step) / (10 + self.step))
         with torch.no_grad():
             for mine, theirs in zip(self.average.state_dict().values(), self.model.state_dict().values(), strict=True):
@@ -154,7 +154,7 @@ class Trainer:
                     mine.lerp_(theirs, 1 - keep)
 
     def _batches(self) -> Iterator[tuple[Tensor, ...]]:
-        """Batches from the present step on, the next one made while one is learnt."""
+        """Yield batches from the current step on; the next one is prepared during training."""
         with ThreadPoolExecutor(1) as maker:
             step = self.step
             coming = maker.submit(self._batch, step)
@@ -165,11 +165,11 @@ class Trainer:
                 yield ready
 
     def _batch(self, step: int) -> tuple[Tensor, ...]:
-        # Seeded by the step, so that a resumed training sees the batches that an unbroken one would.
+        # Seeded by the step, so that a resumed training gets the same batches as an uninterrupted one.
         return self.tensors(self.lesson.batch(np.random.default_rng((self.lesson.seed, step))))
 
     def tensors(self, arrays: Arrays) -> tuple[Tensor, ...]:
-        """Arrays (N, H, W, C) as tensors (N, C, H, W) where the model is."""
+        """Convert arrays (N, H, W, C) to tensors (N, C, H, W) on the model's device."""
         # The permuted view of (N, H, W, C) is channels-last already.
         return tuple(torch.from_numpy(one).to(self.device).permute(0, 3, 1, 2) for one in arrays)
 
@@ -195,38 +195,40 @@ class Trainer:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path to write to, which takes the place of another when that has been done."""
+    """Yield a temporary path, which replaces `path` after writing."""
     unfinished = path.with_suffix(".new")
     yield unfinished
     unfinished.replace(path)
 
 
-# What the training commands have in common.
+# Common part of the training commands.
 
 
 def train(parser: argparse.ArgumentParser, minutes: float, lesson: Callable[[argparse.Namespace], Lesson]) -> None:
-    """Train, or go on training, and export.
+    """Train, or resume training, and export.
 
     Parameters
     ----------
     parser : ArgumentParser
-        With what the lesson needs; what every training needs is added.
+        With the arguments of the task; the common arguments are added.
     minutes : float
-        Training time in all, where nothing else is said.
+        Default of the total training time.
     lesson : callable
-        What is to be learnt, from the parsed arguments; called only where there is PyTorch.
+        Returns the training task for the parsed arguments; called only if PyTorch is installed.
     """
     parser.add_argument("--out", type=Path, required=True, help="folder of the checkpoint, the log and the ONNX file")
-    parser.add_argument("--minutes", type=float, default=minutes, help="training time in all (default: %(default)s)")
-    parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="default: all (%(default)s)")
-    parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+    parser.add_argument("--minutes", type=float, default=minutes, help="total training time (default: %(default)s)")
+    parser.add_argument(
+        "--threads", type=int, default=os.cpu_count() or 1, help="threads of PyTorch (default: all, %(default)s)"
+    )
+    parser.add_argument("--resume", action="store_true", help="resume from the checkpoint in --out")
     arguments = parser.parse_args()
 
     try:
         torch = optional("torch", "train", "Training")
 
         torch.set_num_threads(arguments.threads)
-        # samples are made on the one thread that makes them
+        # a single thread makes the samples
         cv2.setNumThreads(1)
         arguments.out.mkdir(parents=True, exist_ok=True)
         trainer = Trainer(lesson(arguments), arguments.out)
@@ -237,7 +239,7 @@ def train(parser: argparse.ArgumentParser, minutes: float, lesson: Callable[[arg
         parser.exit(1, f"{error}\n")
 
 
-# Trained models as ONNX files whose height and width are free.
+# Trained models as ONNX files with free height and width.
 
 
 def write_onnx(model: nn.Module, path: Path, inputs: Mapping[str, int], outputs: tuple[str, ...]) -> None:
@@ -246,12 +248,12 @@ def write_onnx(model: nn.Module, path: Path, inputs: Mapping[str, int], outputs:
     Parameters
     ----------
     model : nn.Module
-        In the mode of evaluation.
+        In evaluation mode.
     path : Path
     inputs : mapping of str to int
-        Name -> channels, in the order in which the model takes them.
+        Name -> channels, in the order of the model's arguments.
     outputs : tuple of str
-        Names of what it gives.
+        Names of the outputs.
     """
     names = (*inputs, *outputs)
     torch.onnx.export(

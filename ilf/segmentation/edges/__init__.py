@@ -1,1 +1,1 @@
-"""Where surfaces may end: edges from colour and known depth."""
+"""Edges from colour and known depth."""

@@ -1,4 +1,4 @@
-"""The depth-edge network in use: where depth jumps and surfaces bend, from colour and known depth."""
+"""Inference of the depth-edge network: jumps and creases from colour and known depth."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from .detectors import LONGEST_SIDE, check_image
 
 Array = NDArray[np.float32]
 
-# What the depth-edge network is told of the known depth: the same numbers in training and in use.
+# Input features of the depth-edge network from known depth: the same in training and inference.
 
 CHANNELS = ("known", "filled", "fine relief", "wide relief", "distance", "nearest")
-"""What `depth_features` gives, in this order."""
+"""The channels of `depth_features`, in this order."""
 
 _FINE, _WIDE = 5, 33
-"""Sides [px] of the squares whose mean is taken off for the relief."""
+"""Sides [px] of the squares whose mean is subtracted for the relief."""
 
 _FINE_GAIN, _WIDE_GAIN, _NEAREST_GAIN = 20, 4, 4
 _LIMIT = 4
-"""Weights that bring jumps of a few per cent to about 1, and the largest number that is passed on."""
+"""Weights that scale jumps of a few per cent to about 1, and the value at which features are clipped."""
 
 
 def depth_features(depth: Array) -> Array:
-    """The known depth as pictures for the network, independent of scale: the logarithm less its median.
+    """Features of the known depth for the network, independent of scale: from the logarithm minus its median.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ def depth_features(depth: Array) -> Array:
     Returns
     -------
     ndarray of float32, shape (6, H, W)
-        In the order of `CHANNELS`: 1 where depth is known; the log depth, its gaps filled from around
-        (`filled_log_depth`); where it is known, what it rises above its mean in 5 x 5 pixels; what the filled one
-        rises above its mean in 33 x 33; log(1 + distance to known depth [px]) / 4; and the log depth of the nearest
-        known pixel less the filled one.
+        In the order of `CHANNELS`: 1 where depth is known; the log depth with its gaps filled from around
+        (`filled_log_depth`); the known log depth minus its mean in 5 x 5 pixels; the filled log depth minus its mean in
+        33 x 33 pixels; log(1 + distance to known depth [px]) / 4; and the log depth of the nearest known pixel minus
+        the filled one.
     """
     known = np.isfinite(depth)
     if not known.any():
@@ -54,7 +54,7 @@ def depth_features(depth: Array) -> Array:
 
 
 def features_of(filled: Array, known: NDArray[np.bool_]) -> Array:
-    """`depth_features` from the filled log depth less the median of the known one, and where depth is known."""
+    """`depth_features` from the filled log depth minus the median of the known one, and the mask of known depth."""
     features = np.zeros((len(CHANNELS), *filled.shape), np.float32)
     distance, nearest = nearest_values(filled, known)
     features[0] = known
@@ -67,9 +67,9 @@ def features_of(filled: Array, known: NDArray[np.bool_]) -> Array:
 
 
 def filled_log_depth(depth: Array) -> tuple[Array, float]:
-    """Log depth whose gaps are filled from around, and the median of the known one.
+    """Log depth with gaps filled from around, and the median of the known log depth.
 
-    A gap gets the mean of the smallest square of 2, 4, 8 ... pixels around it that holds known depth, interpolated.
+    A gap gets the interpolated mean of the smallest square of 2, 4, 8 ... pixels around it that contains known depth.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def filled_log_depth(depth: Array) -> tuple[Array, float]:
 
 
 def _fill(values: Array, weights: Array) -> Array:
-    """Values where they weigh 1, values of the halved picture where they weigh 0, and something between elsewhere."""
+    """Fill values of weight 0 from the image at half the size, recursively; other values stay."""
     if weights.all() or min(values.shape) == 1:
         return values if weights.all() else np.full_like(values, np.average(values, weights=weights))
     half = (-(-values.shape[1] // 2), -(-values.shape[0] // 2))
@@ -97,20 +97,21 @@ def _fill(values: Array, weights: Array) -> Array:
 
 MULTIPLE = 32
 COARSE = 4
-"""What the sides of the network's input are multiples of, and how many pixels one of its coarse depth stands for."""
+"""Divisor of the sides of the network's input, and the size in pixels of one value of its coarse depth."""
 
 LOG_SPREADS = (-7.0, 3.0)
-"""Least and largest log of the error that is expected of the coarse depth."""
+"""Minimum and maximum log of the expected error of the coarse depth."""
 
 SCALES = (1.0, 0.5, 0.25)
-"""Of a picture of 640 x 480 the network, which has learnt from pictures of 320 x 256, sees details and the whole."""
+"""Scales at which the network runs. It was trained on images of 320 x 256, so for 640 x 480 these cover both details
+and the whole image."""
 
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
 @dataclass(frozen=True, eq=False)
 class DepthEdges:
-    """What the network says of a frame.
+    """The network's predictions for a frame.
 
     Attributes
     ----------
@@ -119,10 +120,10 @@ class DepthEdges:
     crease : ndarray of float32, shape (H, W)
         Probability that the surface bends sharply there.
     coarse : ndarray of float32, shape (H, W), or None
-        Depth [m] everywhere, without fine detail where it is missing. None where no depth is known at all, or the
-        network says nothing of it.
+        Depth [m] everywhere, without fine detail where it is missing. None if no depth is known at all, or the network
+        does not predict it.
     spread : ndarray of float32, shape (H, W), or None
-        Mean error of `coarse` that the network expects, as a share of the depth.
+        Predicted mean error of `coarse`, as a fraction of the depth.
     """
 
     jump: Array
@@ -132,24 +133,24 @@ class DepthEdges:
 
 
 class DepthEdgeNetwork(OnnxNetwork):
-    """A depth-edge network, ready to run. `load` makes one; it may be used from any thread.
+    """A depth-edge network, ready to run. `load` creates one; it may be used from any thread.
 
-    The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
+    The file is an ONNX network with two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
     `depth_features`, H and W multiples of 32. Its outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1], and
-    perhaps `coarse`, (1, 2, H/4, W/4): the log depth less the filled one of the features, and the log of the mean
-    error expected of it.
+    optionally `coarse`, (1, 2, H/4, W/4): the log depth minus the filled one of the features, and the log of its
+    expected mean error.
     """
 
     KIND = "depth-edge network"
 
     def look(self, rgb: NDArray[np.uint8], depth: Array) -> DepthEdges:
-        """Depth edges of a frame.
+        """Predict the depth edges of a frame.
 
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else. What
-            is found is the mean of what the network says at the scales of `SCALES`, of depth that of its logarithm.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that. The result is the
+            mean of the predictions at the scales of `SCALES`; for depth, the mean of its logarithm.
         depth : ndarray of float32, shape (H, W)
             Depth [m], NaN = missing.
 
@@ -161,7 +162,7 @@ class DepthEdgeNetwork(OnnxNetwork):
         check_image(rgb)
         height, width = rgb.shape[:2]
         if depth.shape != (height, width):
-            raise InputError(f"Depth edges need depth of the image's shape {(height, width)}, not {depth.shape}.")
+            raise InputError(f"Depth edges require depth of the image's shape {(height, width)}, not {depth.shape}.")
         full = min(1.0, LONGEST_SIDE / max(height, width))
         looks = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
         jump, crease = np.clip(np.mean([look[:2] for look in looks], axis=0), 0, 1)
@@ -172,8 +173,8 @@ class DepthEdgeNetwork(OnnxNetwork):
         return DepthEdges(jump, crease, np.exp(log_depth), np.exp(np.clip(log_spread, *LOG_SPREADS)))
 
     def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
-        """What the network says of the picture made so many times as large, each of the picture's size: lines, and, if
-        it tells of them and depth is known at that size, log depth and log spread."""
+        """Predictions for the image resized by a factor, each resized back: lines, and, if the network predicts them
+        and depth is known at that scale, log depth and log spread."""
         height, width = depth.shape
         if scale != 1:
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -196,12 +197,14 @@ class DepthEdgeNetwork(OnnxNetwork):
             outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
         except cv2.error as error:
             raise FormatError(
-                f"{self.path.name} is no depth-edge network: it does not take an image of {size} and its depth."
+                f"{self.path.name} is not a depth-edge network: it does not accept an image of {size} and its depth."
             ) from error
         lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
         shapes = [one.shape for one in outputs]
         if shapes not in ([lines, lines], [lines, lines, quarter]):
-            raise FormatError(f"{self.path.name} is no depth-edge network: it makes {shapes} of an image of {size}.")
+            raise FormatError(
+                f"{self.path.name} is not a depth-edge network: its outputs are {shapes} for an image of {size}."
+            )
         maps = [map_ for output in outputs for map_ in output[0]]
         return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
 
@@ -210,4 +213,4 @@ class DepthEdgeNetwork(OnnxNetwork):
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
             lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
             if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
-                raise FormatError(f"{self.path.name} is no depth-edge network: its lines are not within 0 to 1.")
+                raise FormatError(f"{self.path.name} is not a depth-edge network: its output is not within 0 to 1.")

@@ -1,4 +1,4 @@
-"""Edges of the colour image: where boundaries of surfaces are looked for (section 2)."""
+"""Edge detectors for colour images (section 2)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..._runtime.networks.network import OnnxNetwork, reflected
 from ...errors import FormatError, InputError
 
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
-"""Otsu's threshold parts strong edges from all others; watertight boundaries need the fainter ones too."""
+"""Factors on Otsu's threshold, which keeps strong edges only; watertight boundaries also need fainter ones."""
 
 _FAINTEST = 0.1
-"""Least threshold that Otsu's rule may give for the network's strength: an image of one colour has no edges."""
+"""Minimum threshold for the network's strength by Otsu's rule: an image of one colour has no edges."""
 
 
 def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
-    """Sobel derivatives of the smoothed image, each pixel's from the Lab channel in which they are largest.
+    """Sobel derivatives of the smoothed image, for each pixel from the Lab channel with the largest ones.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
     dy = cv2.Sobel(lab, cv2.CV_16S, 0, 1, borderType=cv2.BORDER_REFLECT)
     sizes = np.abs(dx) + np.abs(dy)
     size, strongest_x, strongest_y = sizes[..., 0], dx[..., 0], dy[..., 0]
-    # arrays of one channel each: reducing along the last, short axis takes several times as long
+    # one array per channel: reducing along the last, short axis takes several times as long
     for channel in (1, 2):
         larger = sizes[..., channel] > size
         size = np.maximum(size, sizes[..., channel])
@@ -60,9 +60,9 @@ def canny_edges(dx: NDArray[np.int16], dy: NDArray[np.int16], high: float, low_r
     dx, dy : ndarray of int16, shape (H, W)
         From `colour_gradient`.
     high : float
-        Threshold in the unit of `gradient_strength`; 0 takes 0.6 of Otsu's threshold of the strength.
+        Threshold in the unit of `gradient_strength`; 0 uses 0.6 of Otsu's threshold of the strength.
     low_ratio : float
-        The lower threshold as a share of `high`.
+        The lower threshold as a fraction of `high`.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bo
     strength : ndarray of float32, shape (H, W)
         In [0, 1].
     threshold : float
-        Strength from which on there is an edge; 0 takes half of Otsu's threshold, 0.1 at least.
+        Minimum strength of an edge; 0 uses half of Otsu's threshold, but at least 0.1.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bo
 
 
 def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np.float32], float]:
-    """Length of the gradient, and its 99th percentile."""
+    """Gradient magnitude, and its 99th percentile."""
     magnitude = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
     return magnitude, float(np.percentile(magnitude, 99))
 
@@ -106,36 +106,36 @@ def _otsu(strength: NDArray[np.float32]) -> float:
     return cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255
 
 
-# Inference of the edge network: boundary strength of a colour image, through OpenCV's own reader of ONNX.
+# Inference of the edge network: boundary strength of a colour image, with OpenCV's ONNX reader.
 
 MULTIPLE = 16
 SCALES = (0.5, 1.0, 1.5)
 LONGEST_SIDE = 1600
-"""Pixels: larger images tell nothing more of the boundaries of objects, and take gigabytes."""
+"""Pixels: larger images do not improve the boundaries of objects, and take gigabytes."""
 
 _TRIAL_SHAPES = ((48, 48), (64, 96))
 
 
 class OutOfRange(FormatError):
-    """A network that works, but whose output is not within 0 to 1."""
+    """Error: the network runs, but its output is not within 0 to 1."""
 
 
 class EdgeNetwork(OnnxNetwork):
-    """An edge network, ready to run. `load` makes one; it may be used from any thread.
+    """An edge network, ready to run. `load` creates one; it may be used from any thread.
 
-    The file is an ONNX network of one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 16, and
-    the boundary strength in [0, 1] as float32 (1, 1, H, W) as its output, the last one where there are several.
+    The file is an ONNX network with one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 16. Its
+    last output is the boundary strength in [0, 1] as float32 (1, 1, H, W).
     """
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
-        """Boundary strength of an image.
+        """Predict the boundary strength of an image.
 
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else.
+            Of any size; if its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that.
         multiscale : bool
-            The mean over the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
+            Average the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
         Returns
         -------
@@ -170,13 +170,13 @@ class EdgeNetwork(OnnxNetwork):
             output = self._forward({"": image})[-1]
         except cv2.error as error:
             raise FormatError(
-                f"{self.path.name} is no edge network: it does not take one RGB image of shape "
+                f"{self.path.name} is not an edge network: it does not accept one RGB image of shape "
                 f"{(1, 3, *padded.shape[:2])}."
             ) from error
         if output.shape != (1, 1, *padded.shape[:2]):
             raise FormatError(
-                f"{self.path.name} is no edge network: it makes {output.shape} of an image of {padded.shape[:2]}, "
-                f"not {(1, 1, *padded.shape[:2])}."
+                f"{self.path.name} is not an edge network: its output is {output.shape} for an image of "
+                f"{padded.shape[:2]}, not {(1, 1, *padded.shape[:2])}."
             )
         return output[0, 0]
 
@@ -186,25 +186,25 @@ class EdgeNetwork(OnnxNetwork):
             output = self._run(ramp)
             if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
                 raise OutOfRange(
-                    f"{self.path.name} is no edge network as needed here: its output is not within 0 to 1. "
+                    f"{self.path.name} is not a supported edge network: its output is not within 0 to 1. "
                     "If it lacks the sigmoid at its end, import it with --logits."
                 )
 
 
 def check_image(rgb: NDArray[np.generic]) -> None:
-    """Raise InputError for what is no colour image."""
+    """Raise InputError if an array is not a colour image."""
     if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.size == 0:
-        raise InputError(f"Edges need an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
+        raise InputError(f"Edges require an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
 
 
 def load_model(name: str) -> EdgeNetwork:
-    """The network of a name, one of `model_names`, read once and kept until its file changes.
+    """Load the network with a name, one of `model_names`; it is cached until its file changes.
 
     Raises
     ------
     InputError
-        If there is none of that name.
+        If there is none with that name.
     FormatError
-        If its file is no edge network.
+        If its file is not an edge network.
     """
     return EdgeNetwork.load(model_path(name))

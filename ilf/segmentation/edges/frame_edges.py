@@ -1,4 +1,4 @@
-"""The edges of a frame, found once for blocks and filter alike; where a network is missing, the next best stand in."""
+"""The edges of a frame, computed once for both blocks and filter; a missing network is replaced by another detector."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from .relief import Relief, find_relief
 
 Array = NDArray[np.float32]
 
-# Edges of the filter from depth edges and contours together: each knows what the other does not.
+# Edges for the filter, from depth edges and contours combined.
 
 _BESIDE, _SHARP = 3, 4
-"""Within so many pixels the crest of a line stands out, and how sharply."""
+"""Radius [px] in which the crest of a line is enhanced, and the exponent."""
 
 _GAIN = 1.4
-"""Strength of a crest in its probability."""
+"""Factor from the probability of a crest to its strength."""
 
 _NEAR, _POSSIBLE = 2, 0.5
-"""A contour counts in full if a jump within so many pixels has at least this probability."""
+"""A contour has full weight if a jump within this radius [px] has at least this probability."""
 
 
 def joined(jump: Array, contours: Array | None = None) -> Array:
-    """Strength of edges: the crests of what a jump is taken for, and contours as far as one is possible there.
+    """Edge strength: the crests of the jump probability, and contours weighted by whether a jump is possible there.
 
-    A network of depth edges knows where depth jumps, but is seldom sure to the pixel; contours are sharp and leave
-    little out, but part what is on one surface. A gap in an edge costs more than an edge too many.
+    Predicted depth edges are reliable but rarely exact to the pixel; contours are sharp and nearly complete, but also
+    divide single surfaces. A gap in an edge does more harm than an extra edge.
 
     Parameters
     ----------
@@ -62,37 +62,37 @@ def _largest_within(values: Array, radius: int) -> Array:
     return np.asarray(cv2.dilate(values, disk), np.float32)
 
 
-# All edges of a frame: found once, and what stands in for a network that is missing.
+# All edges of a frame: computed once, with a fallback for a missing network.
 
 _BESIDE_CANNY = 0.9
-"""Factor on the gradient's strength off Canny's lines, which must stand above what lies beside them."""
+"""Factor on the gradient's strength off Canny's lines, which must be the highest."""
 
 _STANDS_IN = {
-    "rgbd": ("hed", "Contours of the colour image stand in for depth edges"),
-    "hed": ("canny", "Canny's edges stand in for the network's"),
+    "rgbd": ("hed", "Contours of the colour image replace depth edges"),
+    "hed": ("canny", "Canny's edges replace those of the network"),
 }
-"""Detector -> which one takes its place where its network is missing or fails, and what there is to say of it."""
+"""Detector -> its fallback if its network is missing or fails, and the note about it."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrameEdges:
-    """Where surfaces may end, by colour and by known depth.
+    """Edges of a frame from colour and known depth.
 
     Attributes
     ----------
     detected : ndarray of float32, shape (H, W)
-        Strength in [0, 1] by the detector: the contours that a network finds in the colour; those that Canny finds, 1
-        along its lines and below elsewhere; or the probability of a depth jump, which a network finds in colour and
-        known depth.
+        Strength in [0, 1] by the detector: contours that a network predicts from colour; Canny's edges, 1 along its
+        lines and lower elsewhere; or the probability of a depth jump that a network predicts from colour and known
+        depth.
     strength : ndarray of float32, shape (H, W)
-        The edges of the edge-aware filter: `detected`, of depth edges its crests joined with contours (`joined`), and
-        depth jumps of any length at 1.
+        Edges for the edge-aware filter: `detected` (for depth edges, their crests combined with contours by `joined`),
+        and depth jumps of any length at 1.
     network : str or None
-        SHA-256 of the network that `detected` is by; None if it is by Canny.
+        SHA-256 of the network of `detected`; None for Canny.
     crease : ndarray of float32, shape (H, W), or None
-        Probability that the surface bends sharply, where the detector tells.
+        Probability that the surface bends sharply, if the detector predicts it.
     notes : tuple of str
-        Why other edges stand in for those that were asked for, if they do.
+        Why another detector replaces the requested one, if so.
     """
 
     detected: NDArray[np.float32]
@@ -103,18 +103,18 @@ class FrameEdges:
 
 
 def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
-    """The frame's edges with the parameters of their detectors, worked out once and remembered with the frame.
+    """Find the frame's edges with the parameters of their detectors; they are cached with the frame.
 
     Parameters
     ----------
     frame : RGBDFrame
     parameters : BlockParameters
-        Those under "Edges" but the threshold count. Where known depth does not, its jumps are those of the defaults.
+        Those under "Edges" except the threshold are used. Without `use_depth`, jumps are found with the defaults.
 
     Returns
     -------
     FrameEdges
-        Read-only. If the network that is asked for is missing or none, those of the next best detector, with a note.
+        Read-only. If the requested network is missing or invalid, the edges of the next best detector, with a note.
     """
     network, notes = _working_network(frame, parameters)
     multiscale = isinstance(network, EdgeNetwork) and parameters.multiscale
@@ -123,49 +123,49 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
 
 
 def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
-    """What a frame's known depth says, remembered with it; where it does not count, with the smallest jumps of the
-    defaults."""
+    """Jumps and bends of a frame's known depth, cached with it; without `use_depth`, with the default smallest
+    jumps."""
     return _relief(frame, *_jump(parameters))
 
 
 def lines_of(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
-    """Canny's lines in a frame's colour, bool (H, W), remembered with that."""
+    """Canny's lines in a frame's colour, bool (H, W), cached with the colour."""
     return _lines(frame.rgb, *_canny(parameters))
 
 
 def forget_evidence(frame: RGBDFrame) -> None:
-    """Give up what is remembered of relief and lines, for which only another extraction has a use; edges stay."""
+    """Clear the cached relief and lines, which only another extraction uses; edges stay."""
     forget(frame, _relief)
     forget(frame.rgb, _lines)
 
 
 def load_depth_network() -> DepthEdgeNetwork:
-    """The network of depth edges that comes with the program.
+    """Load the bundled depth-edge network.
 
     Raises
     ------
     InputError
         If its file is missing.
     FormatError
-        If it is no such network.
+        If it is not a depth-edge network.
     """
     return DepthEdgeNetwork.load(model_path(DEPTH_EDGES))
 
 
 @once_per_frame
 def depth_edges(frame: RGBDFrame, network: DepthEdgeNetwork) -> DepthEdges:
-    """Where depth jumps and surfaces bend by colour and by the depth that the frame has, remembered with it."""
+    """Depth jumps and creases predicted from the frame's colour and depth, cached with the frame."""
     return network.look(frame.rgb, frame.depth)
 
 
 @once_per_image
 def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
-    """Boundary strength of a frame's colour by the network, remembered with the colour."""
+    """Boundary strength of a frame's colour by the network, cached with the colour."""
     return network.strength(rgb, multiscale)
 
 
 def canny_strength(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.float32]:
-    """Strength by Canny, which is 1 along its lines and below elsewhere."""
+    """Strength of Canny's edges: 1 along its lines and lower elsewhere."""
     dx, dy = colour_gradient(rgb, sigma)
     beside = np.float32(_BESIDE_CANNY) * gradient_strength(dx, dy)
     return np.where(canny_edges(dx, dy, high, low_ratio), np.float32(1), beside)
@@ -189,7 +189,7 @@ def _canny(parameters: BlockParameters) -> tuple[float, float, float]:
 
 
 def _jump(parameters: BlockParameters) -> tuple[float, float]:
-    """Smallest jump [m], and as a share of depth."""
+    """Smallest jump [m], and smallest jump as a fraction of depth."""
     counts = parameters if parameters.use_depth else BlockParameters()
     return counts.depth_jump, counts.depth_jump_share
 
@@ -197,7 +197,7 @@ def _jump(parameters: BlockParameters) -> tuple[float, float]:
 def _working_network(
     frame: RGBDFrame, parameters: BlockParameters
 ) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
-    """The first network that works, from that which is asked for on, None for Canny; and why others do not."""
+    """The first network that works, starting from the requested one, None for Canny; and why the others do not."""
     detector, notes = parameters.detector, []
     while detector in _STANDS_IN:
         try:
@@ -238,20 +238,20 @@ def _find(
 
 
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
-    """Contours by the network that comes with the program, which depth edges are joined with; or why there are none."""
+    """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
     try:
         return network_strength(frame.rgb, load_model(BUNDLED), False), ()
     except InputError as error:
-        return None, (f"Depth edges are not joined with contours of the colour image: {error}",)
+        return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
 
 
 # Edge strength of a frame or of a colour image, by one detector.
 
 DETECTORS = ("rgbd", "combined", "hed", "canny", "depth")
-"""What `edge_strength` takes."""
+"""Detectors of `edge_strength`."""
 
 _OF_FRAMES = ("rgbd", "combined", "depth")
-"""Those that need known depth."""
+"""Detectors that need known depth."""
 
 
 def edge_strength(
@@ -262,15 +262,15 @@ def edge_strength(
     Parameters
     ----------
     image : RGBDFrame, or array of uint8, shape (H, W, 3)
-        A frame, or a colour image (RGB), which serves "hed" and "canny".
+        A frame, or a colour image (RGB) for "hed" and "canny".
     detector : str
         "hed": contours by the edge network. "canny": Canny's edges at 1, the colour gradient up to 0.9 elsewhere.
         "depth": 1 at jumps of the known depth, 0 elsewhere. "combined": the larger of "hed" and "depth". "rgbd": the
-        probability of a depth jump by the network that looks at colour and known depth, and 1 at jumps of that.
+        probability of a depth jump by the network for colour and known depth, and 1 at jumps of the known depth.
     model : str
         Name of the network of "hed" and "combined", one of `ilf._runtime.networks.models.model_names()`.
     multiscale : bool
-        Let that network look at three scales: slightly better, 3.5 times as slow.
+        Run that network at three scales: slightly better, 3.5 times as slow.
 
     Returns
     -------
@@ -280,8 +280,8 @@ def edge_strength(
     Raises
     ------
     InputError
-        For an unknown detector, an image of another kind or without depth where that is needed, or an edge network
-        that is missing or none.
+        For an unknown detector, an unsuitable image, a missing depth where it is needed, or an edge network that is
+        missing or invalid.
 
     Examples
     --------
@@ -292,12 +292,12 @@ def edge_strength(
     [0.0, 1.0]
     """
     if detector not in DETECTORS:
-        raise InputError(f"There is no detector {detector!r}. Choose one of {', '.join(DETECTORS)}.")
+        raise InputError(f"There is no detector {detector!r}. Select one of {', '.join(DETECTORS)}.")
     defaults = BlockParameters(detector="hed", model=model, multiscale=multiscale)
     frame = image if isinstance(image, RGBDFrame) else None
     if frame is None and detector in _OF_FRAMES:
         raise InputError(
-            f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' take colour alone."
+            f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
         )
     rgb = np.asarray(image) if frame is None else frame.rgb
     check_image(rgb)
@@ -307,7 +307,7 @@ def edge_strength(
         return load_model(model).strength(rgb, multiscale)
     if detector == "depth":
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
-    # here, nothing stands in for a network that is missing
+    # no fallback for a missing network here
     if detector == "rgbd":
         depth_edges(frame, load_depth_network())
         return find_edges(frame, defaults.replace(detector="rgbd")).strength.copy()

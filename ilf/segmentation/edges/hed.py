@@ -1,4 +1,4 @@
-"""HED as an ONNX network of this library's convention, out of its weights."""
+"""Conversion of HED's weights to an ONNX network of this library's convention."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _IR_VERSION = 8
 
 
 def hed_network(layers: Mapping[str, Layer], caffe: bool) -> bytes:
-    """The network as an ONNX file: RGB in [0, 1], its sides multiples of 16, to strength in [0, 1].
+    """Build the network as an ONNX file: RGB in [0, 1] with sides that are multiples of 16, to strength in [0, 1].
 
     Parameters
     ----------
     layers : mapping of str to Layer
-        As `check_layers` wants them.
+        As checked by `check_layers`.
     caffe : bool
-        Whether it pads, scales up and crops as the Caffe model does. Otherwise as in Keras: nothing is padded, and
-        side outputs are scaled up bilinearly, aligned by the corners of pixels.
+        Whether to pad, scale up and crop as in the Caffe model. Otherwise as in Keras: no padding, and side outputs are
+        scaled up bilinearly, aligned by the corners of pixels.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def _as_keras(graph: _Graph, side: str, stage: int) -> str:
 
 
 def _as_caffe(graph: _Graph, side: str, stage: int, layers: Mapping[str, Layer]) -> str:
-    """Scale a side output up and cut the image out of it, where the layers' paddings have put it."""
+    """Scale a side output up and crop the image from it, with the offset of the layers' padding."""
     begin, end = _caffe_crop(stage)
     if stage > 1:
         factor = 2 ** (stage - 1)
@@ -69,10 +69,10 @@ def _as_caffe(graph: _Graph, side: str, stage: int, layers: Mapping[str, Layer])
 
 
 def _caffe_crop(stage: int) -> tuple[int, int]:
-    """Where the image begins in a side output scaled up, and, from its end, where it ends.
+    """Start of the image in a scaled-up side output, and its end counted from the output's end.
 
-    The first padding is 34 more than its convolution needs, and a transposed convolution by f without a padding adds
-    f / 2 in front. At the end it is the rest, which is the same for all sides that are multiples of 16.
+    The first padding is 34 more than its convolution needs, and a transposed convolution by f without padding adds
+    f / 2 at the start. The rest is at the end, and is the same for all sides that are multiples of 16.
     """
     factor, side = 2 ** (stage - 1), 16
     begin = _CAFFE_PADDING - 1 + factor // 2
@@ -85,13 +85,13 @@ def _caffe_crop(stage: int) -> tuple[int, int]:
 
 
 def _bilinear(factor: int) -> Layer:
-    """Kernel of 2 f that scales up by f."""
+    """Bilinear kernel of size 2 f that scales up by f."""
     ramp = 1 - np.abs(np.arange(2 * factor) - (factor - 0.5)) / factor
     return Layer(np.outer(ramp, ramp).astype(np.float32)[None, None], np.zeros(1, np.float32))
 
 
 class _Graph:
-    """Operations one after another; every value has a number for a name."""
+    """Builder of an ONNX graph; every value has a numbered name."""
 
     def __init__(self) -> None:
         self._nodes: list[onnx.NodeProto] = []

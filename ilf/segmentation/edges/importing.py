@@ -1,4 +1,4 @@
-"""Importing a user's own edge network: HED's weights, or any ONNX network from one image to its edges."""
+"""Importing a user's edge network: HED's weights, or any ONNX network from one image to its edges."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, r
 if TYPE_CHECKING:
     from onnx import ModelProto
 
-# ONNX networks of other origin: what they take, and nodes around them for what they take and give otherwise.
+# ONNX networks of other origin: reading their inputs, and adding nodes to adapt input and output.
 
 _GRAPH = 7
 _INITIALISERS, _INITIALISER_NAME = 5, 8
@@ -29,7 +29,7 @@ _INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
 
 
 class Input(NamedTuple):
-    """An input that a network declares."""
+    """An input declared by a network."""
 
     name: str
     shape: tuple[int | None, ...]
@@ -37,25 +37,25 @@ class Input(NamedTuple):
 
     @property
     def fixed_size(self) -> str:
-        """Size of the one kind of image that it takes, "" if that is free."""
+        """Image size that the network requires; "" if it is free."""
         height, width = self.shape[2:] if len(self.shape) == 4 else (None, None)
         return f"{width} x {height}" if height and width else ""
 
 
 def image_input(content: NDArray[np.uint8], file: str) -> Input:
-    """The one input of an ONNX network; needs no package for ONNX.
+    """The only input of an ONNX network; does not need the package onnx.
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the file.
+        Content of the file.
     file : str
         Its name, for the message.
 
     Raises
     ------
     FormatError
-        If it is no ONNX file, or the network has another number of inputs.
+        If it is not an ONNX file, or the network has another number of inputs.
     """
     try:
         graphs = wire.messages(content.data, _GRAPH)
@@ -64,27 +64,27 @@ def image_input(content: NDArray[np.uint8], file: str) -> Input:
     except ValueError as error:
         raise _not_intact(file, error) from error
     if not inputs or not outputs:
-        raise FormatError(f"{file} is no ONNX network: it has no input or no output. Export or copy it again.")
+        raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
     if len(inputs) > 1:
         names = ", ".join(one.name for one in inputs)
         raise FormatError(
-            f"{file} is no edge network as needed here: it takes {len(inputs)} inputs ({names}), not one image. "
+            f"{file} is not a supported edge network: it has {len(inputs)} inputs ({names}), not one image. "
             "Export it with the image as its only input."
         )
     return inputs[0]
 
 
 def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np.uint8]:
-    """An ONNX network of one input with a node before it, so that it takes RGB in [0, 1].
+    """Add a node before the input of an ONNX network, so that it accepts RGB in [0, 1].
 
     Parameters
     ----------
     content : ndarray of uint8
-        Of the file.
+        Content of the file.
     file : str
         Its name, for the message.
     inputs : str
-        What the network takes: one of `INPUTS`.
+        Input of the network: one of `INPUTS`.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np
     Raises
     ------
     FormatError
-        If it is no ONNX file.
+        If it is not an ONNX file.
     """
     from onnx import helper, numpy_helper
 
@@ -110,7 +110,7 @@ def with_input(content: NDArray[np.uint8], file: str, inputs: str) -> NDArray[np
 
 
 def with_sigmoid(content: NDArray[np.uint8], file: str) -> NDArray[np.uint8]:
-    """An ONNX network with a sigmoid after its last output, which becomes the only one; otherwise as `with_input`."""
+    """Add a sigmoid after the last output of an ONNX network, which becomes the only one; otherwise as `with_input`."""
     from onnx import helper
 
     model = _loaded(content, file)
@@ -133,11 +133,11 @@ def _loaded(content: NDArray[np.uint8], file: str) -> ModelProto:
 
 
 def _not_intact(file: str, error: Exception) -> FormatError:
-    return FormatError(f"{file} is no intact ONNX file ({error}). Export or copy it again.")
+    return FormatError(f"{file} is not an intact ONNX file ({error}). Export or copy it again.")
 
 
 def _inputs(graph: memoryview) -> list[Input]:
-    """Without those that only give the weights their names, as files of old do."""
+    """The inputs of a graph, without initialisers, which old files list as inputs."""
     constants = {wire.text(tensor, _INITIALISER_NAME) for tensor in wire.messages(graph, _INITIALISERS)}
     found = [Input(wire.text(item, _NAME), _shape(item)) for item in wire.messages(graph, _INPUTS)]
     return [one for one in found if one.name not in constants]
@@ -153,7 +153,7 @@ def _shape(item: memoryview) -> tuple[int | None, ...]:
     return tuple(size[-1] if size and size[-1] > 0 else None for size in sizes)
 
 
-# A file that becomes an edge network of the user's own.
+# Importing a file as an edge network of the user.
 
 _ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
 _AS_IT_IS = "rgb"
@@ -167,20 +167,20 @@ def add_model(
     logits: bool = False,
     replace: bool = False,
 ) -> Path:
-    """Turn a file into an edge network as `EdgeNetwork` describes it, try it, and add it to the user's own.
+    """Convert a file to an edge network as described by `EdgeNetwork`, test it, and add it to the user's networks.
 
     Parameters
     ----------
     file : str or path
-        An ONNX network (.onnx), or the weights of HED of Caffe (.caffemodel) or Keras (.h5).
+        An ONNX network (.onnx), or weights of HED from Caffe (.caffemodel) or Keras (.h5).
     name : str, optional
-        By which it is chosen; made from the file's name if left out.
+        Name of the network; made from the file's name if left out.
     inputs : str
-        What an ONNX network takes: one of `INPUTS`.
+        Input of an ONNX network: one of `INPUTS`.
     logits : bool
         Whether an ONNX network lacks the sigmoid at its end.
     replace : bool
-        Whether it may take the place of one of the user's own of the same name.
+        Whether it may replace one of the user's networks of the same name.
 
     Returns
     -------
@@ -192,7 +192,7 @@ def add_model(
     InputError
         If there is no such file, the name cannot be used, or a package that the conversion needs is missing.
     FormatError
-        If the file is no edge network.
+        If the file is not an edge network.
     ExportError
         If it cannot be written.
     """
@@ -205,17 +205,17 @@ def add_model(
 
 
 def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
-    """The content of a file of this library's convention, which has been tried."""
+    """The content of a tested network file of this library's convention."""
     suffix = source.suffix.lower()
     if suffix not in _SUFFIXES:
-        raise FormatError(f"{source} is of no known format. Choose a file of {', '.join(_SUFFIXES)}.")
+        raise FormatError(f"{source} has an unknown format. Select a file of type {', '.join(_SUFFIXES)}.")
     if inputs not in INPUTS:
-        raise InputError(f"The input of a network is one of {', '.join(INPUTS)}, not {inputs!r}.")
+        raise InputError(f"The input of a network must be one of {', '.join(INPUTS)}, not {inputs!r}.")
     content = read_file(source).data
     if suffix == _ONNX:
         return _from_onnx(content, source, inputs, logits)
     if inputs != _AS_IT_IS or logits:
-        raise InputError(f"--input and --logits are for ONNX networks; {source.name} needs neither.")
+        raise InputError(f"--input and --logits are for ONNX networks only: leave them out for {source.name}.")
     return _from_hed(content, source, caffe=suffix == _CAFFE)
 
 
@@ -246,20 +246,20 @@ def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bo
     except FormatError as error:
         if image.fixed_size:
             raise FormatError(
-                f"{source.name} takes images of {image.fixed_size} only, but edges are needed of images of any size. "
-                "Export it with free height and width."
+                f"{source.name} accepts only images of {image.fixed_size}, but edges are needed for images of any "
+                "size. Export it with free height and width."
             ) from error
         raise
     return content
 
 
 def _refuse_range(content: NDArray[np.uint8], source: Path) -> None:
-    """Refuse a network that ends with a sigmoid where it is said that it does not."""
+    """Raise InputError if a network ends with a sigmoid although `logits` is set."""
     try:
         EdgeNetwork.read(content, source)
     except OutOfRange:
         return
-    raise InputError(f"The output of {source.name} is within 0 to 1 as it is. Import it without --logits.")
+    raise InputError(f"The output of {source.name} is already within 0 to 1. Import it without --logits.")
 
 
 def _need_onnx() -> None:

@@ -1,4 +1,4 @@
-"""What the known depth says of surfaces: where it jumps, where it bends, and where it cannot say anything."""
+"""Jumps and bends of the known depth."""
 
 from __future__ import annotations
 
@@ -13,40 +13,41 @@ from ..._runtime.cancellation import check_stopped
 from ...data.pixel_grids import Pairs, both, long_lines, mark, sides
 
 TRUSTED_DISTANCE = 3.0
-"""How far [px] from known depth a jump is still one: farther inside a hole, it is only where two nearest fills meet."""
+"""Maximum distance [px] of a jump from known depth: farther inside a hole, a jump is an artefact of nearest-pixel
+filling."""
 
 JUMP_LENGTH = 10
-"""Jumps part surfaces in lines longer than this [px]; shorter ones are flying pixels and noise."""
+"""Jumps separate surfaces in lines longer than this [px]; shorter ones are flying pixels and noise."""
 
 _REACH, _AVERAGED = 6, 9
-"""Over how many pixels to either side a surface must go on to count as smooth, and the side of the squares over which
-its depth is averaged before."""
+"""Distance [px] to either side over which a surface must be continuous to count as smooth, and the side [px] of the
+squares over which its depth is averaged first."""
 
 _SEEN = _REACH + _AVERAGED // 2
-"""How far [px] what is averaged reaches."""
+"""Radius [px] of all depth that is used for a pixel's bend."""
 
 _BEND_SHARE, _BEND_PER_METRE = 0.01, 0.003
-"""Largest departure from a straight line over `_REACH` on a smooth surface, as a share of the depth: the larger of a
-constant, which a right-angled corner of a room in a Kinect's picture exceeds by about half, and one that grows with
-depth as the noise of such sensors does."""
+"""Maximum deviation from a straight line over `_REACH` on a smooth surface, as a fraction of the depth: the larger of a
+constant, which a right-angled room corner in a Kinect's image exceeds by about half, and a term that grows with depth
+like the noise of such sensors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Evidence in the known depth, for every pixel or pair of neighbours.
+    """Jumps and bends of the known depth, for every pixel or pair of neighbours.
 
     Attributes
     ----------
     near : ndarray of bool, shape (H, W)
-        Pixels within `TRUSTED_DISTANCE` of known depth: where a jump would have been seen.
+        Pixels within `TRUSTED_DISTANCE` of known depth, where a jump would have been detected.
     all_jumps : pair of ndarray of bool
-        Neighbours between which depth jumps.
+        Neighbours with a depth jump between them.
     jumps : pair of ndarray of bool
-        Those in lines of more than `JUMP_LENGTH`.
+        Jumps in lines of more than `JUMP_LENGTH`.
     judged : ndarray of bool, shape (H, W)
-        Pixels around which there is depth enough, and no jump, to say whether the surface bends.
+        Pixels with a valid bend: with enough depth around them, and no jump.
     bend : ndarray of float32, shape (H, W)
-        Departure from a plane where it is judged, in multiples of what a smooth surface shows; 0 elsewhere.
+        Deviation from a plane where `judged`, in multiples of the maximum for a smooth surface; 0 elsewhere.
     """
 
     near: NDArray[np.bool_]
@@ -62,14 +63,14 @@ class Relief:
 
 
 def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief:
-    """Jumps and bends of the known depth.
+    """Find jumps and bends of the known depth.
 
     Neighbours of the filled depth (`filled_depth`) that differ by more than max(jump, share * depth) are a jump if
-    both lie within 3 px of known depth; so jumps are seen across gaps of up to 6 px, and no farther.
+    both lie within 3 px of known depth; so jumps are detected across gaps of up to 6 px.
 
-    A surface bends where the inverse depth, which is linear on a plane, averaged over 9 x 9 pixels, departs from a
-    straight line over 6 px to either side, along the row or along the column. That is judged where there is neither a
-    jump nor a larger hole in the 21 x 21 pixels around.
+    A surface bends where the inverse depth, which is linear on a plane, averaged over 9 x 9 pixels, deviates from a
+    straight line over 6 px to either side, along the row or along the column. The bend is valid where there is neither
+    a jump nor a larger hole in the 21 x 21 pixels around.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
     jump : float
         Smallest jump [m].
     share : float
-        Smallest jump as a share of the nearer depth.
+        Smallest jump as a fraction of the nearer depth.
     """
     if np.isnan(depth).all():
         nowhere = np.zeros(depth.shape, bool)
@@ -96,7 +97,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
 
 
 def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Depth to look for jumps in: gaps filled from the nearest known pixel, outliers taken out by a 5 x 5 median.
+    """Depth for finding jumps: gaps filled from the nearest known pixel, outliers removed by a 5 x 5 median.
 
     Parameters
     ----------
@@ -108,20 +109,20 @@ def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArr
     filled : ndarray of float32, shape (H, W)
         Depth [m] everywhere.
     distance : ndarray of float64, shape (H, W)
-        To the nearest known pixel [px].
+        Distance to the nearest known pixel [px].
     """
     distance, (rows, columns) = distance_transform_edt(np.isnan(depth), return_indices=True)
     return np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32), distance
 
 
 def _whole(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels around which there is nothing but surface, as far as the image goes."""
+    """Pixels whose whole neighbourhood inside the image is surface."""
     square = np.ones((2 * _SEEN + 1,) * 2, np.uint8)
     return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
 def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
-    # beyond the image, planes go on
+    # planes continue beyond the image
     beyond = np.pad(1 / filled, _SEEN, mode="reflect", reflect_type="odd")
     rim = _SEEN - _REACH
     inverse = cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim]

@@ -1,1 +1,1 @@
-"""Pure edits of a label map. Each gives a patch that can be applied and reverted, or None if nothing would change."""
+"""Edits of a label map as pure functions. Each returns a patch to apply and revert, or None if nothing changes."""

@@ -1,7 +1,7 @@
-"""Drawing the border between two blocks anew.
+"""Redrawing the border between two blocks.
 
-The drawn line, led to the old border at both ends, and the stretch of the old border between those ends go around the
-swept areas: what lies inside an odd number of times changes hands, so the line may cross the old border at will.
+The drawn line, connected to the old border at both ends, and the section of the old border between these ends enclose
+the swept areas. Pixels enclosed an odd number of times go to the other block, so the line may cross the old border.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from skimage.measure import label as connected_regions
 from .painting import parity
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
-# The cracks between pixels of different labels: what borders of blocks are made of.
+# Cracks between pixels of different labels, which form the borders of blocks.
 #
 # A crack is one pixel long and lies between two neighbouring pixels; its ends are corners of pixels.
 
 OFF_FRAME = -1
-"""What lies beyond the frame, in place of a label."""
+"""Value in place of a label outside the frame."""
 
 _CONTACT, _CONTACT_SHARE = 3.0, 0.25
-"""Length [px] from which on two areas that touch have a border; less is enough for a small one: this share of the root
-of its pixels."""
+"""Minimum length [px] of contact for two areas to have a border; for small areas, this fraction of the square root of
+the number of pixels is enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Cracks:
     start, end : ndarray of int, shape (n, 2)
         Their ends (x, y).
     sides : ndarray of int32, shape (n, 2)
-        The labels on both sides, the smaller first; `OFF_FRAME` beyond the frame.
+        The labels on both sides, the smaller first; `OFF_FRAME` outside the frame.
     """
 
     start: NDArray[np.intp]
@@ -51,16 +51,16 @@ class Cracks:
 
     @property
     def middle(self) -> NDArray[np.float64]:
-        """Their middles (x, y), float64 (n, 2)."""
+        """Their midpoints (x, y), float64 (n, 2)."""
         return (self.start + self.end) / 2
 
     def __getitem__(self, chosen: Any) -> Cracks:
-        """Some of them."""
+        """A selection of the cracks."""
         return Cracks(self.start[chosen], self.end[chosen], self.sides[chosen])
 
 
 def find_cracks(labels: Labels) -> Cracks:
-    """All cracks between pixels of different labels of a map in which `OFF_FRAME` stands beyond the frame."""
+    """All cracks between pixels of different labels of a map with `OFF_FRAME` outside the frame."""
     rows, columns = np.nonzero(labels[:, :-1] != labels[:, 1:])
     upright = np.stack([columns + 1, rows], axis=1), np.stack([columns + 1, rows + 1], axis=1)
     beside = labels[rows, columns], labels[rows, columns + 1]
@@ -73,7 +73,7 @@ def find_cracks(labels: Labels) -> Cracks:
 
 
 def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
-    """Which areas of a map have a border with some pixels, instead of touching them at a point or two.
+    """Which areas of a map have a border with some pixels, rather than only touching them at a point or two.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
     Returns
     -------
     ndarray of bool, shape (N + 1,)
-        By the number of the area; the first is False.
+        Indexed by the number of the area; the first is False.
     """
     sizes = np.bincount(areas.ravel())
     lengths = np.zeros(sizes.size)
@@ -108,7 +108,7 @@ class CrackPaths:
     ----------
     cracks : Cracks
     cost : ndarray of float64, shape (n,)
-        Of each crack, > 0.
+        Cost of each crack, > 0.
     """
 
     def __init__(self, cracks: Cracks, cost: NDArray[np.float64]) -> None:
@@ -119,7 +119,7 @@ class CrackPaths:
         self._cost = cost
 
     def parts(self) -> NDArray[np.intp]:
-        """Of every crack the number of the connected part that it belongs to."""
+        """The number of the connected component of every crack."""
         size = len(self.corners)
         ways = coo_array((np.ones(self._cost.size), (self._start, self._end)), shape=(size, size))
         numbers = np.asarray(connected_components(ways.tocsr(), directed=False)[1], np.intp)
@@ -133,7 +133,7 @@ class CrackPaths:
         return int(numbers[best]), float(distance[best])
 
     def length_to(self, corner: int, among: NDArray[np.bool_]) -> float:
-        """Length [px] of the way from a corner along the other cracks to the nearest of some; infinite without one."""
+        """Length [px] of the path from a corner along other cracks to the nearest of some; infinite without one."""
         size, rest = len(self.corners), ~among
         ways = coo_array((np.ones(np.count_nonzero(rest)), (self._start[rest], self._end[rest])), shape=(size, size))
         length = dijkstra(ways.tocsr(), directed=False, indices=np.array(corner))
@@ -147,7 +147,7 @@ class CrackPaths:
         one, other : int
             Numbers of the corners.
         without : ndarray of int, optional
-            Numbers of cracks that it must not use.
+            Numbers of cracks that the path must not use.
         """
         used = np.ones(self._cost.size, bool)
         if without is not None:
@@ -169,7 +169,7 @@ class CrackPaths:
         return crack[order[np.searchsorted(keys[order], first * size + second)]]
 
     def around(self, corner: int, among: NDArray[np.bool_]) -> NDArray[np.intp] | None:
-        """The numbers of the cracks of a way from a corner back to it, by one of some cracks at it."""
+        """The numbers of the cracks of a closed path from a corner, starting with one of some cracks at the corner."""
         at_corner = np.flatnonzero(among & ((self._start == corner) | (self._end == corner)))
         if at_corner.size == 0:
             return None
@@ -179,14 +179,14 @@ class CrackPaths:
         return None if back is None else np.concatenate([first, back])
 
     def line(self, one: int, cracks: NDArray[np.intp]) -> NDArray[np.float64]:
-        """The corners (x, y) along a path that starts at a corner."""
+        """The corners (x, y) along a path from a corner."""
         walked = [one]
         for start, end in zip(self._start[cracks].tolist(), self._end[cracks].tolist(), strict=True):
             walked.append(end if walked[-1] == start else start)
         return self.corners[walked].astype(np.float64)
 
     def longest(self) -> NDArray[np.float64]:
-        """The corners (x, y) of a long path: of that between two corners far apart, or all around where paths close."""
+        """The corners (x, y) of a long path: between two corners far apart, or all around for closed paths."""
         size = len(self.corners)
         graph = coo_array((self._cost, (self._start, self._end)), shape=(size, size)).tocsr()
         _, part = connected_components(graph, directed=False)
@@ -206,57 +206,58 @@ class CrackPaths:
         return self.line(one, path if path is not None else np.empty(0, np.intp))
 
 
-# The border between two blocks, drawn anew.
+# Redrawing the border between two blocks.
 
 _BEYOND_CROP = -2
-"""In place of a label, where the label map goes on beyond what is looked at."""
+"""Value in place of a label where the label map continues outside the crop."""
 
 _SHORTEST = 3.0
-"""Length [px] from which on a line can be a border."""
+"""Minimum length [px] of a line to be a border."""
 
 _RIM = 150, 300
-"""How far [px] around a line the old border is looked at: half the line's length, but at least and at most so far."""
+"""Minimum and maximum distance [px] around a line in which the old border is searched; half the line's length between
+them."""
 
 _CLOSES = 0.1
-"""Share of a line's length that its ends may be apart for it to be closed."""
+"""Maximum distance of a line's ends for it to be closed, as a fraction of its length."""
 
 _REACH, _REACH_SHARE = 16.0, 0.25
-"""How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger; twice
+"""Maximum distance of a line's ends from the border to redraw: pixels, or a fraction of its length if larger; twice
 that where both blocks end."""
 
 _AT_OUTLINE = 6.0
-"""How near [px] to another block or to the frame's rim an end of the line may be to be led there."""
+"""Maximum distance [px] of a line's end from another block or the frame's rim to be connected to it."""
 
 _AROUND, _NEAR_END = 3.0, 4.0
-"""How far from there it may be to the border along the outline: a multiple of the straight way, and pixels more."""
+"""Maximum distance from there to the border along the outline: a multiple of the straight distance, plus pixels."""
 
 _OFF_PAIR = 25.0
-"""What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
+"""Penalty for a line that runs through other blocks when the pair is selected, in pixels off the border."""
 
 _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 """Cost of a path per pixel along the border of the pair, and along its outline to others."""
 
 
 def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Move a stretch of the border between two blocks to where a line is drawn.
+    """Move a section of the border between two blocks to a drawn line.
 
-    The areas between the line and the old border change hands, and nothing else does. What that cuts off from its
-    block goes to the other one, too. Nothing goes to a block that it touches at a point only.
+    Only the areas between the line and the old border go to the other block, and parts that this cuts off from their
+    block. No area goes to a block that it touches only at a point.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
     points : sequence of (x, y)
-        The stretch as it should be, over or beside the old border, which it may cross. Its ends are led to the old
-        border, or to the neighbouring block or the frame's rim that they are at. It may leave the frame.
+        The new section, over or beside the old border, which it may cross. Its ends are connected to the old border, or
+        to the neighbouring block or the frame's rim if they are close to it. It may leave the frame.
     locked : collection of int
         Blocks that must not change.
 
     Returns
     -------
     LabelPatch or None
-        None if the line is near no border, if one of the two blocks is locked, or if nothing changes. One of the two
-        may be 0, no block.
+        None if there is no border near the line, if one of the two blocks is locked, or if nothing changes. One of the
+        two may be 0, no block.
     """
     line = _dense(np.asarray(points, np.float64).reshape(-1, 2))
     length = 0.5 * (len(line) - 1)
@@ -277,7 +278,7 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
 
 
 def _dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points every half pixel along a line; none of a line without length."""
+    """Points every half pixel along a line; empty for a line without length."""
     if len(line) < 2:
         return np.empty((0, 2))
     if np.hypot(*(line[-1] - line[0])) <= _CLOSES * np.hypot(*np.diff(line, axis=0).T).sum():
@@ -287,13 +288,13 @@ def _dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
     if steps.size == 0:
         return np.empty((0, 2))
     along = np.append(0.0, np.cumsum(steps))
-    # the given points stay, so that corners are as drawn
+    # the given points stay, so that corners remain as drawn
     wanted = np.union1d(along, np.arange(0.0, along[-1], 0.5))
     return np.stack([np.interp(wanted, along, line[:, k]) for k in range(2)], axis=1)
 
 
 def _padded(labels: Labels, box: tuple[slice, slice]) -> Labels:
-    """The labels in a box with a rim of one pixel that tells the frame's rim from where the map goes on."""
+    """The labels in a box with a rim of one pixel that marks where the frame ends and where the map continues."""
     padded = np.pad(labels[box], 1, constant_values=_BEYOND_CROP)
     rows, columns = box
     if rows.start == 0:
@@ -338,7 +339,7 @@ def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32
 
 
 def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], length: float) -> tuple[int, int] | None:
-    """The two labels whose border the line runs along, both ends near it; None if there are none."""
+    """The two labels along whose border the line runs, with both ends near it; None if there are none."""
     reach = max(_REACH, _REACH_SHARE * length)
     sparse = np.unique(np.append(np.arange(0, len(line), 4), len(line) - 1))
     best, least = None, np.inf
@@ -346,7 +347,7 @@ def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], l
     pairs, owner = np.unique(borders.sides, axis=0, return_inverse=True)
     for number, pair in enumerate(pairs):
         if np.count_nonzero(owner == number) < _SHORTEST:
-            continue  # what touches at a point has no border to be moved
+            continue  # blocks that touch at a point have no border to move
         inside = np.flatnonzero(np.isin(under, pair))
         if inside.size < len(line) / 2:
             continue
@@ -359,7 +360,7 @@ def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], l
 
 
 def _at_outline(cracks: Cracks, pair: NDArray[np.int32], point: NDArray[np.float64]) -> bool:
-    """Whether a point is at the outline of two blocks, where a line can only be meant to part them."""
+    """Whether a point is at the common outline of two blocks, where a line can only be a border between them."""
     outline = cracks.middle[np.isin(cracks.sides, pair).sum(axis=1) == 1]
     return bool(np.any(np.hypot(*(outline - point).T) <= _AT_OUTLINE))
 
@@ -370,7 +371,7 @@ def _between(cracks: Cracks, pair: tuple[int, int]) -> NDArray[np.bool_]:
 
 
 def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float64]) -> Cracks:
-    """Those cracks that are connected with the stretch of border to which the ends of the line are nearest."""
+    """The cracks that are connected with the section of border nearest to the ends of the line."""
     parts = CrackPaths(cracks, np.ones(len(cracks.start))).parts()
     middle, between = cracks.middle, _between(cracks, pair)
     off = np.full((2, int(parts.max()) + 1), np.inf)
@@ -380,9 +381,9 @@ def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float6
 
 
 def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks) -> Labels:
-    """The map in which areas of a pair of labels inside what is swept change hands, if they are at a stretch of border.
+    """Swap the two labels of a pair in swept areas that are adjacent to a section of border.
 
-    What lies amidst such an area has the label already that all around it gets.
+    Areas enclosed by such an area already have the label that their surroundings get.
     """
     after = labels.copy()
     box = bounds(swept)
@@ -391,7 +392,7 @@ def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks
     inside = np.where(swept & np.isin(labels, pair), labels + 1, 0)
     areas = np.zeros(labels.shape, np.int32)
     areas[box] = connected_regions(inside[box], background=0, connectivity=1)
-    # the pixels right of and left of an upright crack, below and above a level one
+    # the pixels right of and left of a vertical crack, below and above a horizontal one
     column, row = np.minimum(stretch.start, stretch.end).T
     upright = stretch.start[:, 0] == stretch.end[:, 0]
     at_stretch = np.zeros(int(areas.max()) + 1, bool)
@@ -405,7 +406,7 @@ def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks
 
 
 def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
-    """The map in which what has changed hands has its old label unless it has a border with the block that gets it."""
+    """Restore the old label of areas that were swapped but have no border with the block that gets them."""
     kept = before == after
     for label, other in (pair, pair[::-1]):
         gained = ((before == label) & (after == other)).astype(np.uint8)
@@ -416,7 +417,7 @@ def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> L
 
 
 def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
-    """The corner that an end of the line is led to."""
+    """The corner to which an end of the line is connected."""
     at_border, border_off = paths.nearest(point, between)
     if between.all():
         return at_border
@@ -425,12 +426,12 @@ def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bo
         return at_outline if outline_off < border_off else at_border
     if outline_off > _AT_OUTLINE or border_off < 1:
         return at_border
-    # only where the border itself ends near by, the line is to end like it
+    # connect to the outline only where the border itself ends close by
     return at_outline if paths.length_to(at_outline, between) <= _AROUND * border_off + _NEAR_END else at_border
 
 
 def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """The stretches of old border that the line may stand for: the shortest, and that the other way around a block."""
+    """The sections of old border that the line may replace: the shortest, and the one the other way around a block."""
     if one == other:
         around = paths.around(one, between)
         return [np.empty(0, np.intp)] + ([] if around is None else [around])
@@ -442,7 +443,7 @@ def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool
 
 
 def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
-    """The map in which what has been cut off from its block belongs to the other one, if it has a border with that."""
+    """Give fragments that were cut off from their block to the other block, if they have a border with it."""
     box = bounds(before != after)
     if box is None:
         return after
@@ -453,7 +454,7 @@ def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> 
         parts, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         stays = (old > 0) & (new > 0)
         anchored = np.zeros(count, bool)
-        # of each old part the largest rest keeps its block, and so does what goes on beyond the crop
+        # of each old part, the largest rest keeps its block, and so do parts that continue outside the crop
         shared = coo_array((np.ones(np.count_nonzero(stays)), (old[stays], new[stays])), shape=(parts, count)).tocsr()
         anchored[np.unique(np.asarray(shared.argmax(axis=1)).ravel()[shared.max(axis=1).toarray().ravel() > 0])] = True
         anchored[new[cv2.dilate((before == _BEYOND_CROP).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = True

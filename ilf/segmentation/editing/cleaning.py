@@ -1,4 +1,4 @@
-"""Islands, slivers and holes: finding them, and giving them to where they belong."""
+"""Cleaning up islands, slivers and holes; growing, shrinking, smoothing, deleting and merging blocks."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from .borders import have_border
 from .patches import LabelPatch, Labels, Mask, bounds, box_of, free_of, grown, patch_between, patch_within
 
 _ROUGHNESS = 4
-"""Thin bits of a block of up to so many pixels are the roughness of its outline, no slivers."""
+"""Thin parts of a block of up to this many pixels are roughness of its outline, not slivers."""
 
 _THICK = np.ones((3, 3), np.uint8)
-"""Where a square of this size fits, a block is not thin."""
+"""A block is not thin where a square of this size fits."""
 
 _PASSES = 4
-"""How often is looked again, as what is thin may lie beside what has just changed hands."""
+"""Number of passes, since thin parts may lie beside areas that were just reassigned."""
 
 
 def clean_up(labels: Labels, smallest: int, locked: Collection[int] = (), box: Box | None = None) -> LabelPatch | None:
     """Give islands, slivers and holes of fewer than `smallest` pixels to the neighbour with the longest border to each.
 
-    Islands are connected parts of a block that are too small, be it all of it; slivers are thin bits that stick out of
-    a block (not those that connect two parts of it, nor the roughness of outlines); holes are pixels of no block that
-    blocks go around. No block counts as a neighbour only where there is no other.
+    Islands are connected parts of a block that are too small, or the whole block; slivers are thin parts that stick out
+    of a block (not those that connect two parts of it, nor the roughness of outlines); holes are pixels of no block
+    that blocks enclose. "No block" is used as a neighbour only if there is no other.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
     smallest : int
-        Pixels from which on they are left as they are.
+        Minimum number of pixels of areas that stay.
     locked : collection of int
-        Blocks that must not change: they are not cleaned up and take nothing in.
+        Blocks that must not change: they are not cleaned up and get no pixels.
     box : tuple of slice, optional
-        Where to look; everywhere if left out. What reaches far beyond it stays.
+        Area to clean up; everywhere if left out. Areas that extend far beyond it stay.
     """
     looked_at, seen = _seen(labels, smallest, box)
     after = seen.copy()
@@ -57,7 +57,7 @@ def clean_up(labels: Labels, smallest: int, locked: Collection[int] = (), box: B
 
 
 def count_slivers(labels: Labels, smallest: int, box: Box | None = None, locked: Collection[int] = ()) -> int:
-    """How many islands, slivers and holes `clean_up` would find at a first look, in all or in and around a box."""
+    """Number of islands, slivers and holes that the first pass of `clean_up` finds, in all or in and around a box."""
     looked_at, seen = _seen(labels, smallest, box)
     areas, faulty = _faults(seen, smallest, looked_at, labels.shape)
     if locked and faulty.any():
@@ -72,7 +72,7 @@ def _seen(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
 
 
 def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> tuple[NDArray[np.int32], Mask]:
-    """Connected areas that are either whole parts of blocks, or thin bits of them, and which of those are faults."""
+    """Connected areas (whole parts of blocks, or their thin parts), and which of them are to be cleaned up."""
     parts = _regions(labels)
     sizes = np.bincount(parts.ravel())
     open_ended = np.zeros(sizes.size, bool)
@@ -81,7 +81,7 @@ def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> 
             open_ended[line] = True
     small = (sizes < smallest) & ~open_ended
     small[0] = False
-    for line, none in zip(_rim(parts), _rim(labels), strict=True):  # what blocks do not go around is no hole
+    for line, none in zip(_rim(parts), _rim(labels), strict=True):  # only areas enclosed by blocks are holes
         small[line[none == 0]] = False
 
     thick = _thick(labels)
@@ -89,7 +89,7 @@ def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> 
     thin = np.bincount(bits.ravel())
     slivers = (thin < smallest) & (thin > _ROUGHNESS)
     slivers[0] = False
-    # where the crop ends, what is thin cannot be told; and no block has no slivers
+    # thinness is undefined where the crop ends; and "no block" has no slivers
     for at_frame, line in zip(_at_frame(box, shape), _rim(bits), strict=True):
         if not at_frame:
             slivers[line] = False
@@ -109,7 +109,7 @@ def _regions(values: NDArray[np.int32], background: int = -1) -> NDArray[np.int3
 
 
 def _thick(labels: Labels) -> Mask:
-    """Pixels that lie in some square of their own label."""
+    """Pixels that lie in any square of their own label."""
     number = labels.astype(np.float64)
     alike = (cv2.erode(number, _THICK) == number) & (cv2.dilate(number, _THICK) == number)
     return cv2.dilate(alike.astype(np.uint8), _THICK) > 0
@@ -127,7 +127,7 @@ def _rim(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], ...]:
 def _bodies_beside(
     bits: NDArray[np.int32], bodies: NDArray[np.int32], parts: NDArray[np.int32], count: int
 ) -> NDArray[np.intp]:
-    """How many thick bodies of its own part each of `count` thin bits touches."""
+    """Number of thick bodies of its own part that each of `count` thin parts touches."""
     found = []
     for (bit, beyond), (body_before, body), (one, other) in zip(sides(bits), sides(bodies), sides(parts), strict=True):
         for first, second in ((bit, body), (beyond, body_before)):
@@ -138,27 +138,27 @@ def _bodies_beside(
 
 
 def _given_away(labels: Labels, areas: NDArray[np.int32], faulty: Mask, locked: Collection[int]) -> Labels:
-    """The map in which every fault has the label of the neighbour with the longest border to it."""
+    """Give every area to be cleaned up to the neighbour with the longest border to it."""
     found = []
     for (one, other), (area, beyond), (open_one, open_other) in zip(
         sides(labels), sides(areas), sides(free_of(labels, locked)), strict=True
     ):
         movable = (one != other) & open_one & open_other
         for fault, rest, gains in ((area, beyond, other), (beyond, area, one)):
-            # a fault beside another waits until that has gone
+            # of two adjacent areas to clean up, one waits until the other is gone
             given = movable & faulty[fault] & ~faulty[rest]
             found.append(np.stack([fault[given], gains[given]], axis=1))
     pairs, lengths = np.unique(np.concatenate(found), axis=0, return_counts=True)
     if not len(pairs):
         return labels
-    order = np.lexsort((lengths, pairs[:, 1] > 0))  # of each fault the last counts: blocks, then length
+    order = np.lexsort((lengths, pairs[:, 1] > 0))  # for each area the last counts: blocks, then length
     goes_to = np.full(faulty.size, -1, np.int32)
     goes_to[pairs[order, 0]] = pairs[order, 1]
     new = goes_to[areas]
     return np.where(new >= 0, new, labels).astype(np.int32)
 
 
-# A block's outline moved outwards, inwards, or made smooth.
+# Growing, shrinking and smoothing a block.
 
 
 def grow(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -172,10 +172,10 @@ def grow(labels: Labels, label: int, px: float, locked: Collection[int] = ()) ->
 
 
 def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Take from a block all pixels within `px` pixels of its outline; its sides along the frame's rim stay.
+    """Remove all pixels within `px` pixels of a block's outline from it; its sides along the frame's rim stay.
 
-    They go to the nearest block beside it that is not locked; to none where there is none that near. Along a locked
-    block the outline stays. None if nothing of the block would be left.
+    They go to the nearest adjacent block that is not locked, or to no block if none is that near. Along a locked block
+    the outline stays. None if nothing of the block would be left.
     """
     box = _box(labels, label, px, locked)
     if box is None:
@@ -187,10 +187,10 @@ def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) 
 
 
 def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Smooth a block's outline: what is finer than about `px` pixels goes, straight stretches stay.
+    """Smooth a block's outline: details finer than about `px` pixels are removed, straight sections stay.
 
-    A pixel belongs to the block if most of what lies around it does, by a Gaussian of that standard deviation. The
-    neighbours follow, except locked ones. None if nothing of the block would be left.
+    A pixel belongs to the block if most of its surroundings do, weighted by a Gaussian of that standard deviation. The
+    neighbours are adapted, except locked ones. None if nothing of the block would be left.
     """
     box = _box(labels, label, 3 * px, locked)
     if box is None:
@@ -211,7 +211,7 @@ def _box(labels: Labels, label: int, px: float, locked: Collection[int]) -> tupl
 
 
 def _distance(mask: Mask) -> NDArray[np.float32]:
-    """Distance [px] to the nearest pixel of a mask; beyond all bounds where there is none."""
+    """Distance [px] to the nearest pixel of a mask; infinite if there is none."""
     if not mask.any():
         return np.full(mask.shape, np.inf, np.float32)
     outside = (~mask).astype(np.uint8)
@@ -227,7 +227,7 @@ def _let_go(
     locked: Collection[int],
     gained: Mask | None = None,
 ) -> LabelPatch | None:
-    """Pixels that a block loses go to the nearest block, or to none; those that it gains are its."""
+    """Give the pixels that a block loses to the nearest block, or to none, and add those that it gains."""
     block = before == label
     if not (block & ~lost).any():
         return None
@@ -245,17 +245,17 @@ def _let_go(
     return patch_within(box, before, after)
 
 
-# Whole blocks: dissolved or joined.
+# Deleting and merging whole blocks.
 
 
 def delete(labels: Labels, chosen: Collection[int], locked: Collection[int] = ()) -> LabelPatch | None:
-    """Dissolve blocks: their pixels belong to no block afterwards."""
+    """Delete blocks: their pixels then belong to no block."""
     doomed = [label for label in chosen if label not in locked and label > 0]
     return patch_between(labels, np.where(np.isin(labels, doomed), 0, labels).astype(np.int32))
 
 
 def merge(labels: Labels, chosen: Sequence[int], locked: Collection[int] = ()) -> LabelPatch | None:
-    """Join blocks under the first label of `chosen`. Locked blocks take no part."""
+    """Merge blocks under the first label of `chosen`, without locked blocks."""
     free = [label for label in chosen if label not in locked and label > 0]
     if len(free) < 2:
         return None
@@ -263,23 +263,23 @@ def merge(labels: Labels, chosen: Sequence[int], locked: Collection[int] = ()) -
 
 
 def parts_touch(labels: Labels, chosen: Collection[int]) -> bool:
-    """Whether the pixels of some blocks are one 4-connected region, as a block should be once they are merged."""
+    """Whether the pixels of some blocks are one 4-connected region, as a merged block should be."""
     together = np.isin(labels, [label for label in chosen if label > 0])
     box = bounds(together)
     return box is None or cv2.connectedComponents(together[box].astype(np.uint8), connectivity=4)[0] <= 2
 
 
 def pixels_apart(labels: Labels, patch: LabelPatch | None, label: int) -> int:
-    """How many of the pixels that a change gives a block have no border with the pixels that it has.
+    """Number of pixels given to a block by a change that have no border with its present pixels.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
-        Before the change.
+        The label map before the change.
     patch : LabelPatch or None
         The change; None for none.
     label : int
-        The block; one without pixels has none apart.
+        The block; 0 is returned for a block without pixels.
     """
     if patch is None or not (labels == label).any():
         return 0

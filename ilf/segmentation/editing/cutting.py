@@ -1,4 +1,4 @@
-"""Cutting a block along a line."""
+"""Cutting a block along a line, suggesting such a line, and finding the piece under a point."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .borders import CrackPaths, find_cracks, have_border
 from .patches import LabelPatch, Labels, Mask, Points, box_of, patch_within
 
 _NEAR = 3.0
-"""How far [px] from a line's end the block's boundary may be for the line to be led there; straight on twice as far."""
+"""Maximum distance [px] of a line's end from the block's boundary to be extended to it; twice that straight on."""
 
 _FRAGMENT = 16
-"""Parts of up to so many pixels come of a trembling line, and go along wherever they lie."""
+"""Parts of up to this many pixels result from an unsteady line, and are cut off wherever they lie."""
 
 
 def split(
@@ -41,7 +41,7 @@ def split(
     """Cut a block along a line; the largest part keeps the label, the others get new ones.
 
     The line's own pixels go to the nearest part, and an end that stops a few pixels short of the block's boundary is
-    led on to it. None if the line does not part the block.
+    extended to it. None if the line does not divide the block.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def split(
     first_new : int, optional
         Number of the first new block; one more than the largest label if left out.
     near : float
-        How far [px] from an end of the line the boundary may be for the line to be led there; straight on twice as far.
+        Maximum distance [px] of a line's end from the boundary to be extended to it; twice that straight on.
     """
     parted = None if label in locked else _part(labels, label, points, near)
     if parted is None:
@@ -72,10 +72,10 @@ def split(
 def cut_off(
     labels: Labels, source: int, points: Points, label: int, locked: Collection[int] = (), near: float = _NEAR
 ) -> LabelPatch | None:
-    """Give a block what a line cuts off from another: of the parts beside it, all but the largest part.
+    """Cut a block along a line, and give the parts beside another block to that, except the largest part.
 
-    If the largest part alone is beside it, and has a border with it, that is what it gets; if none is, all parts but
-    the largest. None if the line does not part the block `source`, if that is `label` itself, or if one of them is
+    If only the largest part is beside it and has a border with it, it gets that part; if none is, all parts but the
+    largest. None if the line does not divide the block `source`, if that is `label` itself, or if one of them is
     locked.
 
     Parameters
@@ -86,11 +86,11 @@ def cut_off(
     points : sequence of (x, y)
         The line, as in `split`.
     label : int
-        The block that gets what is cut off.
+        The block that gets the parts.
     locked : collection of int
         Blocks that must not change.
     near : float
-        As in `split`; also how far [px] a part beside the block may be from it.
+        As in `split`; also the maximum distance [px] of a part beside the block from it.
     """
     parted = None if label == source or {label, source} & set(locked) else _part(labels, source, points, near)
     if parted is None:
@@ -109,16 +109,16 @@ def cut_off(
 
 
 def run_on(labels: Labels, label: int, points: Points, near: float = _NEAR) -> list[tuple[float, float]]:
-    """A line whose ends in a block run on to the block's boundary, however far that is.
+    """Extend the ends of a line inside a block to the block's boundary, at any distance.
 
-    They are led there as by `split` if it is near, and go straight on otherwise. It is no boundary where the block goes
-    around another.
+    They are extended as by `split` if it is near, and straight on otherwise. The outline of a block that the block
+    encloses is not part of its boundary.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
     label : int
-        The block that is to be cut.
+        The block to cut.
     points : sequence of (x, y)
         The line, two points or more.
     near : float
@@ -127,7 +127,7 @@ def run_on(labels: Labels, label: int, points: Points, near: float = _NEAR) -> l
     Returns
     -------
     list of (x, y)
-        The line with a point more at each end that has run on.
+        The line with another point at each extended end.
     """
     box = box_of(labels, label, rim=1)
     if box is None or len(points) < 2:
@@ -139,18 +139,18 @@ def run_on(labels: Labels, label: int, points: Points, near: float = _NEAR) -> l
 
 @dataclass(frozen=True, eq=False)
 class _Parted:
-    """A block that a line has cut.
+    """A block cut by a line.
 
     Attributes
     ----------
     box : tuple of slice
-        Around the block.
+        Box around the block.
     parts : ndarray of int32
-        The number of the part at every pixel of the box; 0 off the block.
+        The number of the part at every pixel of the box; 0 outside the block.
     sizes : ndarray of int
-        Pixels of each part, by its number.
+        Number of pixels of each part, indexed by its number.
     pieces : list of list of int
-        The parts of each connected piece of the block that the line has cut, the largest first.
+        The parts of each connected piece of the block that the line cuts, the largest first.
     """
 
     box: Box
@@ -159,13 +159,13 @@ class _Parted:
     pieces: list[list[int]]
 
     def patch(self, labels: Labels, numbers: NDArray[np.int32]) -> LabelPatch | None:
-        """The patch by which each part has a label of its own."""
+        """The patch that gives each part its label."""
         before = labels[self.box]
         return patch_within(self.box, before, np.where(self.parts > 0, numbers[self.parts], before).astype(np.int32))
 
 
 def _part(labels: Labels, label: int, points: Points, near: float) -> _Parted | None:
-    """A block in the parts that a line cuts it into; None if it stays whole."""
+    """The parts into which a line cuts a block; None if it stays whole."""
     box = None if label <= 0 or len(points) < 2 else box_of(labels, label, rim=1)
     if box is None:
         return None
@@ -201,17 +201,17 @@ def _led_on(block: Mask, line: NDArray[np.float64], near: float, far: float) -> 
 
 
 def _filled(block: Mask) -> Mask:
-    """A block with all that it goes around."""
+    """A block with its holes filled."""
     beyond = np.pad(block.astype(np.uint8), 1)
     cv2.floodFill(beyond, None, (0, 0), 2, flags=4)
     return np.asarray(beyond[1:-1, 1:-1] != 2, bool)
 
 
 def _beyond(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
-    """The point off the block that a line's end is led on to; none where it needs none, or is too far from any.
+    """The point outside the block to which a line's end is extended; empty if none is needed, or all are too far.
 
-    That straight on is up to twice as far as `near`; or else the nearest, up to `near`; or else that straight on, up to
-    `far`.
+    It is the point straight on within twice `near`; or else the nearest one within `near`; or else the point straight
+    on within `far`.
     """
     end, nowhere = line[-1], np.empty((0, 2))
     if not _holds(block, end[None])[0]:
@@ -234,14 +234,14 @@ def _beyond(block: Mask, line: NDArray[np.float64], near: float, far: float) -> 
 
 
 def _holds(block: Mask, points: NDArray[np.float64]) -> Mask:
-    """Which points (x, y), float (n, 2), lie in a block."""
+    """Whether points (x, y), float (n, 2), lie in a block."""
     column, row = np.floor(points).astype(np.intp).T
     held = (row >= 0) & (row < block.shape[0]) & (column >= 0) & (column < block.shape[1])
     return held & block[np.where(held, row, 0), np.where(held, column, 0)]
 
 
 def _spread(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
-    """The parts with the line's pixels, each in the part that is nearest through other pixels of the line."""
+    """Add the line's pixels to the parts, each to the part that is nearest through other pixels of the line."""
     spread = np.pad(parts, 1)
     width = spread.shape[1]
     flat = spread.ravel()
@@ -257,43 +257,43 @@ def _spread(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
     return spread[1:-1, 1:-1]
 
 
-# Where a block that holds two surfaces could be cut.
+# Suggesting where to cut a block with two surfaces.
 
 _SAMPLES = 90
-"""Samples of depth along the longer side of the block's box, at most."""
+"""Maximum number of depth samples along the longer side of the block's box."""
 
 _KNOWN, _SHARE = 30, 0.04
-"""Samples that a surface needs, and the share of all that each of the two must have."""
+"""Minimum number of samples of a surface, and minimum fraction of all samples for each of the two."""
 
 _NOISE_SHARE, _NOISE_PER_METRE = 0.005, 0.0015
-"""Deviation (root mean square) from one smooth surface up to which there is but one, as a share of the depth: the
-larger of a constant and one that grows with depth."""
+"""Maximum RMS deviation of a single smooth surface, as a fraction of the depth: the larger of a constant and a term
+that grows with depth."""
 
 _BETTER = 0.55
-"""Two planes must leave at most this share of the deviation that one curved surface leaves."""
+"""Maximum deviation from two planes, as a fraction of the deviation from one curved surface."""
 
 _LEAST = 60
-"""Pixels that a part beyond a jump has at least."""
+"""Minimum number of pixels of a part beyond a jump."""
 
 _SEEN = 0.5
-"""Share of their border along which depth jumps between two parts."""
+"""Minimum fraction of the border between two parts along which depth jumps."""
 
 _BELOW_JUMPS = 0.9
-"""Factor on the edge strength beside jumps, which must stand above it."""
+"""Factor on the edge strength off jumps, so that jumps are the highest."""
 
 _ALL_BUT_JUMPS = 2.0
-"""Cost of a border up to which regions are one surface: more than any without a jump."""
+"""Maximum cost of a border between regions of one surface: above any without a jump."""
 
 _ROUNDS = 12
 
 _UNSURE = 0.03
-"""Width of the band between the surfaces in which edges decide, as a share of the box's diagonal; 4 px at least."""
+"""Width of the band between the surfaces in which edges decide, as a fraction of the box's diagonal; at least 4 px."""
 
 
 def suggest_split(
     frame: RGBDFrame, labels: NDArray[np.int32], label: int, strength: NDArray[np.float32]
 ) -> list[tuple[float, float]] | None:
-    """The line that parts the two surfaces in a block, as known depth and edges suggest.
+    """Suggest a line that separates the two surfaces in a block, from known depth and edges.
 
     Parameters
     ----------
@@ -307,8 +307,8 @@ def suggest_split(
     Returns
     -------
     list of (x, y) or None
-        For `edit.split`, in image coordinates; None if the known depth is on one surface, too little is known, or the
-        two surfaces do not lie side by side.
+        A line for `split`, in image coordinates; None if the known depth is on one surface, too little is known, or
+        the two surfaces are not adjacent.
     """
     box = box_of(labels, label) if label > 0 else None
     if box is None:
@@ -329,7 +329,7 @@ def suggest_split(
 def _at_jumps(
     rgb: NDArray[np.uint8], depth: NDArray[np.float32], block: NDArray[np.bool_], strength: NDArray[np.float32]
 ) -> NDArray[np.int32] | None:
-    """The block's pixels in two parts, 1 and 2, with a jump along most of their border; None without one."""
+    """Divide the block's pixels into two parts, 1 and 2, with a jump along most of their border; None without one."""
     usual = BlockParameters()
     relief = find_relief(depth, usual.depth_jump, usual.depth_jump_share)
     if not any(pairs.any() for pairs in relief.jumps):
@@ -339,7 +339,7 @@ def _at_jumps(
     regions = snap_to_jumps(contract(regions_between(edges, 1.0, block), guide, block), relief.jumps)
     try:
         graph = RegionGraph(regions, strength, RGBDFrame(rgb, depth), relief)
-    except InputError:  # alone, such far or near depth would be none in metres
+    except InputError:  # the depth of this block alone may be outside the valid scale
         return None
     graph.merge_below(_ALL_BUT_JUMPS)
     surfaces = graph.labels()
@@ -352,7 +352,7 @@ def _at_jumps(
 
 
 def _jump_share(part: NDArray[np.bool_], block: NDArray[np.bool_], relief: Relief) -> float:
-    """Share of a part's border to the rest of its block along which depth jumps."""
+    """Fraction of a part's border to the rest of its block along which depth jumps."""
     border = [rim & inside for rim, inside in zip(apart(part.astype(np.int32)), both(block), strict=True)]
     length = sum(np.count_nonzero(some) for some in border)
     along = sum(np.count_nonzero(some & jumps) for some, jumps in zip(border, relief.jumps, strict=True))
@@ -360,7 +360,7 @@ def _jump_share(part: NDArray[np.bool_], block: NDArray[np.bool_], relief: Relie
 
 
 def _two_surfaces(depth: NDArray[np.float32]) -> NDArray[np.int32] | None:
-    """Of every pixel the surface, 1 or 2, whose plane its surroundings are nearer to; None if there are not two."""
+    """For every pixel the surface, 1 or 2, whose plane is nearer to its surroundings; None if there are not two."""
     step = max(1, math.ceil(max(depth.shape) / _SAMPLES))
     coarse = depth[step // 2 :: step, step // 2 :: step]
     known = np.isfinite(coarse)
@@ -399,7 +399,7 @@ def _two_surfaces(depth: NDArray[np.float32]) -> NDArray[np.int32] | None:
 
 
 def _threshold(values: NDArray[np.float64]) -> float:
-    """Otsu's: that which leaves two classes with the least spread."""
+    """Otsu's threshold, which minimises the variance within the two classes."""
     low, high = float(values.min()), float(values.max())
     levels = ((values - low) / max(high - low, 1e-12) * 255).astype(np.uint8)
     return low + cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255 * (high - low)
@@ -408,7 +408,7 @@ def _threshold(values: NDArray[np.float64]) -> float:
 def _residual(
     terms: NDArray[np.float64], values: NDArray[np.float64], members: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """By how much all values are off the fit to some of them, of which a second fit leaves out the farthest tenth."""
+    """Residuals of all values from a fit to some of them; a second fit leaves out the farthest tenth of those."""
     chosen = members
     for _ in range(2):
         fit = np.linalg.lstsq(terms[chosen], values[chosen], rcond=None)[0]
@@ -422,16 +422,16 @@ def _deviation(residual: NDArray[np.float64]) -> float:
 
 
 def _smoothed(known: NDArray[np.bool_], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values at the known samples, averaged with those around, everywhere."""
+    """Smoothed values everywhere, from the values at the known samples."""
     spread = np.zeros(known.shape)
     bound = float(np.median(np.abs(values))) + 1e-15
-    spread[known] = np.clip(values, -bound, bound)  # so that none outweighs all around it
+    spread[known] = np.clip(values, -bound, bound)  # limits the weight of single values
     fine, wide = (cv2.GaussianBlur(spread, (0, 0), sigma) for sigma in (1.5, 12.0))
     return np.where(np.abs(fine) > 1e-6 * bound, fine, wide)
 
 
 def _parted(block: NDArray[np.bool_], sides: NDArray[np.int32], strength: NDArray[np.float32]) -> NDArray[np.int32]:
-    """The block's pixels by surface, 1 or 2, parted where between them the edges are strongest; 0 off the block."""
+    """The block's pixels by surface, 1 or 2, divided where the edges between are strongest; 0 outside the block."""
     unsure = max(4.0, _UNSURE * math.hypot(*block.shape))
     distances = [
         cv2.distanceTransform(np.pad((sides == side).astype(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[
@@ -459,13 +459,13 @@ def _border(parts: NDArray[np.int32]) -> NDArray[np.float64] | None:
     return line
 
 
-# Pieces of blocks: what a click can give to another block.
+# Pieces of blocks that a click can give to another block.
 
 
 def piece_at(
     labels: NDArray[np.int32], x: float, y: float, regions: NDArray[np.int32] | None = None
 ) -> NDArray[np.bool_]:
-    """The piece of a block that lies under a point.
+    """The piece of a block under a point.
 
     Parameters
     ----------
@@ -473,13 +473,13 @@ def piece_at(
     x, y : float
         The point in image coordinates.
     regions : ndarray of int32, shape (H, W), optional
-        Regions of the extraction (`Extraction.contracted`). With them, the piece ends where the region under the point
-        does, unless there is none.
+        Regions of the extraction (`Extraction.contracted`). With them, the piece is limited to the region under the
+        point, if there is one.
 
     Returns
     -------
     ndarray of bool, shape (H, W)
-        4-connected pixels of the same label, which may be 0; empty if the point is off the frame.
+        4-connected pixels of the same label, which may be 0; empty if the point is outside the frame.
     """
     piece = np.zeros(labels.shape, bool)
     row, column = int(np.floor(y)), int(np.floor(x))
@@ -488,7 +488,7 @@ def piece_at(
     alike = labels == labels[row, column]
     if regions is not None and regions[row, column] > 0:
         alike &= regions == regions[row, column]
-    # filled with 2 from the point on
+    # fill with 2, starting at the point
     filled = alike.astype(np.uint8)
     cv2.floodFill(filled, None, (column, row), 2, flags=4)
     np.equal(filled, 2, out=piece)

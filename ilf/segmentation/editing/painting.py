@@ -1,4 +1,4 @@
-"""Areas of pixels that go to a block: what a brush has swept, what a line goes around, a piece."""
+"""Giving areas to a block, by brush stroke, outline or piece, and erasing."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from ..edges.relief import filled_depth
 from ..flooding import flood
 from .patches import LabelPatch, Labels, Mask, Points, bounds, free_of, grown, patch_within
 
-# The brush: which pixels a stroke of it sweeps.
+# The brush: the pixels of a stroke.
 
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """Pixels that a brush has swept: a box of the frame and a mask inside it."""
+    """Pixels of a brush stroke: a box of the frame and a mask inside it."""
 
     box: Box
     mask: Mask
 
 
 def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Stroke | None:
-    """Pixels whose centre lies within `radius` [px] of the line through `points`; None if all are off the frame.
+    """Pixels whose centre lies within `radius` [px] of the line through `points`; None if all are outside the frame.
 
     The pixel under each end of a segment always belongs to it, so a tiny brush still paints.
     """
@@ -68,7 +68,7 @@ def _near_segment(
 
 
 def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Give the stroke's pixels to a block (0 takes them from every block), except those of locked blocks."""
+    """Give the stroke's pixels to a block (0: to no block), except those of locked blocks."""
     before = labels[stroke.box]
     return patch_within(
         stroke.box, before, np.where(stroke.mask & free_of(before, locked), label, before).astype(np.int32)
@@ -76,9 +76,9 @@ def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = 
 
 
 def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Give a piece, bool (H, W), to a block (0 takes it from every block), except pixels of locked blocks.
+    """Give a piece, bool (H, W), to a block (0: to no block), except pixels of locked blocks.
 
-    None also where the block itself is locked.
+    None also if the block itself is locked.
     """
     box = bounds(piece_mask)
     if box is None or label in locked:
@@ -87,14 +87,14 @@ def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] =
 
 
 def assign_outline(labels: Labels, points: Points, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
-    """Give all that a closed line goes around to a block, except pixels of locked blocks.
+    """Give all pixels inside a closed line to a block, except pixels of locked blocks.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
     points : sequence of (x, y)
-        The line; its last point is joined to its first. Pixels whose centre it goes around count; where it crosses
-        itself, those that it goes around an odd number of times. It may leave the frame.
+        The line; its last point is connected to its first. Pixels whose centre it encloses count; where it crosses
+        itself, those that it encloses an odd number of times. It may leave the frame.
     label : int
         The block, which may be a new one; 0 for none.
     locked : collection of int
@@ -107,7 +107,7 @@ def assign_outline(labels: Labels, points: Points, label: int, locked: Collectio
 
 
 def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
-    """Pixels whose centre a closed line goes around, an odd number of times where it crosses itself; None for none."""
+    """Pixels whose centre a closed line encloses, an odd number of times where it crosses itself; None for none."""
     line = np.asarray(points, np.float64).reshape(-1, 2)
     if len(line) < 3:
         return None
@@ -122,9 +122,9 @@ def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
 
 
 def parity(line: np.ndarray, shape: tuple[int, int]) -> Mask:
-    """Pixels of an image whose centre a closed line (n, 2) of (x, y) goes around an odd number of times.
+    """Pixels of an image whose centre a closed line (n, 2) of (x, y) encloses an odd number of times.
 
-    From left to right along the centres of every row, each crossing of the line turns outside to inside and back.
+    From left to right along the centres of every row, each crossing of the line switches between outside and inside.
     """
     height, width = shape
     start, end = line, np.roll(line, -1, axis=0)
@@ -142,22 +142,22 @@ def parity(line: np.ndarray, shape: tuple[int, int]) -> Mask:
     return np.cumsum(turns[:, :width], axis=1) % 2 > 0
 
 
-# Taking pixels from a block: to no block, or to the neighbours that they fit best.
+# Erasing pixels from a block: they go to no block, or to the best-fitting neighbours.
 
 _SIGMA = 1.0
 """Blur [px] of the colour image before its gradient is taken."""
 
 _DEPTH_WEIGHT = 400.0
-"""What a step of depth by its own size counts, in units of the colour gradient."""
+"""Weight of the gradient of log depth, in units of the colour gradient."""
 
 _AROUND = 4
-"""How far [px] around the stroke is looked at."""
+"""Width [px] of the crop around the stroke."""
 
 
 def erase(
     labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = (), frame: RGBDFrame | None = None
 ) -> LabelPatch | None:
-    """Take the stroke's pixels from one block.
+    """Remove the stroke's pixels from one block.
 
     Parameters
     ----------
@@ -168,9 +168,9 @@ def erase(
     locked : collection of int
         Blocks that must not change.
     frame : RGBDFrame, optional
-        With it, the pixels go to the neighbouring blocks: these grow into them, first where colour and depth go on,
-        and meet where either changes most. What no neighbour can reach belongs to no block, and so does all without a
-        frame.
+        With it, the pixels go to the neighbouring blocks, which grow into them, first where colour and depth are
+        smooth, and meet where either changes most. Pixels that no neighbour can reach belong to no block, and neither
+        do any pixels without a frame.
     """
     if label in locked:
         return None
@@ -197,7 +197,7 @@ def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int]
 
 
 def _steps(frame: RGBDFrame, box: Box) -> NDArray[np.float32]:
-    """How much colour and depth change at every pixel of a box."""
+    """Gradient of colour and depth at every pixel of a box."""
     dx, dy = colour_gradient(frame.rgb[box], _SIGMA)
     steps = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
     depth = frame.depth[box]

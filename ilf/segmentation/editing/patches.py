@@ -1,4 +1,4 @@
-"""What an edit gives: the change of a label map inside a box, to be made and taken back."""
+"""Patches: changes of a label map inside a box that can be applied and reverted."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ class LabelPatch:
     after: Labels
 
     def apply(self, labels: Labels) -> None:
-        """Make the change, in place."""
+        """Apply the change, in place."""
         labels[self.box] = self.after
 
     def revert(self, labels: Labels) -> None:
-        """Take the change back, in place."""
+        """Revert the change, in place."""
         labels[self.box] = self.before
 
 
@@ -58,7 +58,7 @@ def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
 
 
 def bounds(mask: Mask) -> Box | None:
-    """The smallest box that holds all of a mask; None if it is empty."""
+    """The bounding box of a mask; None if it is empty."""
     rows = np.flatnonzero(mask.any(axis=1))
     if rows.size == 0:
         return None
@@ -67,13 +67,13 @@ def bounds(mask: Mask) -> Box | None:
 
 
 def moved(box: Box, down: int, right: int) -> Box:
-    """A box moved by so many pixels."""
+    """A box moved by a number of pixels."""
     rows, columns = box
     return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
 
 
 def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
-    """A box with a rim of so many pixels around it, as far as the image goes."""
+    """A box enlarged by a number of pixels on each side, clipped to the image."""
     rows, columns = box
     return (
         slice(max(rows.start - by, 0), min(rows.stop + by, shape[0])),
@@ -82,7 +82,7 @@ def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
 
 
 def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
-    """The box of a block with a rim around it; None if there is no such block."""
+    """The bounding box of a block, enlarged by a rim; None if there is no such block."""
     box = bounds(labels == label)
     return None if box is None else grown(box, rim, labels.shape)
 
@@ -93,10 +93,10 @@ def free_of(labels: Labels, locked: Collection[int]) -> Mask:
     return ~np.isin(labels, closed) if closed else np.ones(labels.shape, bool)
 
 
-# Which borders of blocks were drawn by hand, and what an edit makes of that.
+# Borders of blocks that were drawn by hand, and how an edit updates them.
 #
-# A *border link* joins two neighbours, along a row or a column, of different labels. A pixel of a block is drawn if
-# one of its border links was made by an edit; to the filter, all of its border links are then drawn.
+# A *border link* connects two neighbours of different labels along a row or a column. A pixel of a block is drawn if
+# one of its border links was created by an edit; the filter then treats all of its border links as drawn.
 
 
 def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
@@ -107,12 +107,12 @@ def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
     labels : ndarray of int32, shape (H, W)
         0 = no block.
     box : tuple of slice, optional
-        Rows and columns to look at; all if left out.
+        Rows and columns to search; all if left out.
 
     Returns
     -------
     ndarray of bool
-        In the shape of the box. Neighbours outside it count as well.
+        In the shape of the box. Neighbours outside it count, too.
 
     Examples
     --------
@@ -127,17 +127,17 @@ def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
 
 
 def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box, Mask]:
-    """What an edit makes of the drawn pixels.
+    """Update the drawn pixels after an edit.
 
-    A pixel is drawn afterwards if it belongs to a block and has a border link that was none before the edit, or if it
-    was drawn and still has one.
+    A pixel is drawn after the edit if it belongs to a block and has a border link that did not exist before, or if it
+    was drawn and still has a border link.
 
     Parameters
     ----------
     drawn : ndarray of bool, shape (H, W), or None
         The drawn pixels before; None if there are none.
     labels : ndarray of int32, shape (H, W)
-        The label map, before the patch is applied or after.
+        The label map, before or after the patch is applied.
     patch : LabelPatch
         The edit.
 
@@ -146,7 +146,7 @@ def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box,
     tuple of slice
         Rows and columns in which pixels may have changed: those of the patch, and one more on every side.
     ndarray of bool
-        The drawn pixels there. Put in the place of the old ones, which make it undone.
+        The drawn pixels in that box, to replace the old ones; keep the old ones to undo it.
 
     Examples
     --------
@@ -170,12 +170,12 @@ def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box,
 
 
 def _border_links(labels: Labels) -> tuple[Mask, Mask]:
-    """Which neighbours along rows, and along columns, have different labels."""
+    """Whether neighbours along rows, and along columns, have different labels."""
     return labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
 
 
 def _ends(along_rows: Mask, along_columns: Mask) -> Mask:
-    """The pixels that such links join."""
+    """The pixels that such links connect."""
     found = np.zeros((along_rows.shape[0], along_columns.shape[1]), bool)
     found[:, 1:] |= along_rows
     found[:, :-1] |= along_rows

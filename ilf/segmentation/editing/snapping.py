@@ -1,4 +1,4 @@
-"""A line drawn by hand, moved onto the edges beside it."""
+"""Snapping a drawn line to edges, and limiting a stroke to similar pixels."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from ..edges.relief import Relief
 from .painting import Stroke
 from .patches import Points
 
-# The relief of a frame by the usual parameters, for tools that help with editing.
+# The relief of a frame with default parameters, for editing tools.
 
 
 def usual_relief(frame: RGBDFrame) -> Relief:
-    """What the known depth says, with the default smallest jump; remembered with the frame."""
+    """Jumps and bends of the known depth, with the default smallest jump; cached with the frame."""
     return relief_of(frame, BlockParameters())
 
 
-# A line moved onto the strongest evidence beside it.
+# Snapping a line to the strongest evidence for a border beside it.
 
 _NETWORK, _GRADIENT = 0.5, 0.5
-"""What edge strength and colour gradient count beside a depth jump, which counts 1."""
+"""Weights of edge strength and colour gradient; a depth jump has the weight 1."""
 
 _ON_SURFACE = 0.2
-"""What they count where known depth says that the surface goes on."""
+"""Factor on these weights where the known depth is continuous."""
 
 _WIDTH = 1.0
-"""Blur [px] of depth jumps, so that they draw a line from beside them."""
+"""Blur [px] of depth jumps, so that they attract lines beside them."""
 
 _AWAY, _BEND = 0.04, 0.3
-"""Cost of a move by 1 px, and of a change of the move by 1 px from one pixel to the next: where there is no
-evidence, the line stays as it is drawn."""
+"""Cost of a move by 1 px, and of a change of the move by 1 px from one pixel to the next: without evidence, the line
+stays as drawn."""
 
 _STEP = 0.5
 """Moves are multiples of this [px]."""
@@ -53,7 +53,7 @@ _STRAIGHTENED = 4.0
 
 
 class Snapper:
-    """Moves drawn lines onto edges of depth and colour. Ready once made; `snap` is quick.
+    """Snaps drawn lines to edges of depth and colour. The edges are prepared at construction, so `snap` is fast.
 
     Parameters
     ----------
@@ -66,16 +66,16 @@ class Snapper:
         self._evidence = _evidence(usual_relief(frame), _gradient(frame.rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
-        """The line along the strongest evidence within a leash of it.
+        """Move a line to the strongest evidence within a leash.
 
-        Every point moves at a right angle to the line, and neighbouring points by about as much.
+        Every point moves at a right angle to the line, and neighbouring points move by similar distances.
 
         Parameters
         ----------
         points : sequence of (x, y)
-            The line as it is drawn, in image coordinates.
+            The line as drawn, in image coordinates.
         leash : float
-            How far a point may move [px]; 0 gives the line as it is drawn.
+            Maximum move of a point [px]; 0 returns the line as drawn.
 
         Returns
         -------
@@ -108,8 +108,8 @@ def _every_pixel(line: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
-    """For every point of a line the number of its move, so that the sum of the costs (n, moves) and of the changes from
-    point to point is least."""
+    """The index of the move for every point of a line that minimises the sum of the costs (n, moves) and of the changes
+    from point to point, by dynamic programming."""
     count, moves = cost.shape
     changes = np.arange(-_STEEPEST, _STEEPEST + 1)
     bend = (_BEND * _STEP * np.abs(changes))[:, None]
@@ -131,7 +131,7 @@ def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _evidence(relief: Relief, gradient: NDArray[np.float32], strength: NDArray[np.float32]) -> NDArray[np.float32]:
-    """How much speaks for a border at every pixel."""
+    """Evidence for a border at every pixel."""
     jumps = _at_both_sides(relief.jumps)
     ridge = cv2.GaussianBlur(jumps.astype(np.float32), (0, 0), _WIDTH)
     colour = np.float32(_NETWORK) * np.where(relief.edges, 0, strength) + np.float32(_GRADIENT) * gradient
@@ -156,25 +156,25 @@ def _gradient(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     return gradient_strength(*colour_gradient(rgb, 1.0))
 
 
-# A stroke kept to what is like its start: of like colour and depth, and not beyond a strong edge.
+# Limiting a stroke to pixels similar to its start: of similar colour and depth, and not beyond a strong edge.
 
 _EDGE = 0.5
-"""Edge strength from which on an edge is strong."""
+"""Minimum strength of a strong edge."""
 
 _COLOUR = (40, 16, 16)
-"""How far a colour may be off that at the start, in 8-bit Lab: more in lightness, which shading changes."""
+"""Maximum difference of a colour from that at the start, in 8-bit Lab: larger for lightness, which shading changes."""
 
 _DEPTH_SHARE = 0.15
-"""How far depth may be off that at the start, as a share of it."""
+"""Maximum difference of depth from that at the start, as a fraction of it."""
 
 _INTO_EDGE = 3
-"""How far [px] into the width of an edge a stroke may go on, as long as colour and depth are alike."""
+"""Maximum distance [px] that a stroke may extend into the width of an edge, if colour and depth are similar."""
 
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
 class Similar:
-    """What a stroke may sweep that begins at a point.
+    """The pixels that a stroke may cover, given its start point.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ class Similar:
     strength : ndarray of float32, shape (H, W)
         Edge strength in [0, 1].
     x, y : float
-        Where the stroke begins, in image coordinates; off the frame, everything is similar.
+        Start of the stroke in image coordinates; outside the frame, all pixels are similar.
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32], x: float, y: float) -> None:
@@ -193,7 +193,7 @@ class Similar:
 
     @property
     def mask(self) -> NDArray[np.bool_]:
-        """All that is similar, bool (H, W)."""
+        """All similar pixels, bool (H, W)."""
         return self._mask
 
     def limit(self, stroke: Stroke) -> Stroke | None:
@@ -203,7 +203,7 @@ class Similar:
 
 
 def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:
-    """Pixels of about the colour and depth at a pixel; where depth is missing, colour decides."""
+    """Pixels with about the colour and depth of a pixel; where depth is missing, only colour counts."""
     around = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
     lab = _lab(frame.rgb)
     start = np.median(lab[around].reshape(-1, 3), axis=0)
@@ -229,7 +229,7 @@ def _lab(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _reached(
     like: NDArray[np.bool_], weak: NDArray[np.bool_], jumps: NDArray[np.bool_], row: int, column: int
 ) -> NDArray[np.bool_]:
-    """What can be reached from a pixel over what is like it, and a little way into the edges around."""
+    """Pixels that can be reached from a pixel over similar ones, and a short distance into the edges around."""
     open_ground = (like & weak & ~jumps).astype(np.uint8)
     open_ground[row, column] = 1
     cv2.floodFill(open_ground, None, (column, row), 2, flags=4)
@@ -238,6 +238,6 @@ def _reached(
     for _ in range(_INTO_EDGE):
         last = (cv2.dilate(last.astype(np.uint8), _CROSS) > 0) & edge & ~reached
         reached = reached | last
-        # a jump lies behind the pixel that is marked: that one may be swept, those behind it not
+        # a jump lies behind the marked pixel: that pixel may be covered, those behind it not
         last = last & ~jumps
     return reached

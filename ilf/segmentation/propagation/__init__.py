@@ -1,1 +1,1 @@
-"""Blocks of one frame carried to the next."""
+"""Propagation of blocks from one frame to the next."""

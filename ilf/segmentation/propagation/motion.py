@@ -1,4 +1,4 @@
-"""Where the pixels of a frame come from in the one before it."""
+"""Motion of pixels between two frames: by change detection, pose and optical flow."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ Mask = NDArray[np.bool_]
 Field = NDArray[np.float32]
 
 _CRACK = 0.5
-"""Share of the 3 x 3 pixels around one that something has moved to, above which it shows the same: what is stretched
-gets cracks, while what comes to light behind something is open to one side."""
+"""A pixel without a source gets that of a neighbour if more than this fraction of its 3 x 3 neighbourhood has sources:
+stretched surfaces get thin cracks, while disoccluded areas are open to one side."""
 
 _JUMP, _JUMP_SHARE = 0.05, 0.04
-"""How far [m] depth may be off what has moved there, and the same as a share of the depth: the larger of the two."""
+"""Maximum difference of depth from the propagated depth: the larger of a distance [m] and a fraction of the depth."""
 
 _AROUND, _ENOUGH = 31, 0.05
-"""Side [px] of the squares over which the motion in depth is averaged, and share of them that must take part."""
+"""Side [px] of the squares over which the change of depth is averaged, and their minimum fraction of valid pixels."""
 
 _NEARBY, _NEARBY_SHARE = 0.2, 0.1
-"""Pixels take part in it whose motion is off the usual by less than this [m], or this share of the depth."""
+"""Pixels are valid for it if their change differs from the median by less than this [m], or this fraction of depth."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where every pixel of the frame before is in the frame after.
+    """Position of every pixel of the frame before in the frame after.
 
     Attributes
     ----------
     columns, rows : ndarray of float32, shape (H, W)
-        Its place [px]; NaN where it is not known.
+        Position [px]; NaN if not known.
     depth : ndarray of float32, shape (H, W)
-        Its depth there [m], as far as it is known; else NaN.
+        Depth at that position [m]; NaN if not known.
     sure : ndarray of bool, shape (H, W)
-        Where that can be relied on.
+        Where the motion is reliable.
     """
 
     columns: Field
@@ -56,18 +56,18 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """For every pixel of the frame after, the pixel before that shows the same point, and how sure that is.
+    """For every pixel of the frame after, the pixel before that shows the same point, and its reliability.
 
     Attributes
     ----------
     pixel : ndarray of intp, shape (H, W)
-        Index of the pixel in the frame before; that of one beside it where `seen` is False.
+        Index of the pixel in the frame before; that of a nearby source where `seen` is False.
     seen : ndarray of bool, shape (H, W)
-        False where the frame before does not show the point: beyond its rim, or behind something else.
+        False where the point is not visible in the frame before: outside it, or occluded.
     sure : ndarray of bool, shape (H, W)
-        Part of `seen`: pixels that can be relied on.
+        Subset of `seen`: reliable pixels.
     still : ndarray of bool, shape (H, W)
-        Part of `sure`: pixels that have not changed at all, whose blocks are copied as they are.
+        Subset of `sure`: unchanged pixels, whose blocks are copied.
     """
 
     pixel: NDArray[np.intp]
@@ -77,21 +77,21 @@ class Sources:
 
 
 def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> Sources:
-    """What has moved to every pixel: the nearest by depth, unless the depth that is seen there is another.
+    """The source of every pixel: the one nearest in depth that moved there, unless it contradicts the depth there.
 
     Parameters
     ----------
     motion : Motion
     after : RGBDFrame
     still : ndarray of bool, shape (H, W), optional
-        Pixels that come from their own place, whatever the motion says.
+        Pixels whose source is their own position, regardless of the motion.
     """
     height, width = after.shape
     columns, rows = motion.columns, motion.rows
     with np.errstate(invalid="ignore"):
         inside = (columns > -0.5) & (columns < width - 0.5) & (rows > -0.5) & (rows < height - 0.5)
     moved = np.flatnonzero(inside)
-    # the last of those that fall on a pixel stays: the nearest, and before all the known
+    # of several that move to a pixel, the last one stays: the nearest; known depth comes before unknown
     moved = moved[np.argsort(-np.nan_to_num(motion.depth.ravel()[moved], nan=np.inf), kind="stable")]
     target = np.rint(rows.ravel()[moved]).astype(np.intp) * width
     target += np.rint(columns.ravel()[moved]).astype(np.intp)
@@ -112,7 +112,7 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
 
 
 def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
-    """Values where there are some, else that of the nearest pixel."""
+    """Values where valid, elsewhere those of the nearest valid pixel."""
     _, which = cv2.distanceTransformWithLabels(
         (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -122,12 +122,12 @@ def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]
 
 
 def _other_surface(expected: Field, depth: Field) -> Mask:
-    """Where the depth says that another surface is seen than the one that has moved there."""
+    """Where the depth contradicts the propagated depth, so that another surface is visible."""
     off = depth - expected
     known = np.isfinite(off)
     if not known.any():
         return known
-    # what the camera's own motion changes is much alike among neighbours
+    # the change of depth by the camera's motion is similar for neighbours
     usual = np.float32(np.median(off[known]))
     near = known & (np.abs(off - usual) <= np.maximum(_NEARBY, _NEARBY_SHARE * np.nan_to_num(depth)))
     weight = cv2.blur(near.astype(np.float32), (_AROUND, _AROUND))
@@ -138,41 +138,41 @@ def _other_surface(expected: Field, depth: Field) -> Mask:
     return cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
 
 
-# What has not moved from one frame to the next, by colour and depth.
+# Detecting static pixels between two frames, by colour and depth.
 
 _BLUR = 1.2
-"""Blur [px] before colours are compared, which takes out most of a sensor's noise."""
+"""Blur [px] before colours are compared, which removes most of a sensor's noise."""
 
 _NOISES = 5.0
-"""Changes beyond so many standard deviations of the noise are none of it."""
+"""Changes above this number of standard deviations are not noise."""
 
 _LEAST_COLOUR = 4.0
 """Smallest change of brightness [of 255] that counts."""
 
 _LEAST_DEPTH, _DEPTH_SHARE = 0.05, 0.03
-"""Smallest change of depth [m] that counts, and the same as a share of the depth: the larger of the two."""
+"""Smallest change of depth that counts: the larger of a distance [m] and a fraction of the depth."""
 
 _STILL_AROUND = 9
-"""Side [px] of the squares around changes that are not still either."""
+"""Side [px] of the squares around changed pixels that are not static either."""
 
 _DETAIL = 8.0
-"""Gradient of brightness [per px] from which on a pixel would show a motion."""
+"""Minimum gradient of brightness [per px] at which a motion is visible."""
 
 _CELLS, _LEAST_DETAIL = 8, 40
-"""The picture is divided into so many by so many cells, each of which is judged that has so many pixels with detail."""
+"""Number of cells along each side of the image, and minimum number of pixels with detail for a cell to count."""
 
 _MOTION, _SHARE = 0.06, 0.6
-"""A cell stays where it is if the median of its motion is less than this [px]; and the camera, if such a share of the
-cells does."""
+"""A cell is static if its median motion is less than this [px]; the camera is static if this fraction of the cells is.
+"""
 
 ALL_STILL = 0.001
-"""Share of changed pixels up to which nothing has moved before a camera that is still."""
+"""Maximum fraction of changed pixels for a static scene before a static camera."""
 
 
 def changed(before: RGBDFrame, after: RGBDFrame) -> Mask:
-    """Pixels of which colour or depth says that they show something else than before, bool (H, W)."""
+    """Pixels whose colour or depth has changed, bool (H, W)."""
     off = np.abs(brightness(after) - brightness(before))
-    # exposure may drift a little, and is no motion
+    # a drift of exposure is not motion
     off = np.abs(off - np.median(off)) if np.median(off) > 1 else off
     noise = 1.4826 * float(np.median(off))
     colour = off > max(_LEAST_COLOUR, _NOISES * noise)
@@ -189,26 +189,26 @@ def _opened(mask: Mask, side: int) -> Mask:
 
 
 def around(mask: Mask) -> Mask:
-    """A mask with what is beside it."""
+    """A dilated mask."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((_STILL_AROUND, _STILL_AROUND), np.uint8)) > 0
 
 
 def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
-    """Whether most of the detail of the picture is where it was, by the flow to the frame after, float32 (H, W, 2)."""
+    """Whether most of the image's detail is static, by the flow to the frame after, float32 (H, W, 2)."""
     motions = [float(np.hypot(*np.median(there, axis=0))) for there in in_cells(flow, detailed(before))]
-    # without any detail, nothing speaks for a motion
+    # without any detail, there is no evidence of motion
     return not motions or float(np.quantile(motions, _SHARE)) < _MOTION
 
 
 def in_cells(values: Field, mask: Mask) -> Iterator[Field]:
-    """Values at the pixels of a mask, cell by cell of the picture, for cells that have enough of them."""
+    """Values at the pixels of a mask, cell by cell of the image, for cells with enough of them."""
     for rows, parts in zip(np.array_split(mask, _CELLS), np.array_split(values, _CELLS), strict=True):
         cells = zip(np.array_split(rows, _CELLS, axis=1), np.array_split(parts, _CELLS, axis=1), strict=True)
         yield from (part[here] for here, part in cells if np.count_nonzero(here) >= _LEAST_DETAIL)
 
 
 def detailed(frame: RGBDFrame) -> Mask:
-    """Pixels that would show a motion, bool (H, W)."""
+    """Pixels with enough detail to show a motion, bool (H, W)."""
     grey = brightness(frame)
     return np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
 
@@ -219,28 +219,28 @@ def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
     return np.asarray(cv2.GaussianBlur(grey, (0, 0), _BLUR), np.float32)
 
 
-# Motion by a known pose: points of the one frame seen from where the other was taken.
+# Motion by a known pose: points of one frame projected into the other.
 
 _LEAST_MOTION = 8.0
-"""Motions that are smaller [px] are not told from errors of the flow."""
+"""Smaller motions [px] cannot be distinguished from errors of the flow."""
 
 _LEAST_CELLS = 16
-"""Of 64: the flow along a single edge tells nothing."""
+"""Minimum number of cells, out of 64: the flow along a single edge is ambiguous."""
 
 
 def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
-    """Where points with depth are seen after the camera has moved; what has none goes with the flow.
+    """Motion of points with depth by the camera pose; pixels without depth follow the flow.
 
     Parameters
     ----------
     before, after : RGBDFrame
         Both with intrinsics.
     pose : ndarray of float64, shape (4, 4)
-        Takes points [m] of the camera before to the camera after.
+        Transform of points [m] from the camera before to the camera after.
     depth : ndarray of float32, shape (H, W)
-        Of the parts before [m], NaN where it is not known.
+        Depth of the parts before [m], NaN if not known.
     flow : Motion
-        For pixels without depth.
+        Motion of pixels without depth.
     """
     assert before.intrinsics is not None
     assert after.intrinsics is not None
@@ -261,7 +261,7 @@ def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow:
 
 
 def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
-    """How far motion by a pose is off the flow, as a share of the flow's length: the median of cells of the picture.
+    """Difference of the motion by a pose from the flow, as a fraction of the flow's length: median over image cells.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
     flow : ndarray of float32, shape (H, W, 2)
         Offsets x, y [px].
     told : ndarray of bool, shape (H, W)
-        Where it can be relied on. If that is in few cells, nothing is told, and the result is 0.
+        Where the flow is reliable. If that is in too few cells, the result is 0.
     """
     rows, columns = np.indices(told.shape)
     off = np.hypot(motion.columns - columns - flow[..., 0], motion.rows - rows - flow[..., 1])
@@ -278,19 +278,19 @@ def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
     return float(np.median(shares)) if len(shares) >= _LEAST_CELLS else 0.0
 
 
-# Connected parts of blocks, each of which moves as its inside does.
+# Connected parts of blocks, each of which moves like its inside.
 
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Connected parts of a label map's blocks, and of what belongs to none.
+    """Connected parts of a label map's blocks, and of the pixels without block.
 
     Attributes
     ----------
     map : ndarray of int32, shape (H, W)
         Parts 1, 2, ...
     label : ndarray of int32, shape (N + 1,)
-        Part -> the block that it is of; 0 for none, and of the part 0, which there is not.
+        Part -> its block; 0 for no block, and for index 0, which is unused.
     reach : ndarray of float32, shape (H, W)
         Distance [px] to the nearest pixel of another part.
     """
@@ -309,7 +309,7 @@ def parts_of(labels: Labels) -> Parts:
 
 
 def reach_of(parts: Labels) -> Field:
-    """Distance [px] of every pixel to the nearest of another part."""
+    """Distance [px] of every pixel to the nearest pixel of another part."""
     number = parts.astype(np.float32)
     square = np.ones((3, 3), np.uint8)
     inner = cv2.erode(number, square) == cv2.dilate(number, square)
@@ -317,7 +317,7 @@ def reach_of(parts: Labels) -> Field:
 
 
 def ridge(reach: Field) -> Mask:
-    """Pixels in the middle of what is thin, or of anything."""
+    """Pixels on the medial axis of parts, including thin ones."""
     return (reach >= cv2.dilate(reach, np.ones((3, 3), np.uint8))) & (reach > 1)
 
 
@@ -339,37 +339,37 @@ def nearest_in_part(parts: Labels, good: Mask) -> NDArray[np.intp]:
     return nearest
 
 
-# Motion by optical flow: what looks alike, from frame to frame.
+# Motion by optical flow.
 
 _SIDE = 24
-"""Pictures are at least so high and wide [px] for flow: its patches need room."""
+"""Minimum height and width [px] of images for flow, which needs room for its patches."""
 
 _BACK, _BACK_SHARE = 1.0, 0.05
-"""How far from where it came from [px] a pixel may be led by going there and back; grows by a share of the motion."""
+"""Maximum forward-backward error of the flow [px], plus a fraction of the motion."""
 
 _FAR = 0.5
-"""Share of the picture that must agree; where less does, it may have moved far."""
+"""Minimum fraction of the image with consistent flow; below it, a large motion is assumed."""
 
 _INSIDE = 4.0
-"""From so far [px] inside a part on, the flow's patches see that part alone."""
+"""Distance [px] inside a part from which the flow's patches contain only that part."""
 
 _BESIDE = 2.0
-"""Up to so far [px] from the border of a part, depth may be that of another."""
+"""Distance [px] from the border of a part up to which depth may belong to another part."""
 
 
 def by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
-    """Motion along the flow. Parts move to their rims as they do inside, where the flow agrees with itself.
+    """Motion along the flow. The rims of parts get the motion of their inside, where the flow is consistent.
 
     Parameters
     ----------
     flow : ndarray of float32, shape (H, W, 2)
         From the frame before to the one after.
     agrees : ndarray of bool, shape (H, W)
-        Where it can be relied on.
+        Where the flow is consistent.
     parts : Parts
-        Of the frame before.
+        Parts of the frame before.
     depth : ndarray of float32, shape (H, W)
-        Depth of the parts [m]: of two that move to the same place, the nearer one is seen.
+        Depth of the parts [m]: of two that move to the same position, the nearer one is visible.
     """
     source = nearest_in_part(parts.map, agrees & (parts.reach > _INSIDE))
     thin = nearest_in_part(parts.map, agrees & (source < 0))
@@ -381,9 +381,9 @@ def by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
 
 
 def flows_between(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
-    """Where the pixels of the frame before are found in the one after, and where that agrees with the way back.
+    """Optical flow from the frame before to the one after, and where it is consistent with the backward flow.
 
-    Where the pictures have moved too far for that, it is looked for again from where they are most alike as a whole.
+    If the motion is too large for that, flow is computed again, starting from the global shift by phase correlation.
 
     Returns
     -------
@@ -405,7 +405,7 @@ def flows_between(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
 
 
 def _there_and_back(start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]) -> tuple[Field, Mask]:
-    """Flow from one picture to another, beginning with a shift [px] of all, and where the way back agrees."""
+    """Flow from one image to another, starting from a global shift [px], and where the backward flow is consistent."""
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
     guess = np.empty((*start.shape, 2), np.float32)
     guess[:] = shift
@@ -422,15 +422,15 @@ def _there_and_back(start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tup
 
 
 def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
-    """Brightness, uint8, of a picture that is large enough for flow."""
+    """Brightness, uint8, padded to the minimum size for flow."""
     grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY)
     below, right = (max(0, _SIDE - side) for side in frame.shape)
     return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
 
 
 def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
-    """Known depth [m], and where it is missing or beside a border that of the nearest pixel of the same part; NaN in
-    parts of which nothing is known."""
+    """Known depth [m]; where it is missing or close to a border, that of the nearest pixel of the same part; NaN in
+    parts without known depth."""
     source = nearest_in_part(parts.map, frame.known & (parts.reach > _BESIDE))
     thin = nearest_in_part(parts.map, frame.known & (source < 0))
     source = np.where(source < 0, thin, source)

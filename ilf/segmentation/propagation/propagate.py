@@ -1,4 +1,4 @@
-"""Blocks of one frame on the next: same camera position, moving camera, known pose."""
+"""Propagating blocks from one frame to the next: same camera position, moving camera, known pose."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ from .motion import (
 )
 from .settling import Settled, extracted_anew, labels_in, settle
 
-# Which carried blocks need a look, and why.
+# Propagated blocks that should be checked, and why.
 
 _UNSEEN, _WON, _KEPT = 0.1, 0.07, 0.85
-"""Share of a block that was not seen before, and that was carried as another's, from which on it needs a look, and
-share of what was carried of it that it keeps at least."""
+"""A block is to be checked from these fractions of it on: pixels not visible in the previous frame, and pixels
+propagated from another block; or if it keeps less than the last fraction of its propagated pixels."""
 
 
 def doubts(labels: Labels, settled: Settled) -> dict[int, str]:
-    """Blocks that need a look, with a sentence each.
+    """Blocks to check, with the reason as a sentence each.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
-        Of the frame before.
+        Label map of the previous frame.
     settled : Settled
     """
     now, was = settled.labels, settled.carried
@@ -61,67 +61,67 @@ def doubts(labels: Labels, settled: Settled) -> dict[int, str]:
     reasons: dict[int, str] = {}
     for label in (np.flatnonzero(size[1:]) + 1).tolist():
         if label in settled.new:
-            reasons[label] = "It was not in the picture before."
+            reasons[label] = "It is not in the previous frame."
         elif unseen[label] >= _UNSEEN * size[label]:
-            reasons[label] = f"{unseen[label] / size[label]:.0%} of it could not be seen before."
+            reasons[label] = f"{unseen[label] / size[label]:.0%} of it is not visible in the previous frame."
         elif won[label] >= _WON * size[label]:
-            reasons[label] = f"{won[label] / size[label]:.0%} of it was another block's before."
+            reasons[label] = f"{won[label] / size[label]:.0%} of it belonged to another block in the previous frame."
         elif kept[label] < _KEPT * carried[label]:
-            reasons[label] = f"It has lost {1 - kept[label] / carried[label]:.0%} of what it was before to its edges."
+            reasons[label] = f"It lost {1 - kept[label] / carried[label]:.0%} of its pixels in the refinement on edges."
     return reasons
 
 
-# Carrying blocks to the next frame.
+# Propagating blocks to the next frame.
 
 WAYS = ("auto", "copied", "flow", "pose")
-"""How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
+"""Methods of propagation; auto uses the pose if it is known, else copies static pixels and uses flow for the rest."""
 
 _LEAST = 0.15
-"""Share of the picture whose flow must agree with itself: 0.8 and more from frame to frame of a video, 0.3 after two
-thirds of the picture have changed, less than 0.05 between pictures of different places."""
+"""Minimum fraction of the image with consistent flow: it is 0.8 and more between frames of a video, 0.3 after two
+thirds of the image have changed, less than 0.05 between images of different places."""
 
 _LOST = (
-    "Only {share:.0%} of the picture could be followed from the frame before, so its blocks were extracted anew and "
-    "named after what they lie on: look at all of them."
+    "Only {share:.0%} of the image could be tracked from the previous frame, so its blocks were extracted again and "
+    "named by overlap with the propagated ones: check all of them."
 )
 
 _POSE_OFF = 0.3
-"""Half of the picture may be off its motion by the pose by more than this share of that motion, or of 8 px if it is
-smaller: a pose that is turned around, or in other units, is off by 0.3 to 2, a true one by less than 0.05."""
+"""Maximum median difference of the motion by the pose from the flow, as a fraction of the motion, or of 8 px if that is
+larger: an inverted pose, or one in other units, differs by 0.3 to 2, a correct one by less than 0.05."""
 
 _WRONG_POSE = (
-    "The camera's pose does not fit the pictures: half of what they show is off by {off:.0%} or more of its motion. So "
-    "the blocks were carried by optical flow. Poses must take points of the camera [m] to the world."
+    "The camera pose does not fit the images: the median error is {off:.0%} of the motion. The blocks were propagated "
+    "by optical flow instead. Poses must transform points of the camera [m] to the world."
 )
 
 _OTHER = 0.1
-"""Share of a copied block that shows something else from which on it needs a look."""
+"""A copied block is to be checked if more than this fraction of it has changed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Blocks carried to the next frame.
+    """Blocks propagated to the next frame.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (H, W)
-        The label map on the frame after; the same numbers are the same blocks.
+        The label map of the new frame; the same numbers are the same blocks.
     drawn : ndarray of bool, shape (H, W), or None
-        Borders that were drawn by hand, where they are now; None if there are none.
+        Drawn borders at their new positions; None if there are none.
     how : str
-        What was done: "copied", "flow" or "pose".
+        The method used: "copied", "flow" or "pose".
     uncertain : ndarray of bool, shape (H, W)
-        Pixels whose block was decided by the new frame, not carried.
+        Pixels whose block was decided by the new frame, not propagated.
     to_check : frozenset of int
-        Blocks of the new map that need a look.
+        Blocks of the new map to check.
     reasons : mapping of int to str
-        Why, a sentence for each of them.
+        The reason for each of them, a sentence.
     new : frozenset of int
-        Blocks that were not there before: surfaces that have come into the picture. They need a look, too.
+        New blocks: surfaces that have come into view. They are to be checked, too.
     gone : frozenset of int
-        Blocks that are no longer in the picture.
+        Blocks that are no longer in view.
     notes : tuple of str
-        What the user should know of how it went.
+        Notes for the user.
     """
 
     labels: NDArray[np.int32]
@@ -147,7 +147,7 @@ def follow(
     locked: Collection[int] = (),
     taken: Collection[int] = (),
 ) -> Followed:
-    """Carry the blocks of a frame to the next one of the same camera.
+    """Propagate the blocks of a frame to the next one of the same camera.
 
     Parameters
     ----------
@@ -157,21 +157,20 @@ def follow(
     after : RGBDFrame
         The next frame, of the same size.
     how : str
-        "copied": every pixel keeps its block, as from the same camera position. "flow": along optical flow. "pose":
-        along a known motion of the camera, with flow where depth is missing. "auto": by the pose if it is given;
-        else what has not changed is copied, and what has moved is carried by flow. A pose that the pictures contradict
-        is left aside, which is said.
+        "copied": every pixel keeps its block, for a static camera. "flow": along optical flow. "pose": along a known
+        motion of the camera, with flow where depth is missing. "auto": by the pose if it is given; else static pixels
+        are copied, and moved ones are propagated by flow. A pose that contradicts the images is ignored, with a note.
     pose : array_like of float, shape (4, 4), optional
-        Takes points [m] of the camera before to the camera after (x to the right, y down, z forward). Both frames must
-        have intrinsics.
+        Transform of points [m] from the camera before to the camera after (x to the right, y down, z forward). Both
+        frames must have intrinsics.
     extraction : BlockParameters, optional
-        What newly seen surfaces are extracted with, and what says how small a block may be.
+        Parameters for extracting newly visible surfaces, including the minimum size of a block.
     drawn : array_like of bool, shape (H, W), optional
-        Pixels whose border was drawn by hand: it stays as it is carried, whatever edges lie beside it.
+        Pixels whose border was drawn by hand: it stays as propagated, even beside edges.
     locked : collection of int
-        Blocks of which all borders do.
+        Blocks whose borders all stay as propagated.
     taken : collection of int
-        Numbers that no new block gets, beside those of the label map: of blocks that are gone but not forgotten.
+        Numbers that no new block gets, besides those of the label map: blocks that are gone but still stored.
 
     Returns
     -------
@@ -180,7 +179,7 @@ def follow(
     Raises
     ------
     InputError
-        If sizes differ, `how` is unknown, or a pose is needed and missing, none, or without intrinsics.
+        If sizes differ, `how` is unknown, or a pose is needed but missing, invalid, or without intrinsics.
 
     Examples
     --------
@@ -194,11 +193,11 @@ def follow(
     ('flow', [1, 2, 2, 1])
     """
     if how not in WAYS:
-        raise InputError(f"Blocks cannot be carried by {how!r}. Choose one of {', '.join(WAYS)}.")
+        raise InputError(f"Blocks cannot be propagated by {how!r}. Select one of {', '.join(WAYS)}.")
     if before.shape != after.shape:
         raise InputError(
             f"The frames differ in size: {before.shape[1]} x {before.shape[0]} and {after.shape[1]} x "
-            f"{after.shape[0]} pixels. Blocks can be carried between frames of the same size only."
+            f"{after.shape[0]} pixels. Blocks can only be propagated between frames of the same size."
         )
     present = checked_labels(labels, before.shape)
     hand = checked_drawn(drawn, before.shape)
@@ -232,7 +231,7 @@ def follow(
     check_stopped()
     if share < _LEAST:
         settled = extracted_anew(parts, sources, after, chosen, taken)
-        reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the picture is like the frame before.")
+        reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the image matches the previous frame.")
         notes = (*notes, _LOST.format(share=share))
     else:
         settled = settle(parts, sources, after, chosen, _firm(present, hand, locked), taken)
@@ -251,29 +250,29 @@ def follow(
 
 
 def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
-    """The pose as a matrix; None where there is none and none is asked for."""
+    """The pose as a matrix; None if there is none and none is required."""
     if how in ("copied", "flow"):
         return None
     if pose is None:
         if how == "pose":
-            raise InputError("Carrying blocks by the pose needs the camera's motion as a 4 x 4 matrix.")
+            raise InputError("Propagation by pose needs the camera's motion as a 4 x 4 matrix.")
         return None
     matrix = np.asarray(pose, np.float64)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3]) - 1) > 0.01:
-        raise InputError("A pose must be a 4 x 4 matrix of a rotation and a shift in metres.")
+        raise InputError("A pose must be a 4 x 4 matrix of a rotation and a translation in metres.")
     if before.intrinsics is None or after.intrinsics is None:
         if how == "pose":
-            raise InputError("Carrying blocks by the pose needs the camera intrinsics of both frames.")
+            raise InputError("Propagation by pose needs the camera intrinsics of both frames.")
         return None
     return matrix
 
 
 def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Followed:
-    """The label map as it is; blocks of which much shows something else need a look."""
+    """The unchanged label map; blocks with many changed pixels are to be checked."""
     size = np.bincount(labels.ravel())
     off = np.bincount(labels[moved], minlength=size.size)
     reasons = {
-        label: f"{off[label] / size[label]:.0%} of it show something else than before."
+        label: f"{off[label] / size[label]:.0%} of it has changed since the previous frame."
         for label in np.flatnonzero(off > _OTHER * size).tolist()
         if label > 0
     }
@@ -283,7 +282,7 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Follo
 
 
 def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:
-    """Borders that hold: drawn ones, and those of locked blocks."""
+    """Borders that stay as propagated: drawn ones, and those of locked blocks."""
     if not locked:
         return drawn
     of_locked = border_pixels(labels) & np.isin(labels, list(locked))
@@ -291,7 +290,7 @@ def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]
 
 
 def _drawn_now(drawn: Mask | None, labels: NDArray[np.int32], sources: Sources) -> Mask | None:
-    """Borders of blocks beside which a drawn one was carried to."""
+    """Borders of blocks near the propagated position of a drawn one."""
     if drawn is None:
         return None
     carried = sources.seen & drawn.ravel()[sources.pixel]

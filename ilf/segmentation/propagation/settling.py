@@ -1,4 +1,4 @@
-"""Carried blocks settled on the edges of the new frame: what is sure stays, what is not is decided anew."""
+"""Refining propagated blocks on the edges of the new frame: reliable pixels stay, the others are decided again."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from ..edges.frame_edges import find_edges, relief_of
 from ..extraction import contract, extract, found_blocks
 from .motion import Field, Labels, Mask, Parts, Sources, reach_of, ridge
 
-# Blocks of another extraction, named after those that they lie on.
+# Naming blocks of another extraction by overlap.
 
 _OVERLAP = 0.5
-"""Share of a fresh block that must lie on a carried one to be it."""
+"""Minimum fraction of a new block on a propagated one to get its number."""
 
 
 def free_numbers(taken: Collection[int]) -> itertools.count[int]:
-    """Numbers above all that are taken."""
+    """Numbers above all taken ones."""
     return itertools.count(max(taken, default=0) + 1)
 
 
 def named_by_overlap(fresh: Labels, carried: Labels, taken: Collection[int]) -> tuple[Labels, frozenset[int]]:
-    """Fresh blocks with the numbers of the carried blocks on which most of each lies, and which of them are new.
+    """Newly extracted blocks with the numbers of the propagated blocks that they mostly overlap, and the new numbers.
 
     Parameters
     ----------
     fresh : ndarray of int32, shape (H, W)
         Label map of the new frame's extraction.
     carried : ndarray of int32, shape (H, W)
-        Labels that were carried there, 0 or less where none was. Each goes to one block: the one with most of it.
+        Propagated labels, 0 or less where there are none. Each goes to one block: the one with the largest overlap.
     taken : collection of int
         Numbers that no new block gets.
     """
@@ -59,29 +59,28 @@ def named_by_overlap(fresh: Labels, carried: Labels, taken: Collection[int]) -> 
     return number_of[fresh], frozenset(number_of[new].tolist())
 
 
-# Carried borders settled on edges.
+# Refining propagated borders on edges.
 
 _LOOSE = 1.5
-"""How far [px] a carried border may move to an edge beside it: often enough, and it stays with the edge."""
+"""Maximum move [px] of a propagated border to an edge beside it; over several frames, it stays with the edge."""
 
 _LOOSE_UNSURE = 8.0
-"""The same where the motion is not sure."""
+"""The same where the motion is not reliable."""
 
 _HOLD, _HOLD_DRAWN = 0.25, 1.0
-"""Edge strength beside a carried border below which it stays as it is; of one that was drawn."""
+"""Minimum edge strength that moves a propagated border, and a drawn one."""
 
 _HOLD_WIDTH = 1.0
-"""Blur [px] of that hold."""
+"""Blur [px] of the hold of borders."""
 
 _FINE, _JUMPS = 0.7, 0.4
-"""Blur [px] of the colours before their gradient is taken, and what jumps of the depth count."""
+"""Blur [px] of the colours before their gradient is taken, and weight of depth jumps."""
 
 _FOREIGN, _HIDDEN = 0.05, 0.5
-"""Share of a surface that is surely carried up to which it counts as newly seen, and share of it that was not seen from
-which on."""
+"""Maximum reliably propagated fraction, and minimum previously invisible fraction, of a newly visible surface."""
 
 _LEFT = 0.25
-"""Share of a carried part that its largest piece has at least, to be left as it is though it is small."""
+"""Minimum fraction of a propagated part in its largest piece, for that to stay although it is small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +91,11 @@ class Settled:
     ----------
     labels : ndarray of int32, shape (H, W)
     carried : ndarray of int32, shape (H, W)
-        Labels as the sources have them, -1 where there is none.
+        Labels propagated from the sources, -1 where there are none.
     uncertain : ndarray of bool, shape (H, W)
-        Pixels that were decided by the new frame alone, or against what was carried.
+        Pixels that were decided by the new frame alone, or that differ from the propagated label.
     new : frozenset of int
-        Blocks that were not there before.
+        Blocks that did not exist before.
     """
 
     labels: Labels
@@ -113,21 +112,21 @@ def settle(
     drawn: Mask | None = None,
     taken: Collection[int] = (),
 ) -> Settled:
-    """Carry the parts of blocks along their sources and settle them.
+    """Propagate the parts of blocks along their sources and refine them.
 
-    Parts of no block are carried like others. Since it is parts that are carried, what falls apart on the way is told
-    from what was apart before.
+    Parts without block are propagated like others. Parts are propagated, rather than blocks, so that parts that break
+    up on the way can be distinguished from those that were separate before.
 
     Parameters
     ----------
     parts : Parts
-        Of the frame before.
+        Parts of the frame before.
     sources : Sources
     after : RGBDFrame
     chosen : BlockParameters
-        What new blocks are extracted with.
+        Parameters for extracting new blocks.
     drawn : ndarray of bool, shape (H, W), optional
-        Borders that were drawn before; they hold against stronger edges.
+        Borders that were drawn before; only stronger edges move them.
     taken : collection of int
         Numbers that no new block gets.
     """
@@ -137,7 +136,7 @@ def settle(
     reach = reach_of(carried)
     deep = (reach > _LOOSE) | ridge(reach)
     sure = sources.still | (sources.seen & (reach > _LOOSE_UNSURE))
-    # where no edge is near, borders stay as they are carried
+    # where no edge is near, borders stay as propagated
     edgeless = cv2.dilate(landscape, np.ones((5, 5), np.uint8)) < _HOLD
     sure |= sources.sure & (deep | edgeless)
 
@@ -159,7 +158,7 @@ def settle(
 def extracted_anew(
     parts: Parts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
 ) -> Settled:
-    """Blocks of the new frame's own extraction, named after the carried ones that they lie on."""
+    """Extract blocks of the new frame, and name them by overlap with the propagated ones."""
     carried = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
     labels, new = named_by_overlap(found_blocks(after, chosen).blocks, carried, {*parts.label.tolist(), *taken})
     return Settled(labels, carried, np.ones(labels.shape, bool), new)
@@ -171,11 +170,11 @@ def labels_in(labels: Labels) -> frozenset[int]:
 
 
 def _foreign(fine: Labels, parts: Parts, carried: Labels, sure: Mask, seen: Mask, smallest: float) -> Labels:
-    """Surfaces of the new frame, 1, 2, ..., on which hardly anything is carried for sure: where they were not seen.
+    """Newly visible surfaces of the new frame, 1, 2, ...: hardly any of their pixels are reliably propagated.
 
-    What comes in at the picture's rim is too small for a block at first. It belongs to none until it is large enough:
-    so what belongs to none at the rim is taken for unseen, if it goes on there. What comes to light inside the picture
-    and is too small goes to the blocks around it.
+    Surfaces that enter at the image rim are at first too small for a block, and belong to none until they are large
+    enough. So pixels without block at the rim count as not visible before, if the surface continues there. Small
+    surfaces that appear inside the image go to the blocks around them.
     """
     at_rim = np.zeros(len(parts.label), bool)
     at_rim[_rim(parts.map)] = True
@@ -194,14 +193,14 @@ def _foreign(fine: Labels, parts: Parts, carried: Labels, sure: Mask, seen: Mask
 
 
 def _rim(values: Labels) -> Labels:
-    """What stands along the picture's rim."""
+    """The values along the image rim."""
     return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def _numbers(
     label_of: NDArray[np.int32], foreign: Labels, smallest: float, taken: Collection[int]
 ) -> tuple[NDArray[np.int32], frozenset[int]]:
-    """Part or surface -> label: what is newly seen and large enough has a new one, what is not has none for now."""
+    """Part or surface -> label: newly visible surfaces get a new label if large enough, else none for now."""
     sizes = np.bincount(foreign.ravel())
     sizes[0] = 0
     free = free_numbers({*label_of.tolist(), *taken})
@@ -213,7 +212,7 @@ def _numbers(
 
 
 def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> Field:
-    """Edge strength that carried borders have by themselves."""
+    """Edge strength assigned to propagated borders to keep them in place."""
     number = carried.astype(np.float32)
     square = np.ones((2, 2), np.uint8)
     border = (cv2.erode(number, square) != cv2.dilate(number, square)) & sources.seen
@@ -225,7 +224,7 @@ def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> Field:
 
 
 def _without_crumbs(grown: Labels, landscape: Field, parts: Labels, smallest: float, still: Mask) -> Labels:
-    """Pieces that have come off their part on the way, and are too small, go to what is beside them."""
+    """Give small pieces that broke off their part to their neighbours."""
     pieces = np.asarray(connected_regions(grown, background=0, connectivity=1), np.int32)
     sizes = np.bincount(pieces.ravel())
     part_of = np.zeros(sizes.size, np.int32)
@@ -242,8 +241,8 @@ def _without_crumbs(grown: Labels, landscape: Field, parts: Labels, smallest: fl
 
 
 def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
-    """Along its crests, borders are drawn: edge strength, which knows what matters, and the gradient of colour, which
-    knows to a pixel where it is. Jumps of the depth lie beside the true borders, and count where colour says little."""
+    """Landscape whose crests the borders follow: edge strength, which finds the relevant edges, and colour gradient,
+    which locates them to the pixel. Depth jumps lie slightly off the true borders, and count where colour is weak."""
     edges = find_edges(frame, chosen)
     gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
     jumps = mark(relief_of(frame, chosen).jumps)

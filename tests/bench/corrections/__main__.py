@@ -1,9 +1,9 @@
-"""`python -m tests.bench.corrections --with brush`: what twelve corrections cost, and what they bring.
+"""`python -m tests.bench.corrections --with brush`: effort and effect of twelve corrections.
 
-Each is done on its frame as it was extracted, in the real window, without a display. The table has clicks, strokes and
-keys; wrong pixels before and after, in the region in which the correction is judged; how many pixels outside it have
-changed hands besides; and the error against the truth over the hidden pixels of the region [mm], before, after, and if
-the target were met exactly, once the blocks that the region has pixels of are run. Zooming there is not counted.
+Each is done on the extracted blocks of its frame, in the real window, without a display. The table has clicks, strokes
+and keys; wrong pixels before and after, in the region of the correction; the number of pixels outside it whose block
+changed; and the error against the ground truth over the hidden pixels of the region [mm], before, after, and with the
+exact target, after a run of the blocks in the region. Zooming to the region is not counted.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS, "t
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a correction cost and brought. Errors are in mm over `hidden` pixels; NaN where none has depth."""
+    """Effort and effect of a correction. Errors are in mm over `hidden` pixels; NaN where none has depth."""
 
     frame: str
     name: str
@@ -66,17 +66,17 @@ class Outcome:
 def main() -> int:
     """Do the corrections, print the table, write it."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.bench.corrections", description="What twelve corrections cost, and what they bring."
+        prog="python -m tests.bench.corrections", description="Effort and effect of twelve corrections."
     )
-    parser.add_argument("--with", dest="way", choices=WAYS, default="brush", help="the tools that they are done with")
-    parser.add_argument("--only", default="", help="just the corrections whose name has this in it")
-    parser.add_argument("--hand", type=int, default=0, help="whose hand it is: a number, from which its tremor follows")
+    parser.add_argument("--with", dest="way", choices=WAYS, default="brush", help="tools for the corrections")
+    parser.add_argument("--only", default="", help="only corrections whose name contains this")
+    parser.add_argument("--hand", type=int, default=0, help="seed of the hand's tremor")
     parser.add_argument("--out", type=Path, help="file for the table as JSON; corrections-WAY.json if left out")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of the window after each")
     options = parser.parse_args()
     folder = frames_folder()
     if not folder.is_dir():
-        print(f"There are no frames in {folder}: set ILF_TEST_DATA to the folder that holds rgbd/.", file=sys.stderr)
+        print(f"There are no frames in {folder}. Set ILF_TEST_DATA to the folder that contains rgbd/.", file=sys.stderr)
         return 1
     QApplication.setOrganizationName("ILF Studio")
     QApplication.setApplicationName("ilf-studio-bench")
@@ -93,7 +93,7 @@ def main() -> int:
     driver.close()
     application.processEvents()
     if not outcomes:
-        print(f"No correction has {options.only!r} in its name.", file=sys.stderr)
+        print(f"No correction's name contains {options.only!r}.", file=sys.stderr)
         return 1
     totals = _totals(outcomes)
     print(_last_line(len(outcomes), totals))
@@ -120,7 +120,7 @@ def _open(scene: Scene, folder: Path) -> tuple[Task, Run]:
     run = Run.of(task.frame)
     found = hashlib.sha256(run.blocks.astype("<i4").tobytes()).hexdigest()
     if not found.startswith(scene.labels):
-        print(f"{scene.name}: the blocks are no longer those that the corrections were chosen on.", file=sys.stderr)
+        print(f"{scene.name}: the blocks have changed since the corrections were selected.", file=sys.stderr)
     return task, run
 
 
@@ -158,7 +158,7 @@ def _correct(
 
 
 def _met(run: Run, target: Labels) -> Session:
-    """A session in which the target has been met, its borders drawn where they are others than before."""
+    """Return a session with the target's blocks; borders that changed are drawn borders."""
     drawn = np.zeros(target.shape, bool)
     patch = patch_between(run.blocks, target)
     if patch is not None:
@@ -168,7 +168,7 @@ def _met(run: Run, target: Labels) -> Session:
 
 
 def _completed(session: Session, correction: Correction) -> NDArray[np.float32]:
-    """Depth after a run, with the preset that is the default, of the blocks in the region."""
+    """Return the depth after a run of the blocks in the region with the default preset."""
     chosen = {int(label) for label in np.unique(session.labels[correction.box]) if label > 0}
     return session.run(ilf.preset(), chosen).complete().depth
 

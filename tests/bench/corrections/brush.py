@@ -1,7 +1,7 @@
-"""The corrections by brush and straight split, as an unhurried user does them in one pass.
+"""The corrections by brush and straight split, as a careful user does them in one pass.
 
-The block that is to grow is chosen, and the brush goes along the true border with its rim on it, there and back where
-the piece is wider than the brush.
+The block that should grow is selected, and the brush moves along the true border with its rim on it, back and forth
+where the piece is wider than the brush.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from .hand import Action, Brush, Click, Command, Use, stroke
 
 
 def _grow(x: float, y: float, radius: float) -> list[Action]:
-    """Choose the block at a point, and the brush to paint it with."""
+    """Select the block at a point, and the brush size."""
     return [Use("select"), Click(x, y), Use("paint"), Brush(radius)]
 
 
@@ -105,4 +105,4 @@ ACTIONS: Mapping[str, Sequence[Action]] = {
         stroke((518, 110), (511, 118), (514, 107)),
     ],
 }
-"""What is done, by the name of the correction."""
+"""Actions by name of the correction."""

@@ -1,4 +1,4 @@
-"""Does a user's actions in the real window, with mouse and keyboard, and counts them."""
+"""Driver that performs and counts a user's mouse and keyboard actions in the real window."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from .hand import Action, Brush, Click, Command, Key, Stroke, Use, by_hand
 from .targets import Correction, Point
 
 _MARGIN = 12
-"""Image pixels that are shown around a region."""
+"""Margin shown around a region [image px]."""
 _PATIENCE_S = 20.0
-"""Longest wait for what the window does by itself, of a frame and after an edit."""
+"""Longest waits for the window's own work: on opening a frame, and after an edit."""
 _Modifier = Qt.KeyboardModifier
 _LEFT = Qt.MouseButton.LeftButton
 
 
 @dataclass
 class Count:
-    """How often the mouse was clicked, drawn with, and a key pressed; a key with Ctrl is one."""
+    """Numbers of clicks, strokes and keys; a key with Ctrl counts as one."""
 
     clicks: int = 0
     strokes: int = 0
@@ -37,7 +37,7 @@ class Count:
 
 
 class Driver:
-    """A window of 1280 x 800, shown, whose tool and brush stay from correction to correction."""
+    """A visible window of 1280 x 800, whose tool and brush stay from correction to correction."""
 
     def __init__(self) -> None:
         self.window = MainWindow(remembers=False)
@@ -48,7 +48,7 @@ class Driver:
         QTest.qWaitForWindowActive(self.window)
 
     def open(self, run: Run, correction: Correction) -> Session:
-        """Open a frame with its blocks, and show the region with some of what lies around it."""
+        """Open a frame with its blocks, and show the region with its surroundings."""
         workspace = self.window.workspace
         for before in list(workspace.sessions):
             workspace.close_session(before)
@@ -60,7 +60,7 @@ class Driver:
             slice(rows.start - _MARGIN, rows.stop + _MARGIN), slice(columns.start - _MARGIN, columns.stop + _MARGIN)
         )
         self._settle()
-        self._wait(lambda: self.window.editor.aid is not None, "The edges to snap to are not found")
+        self._wait(lambda: self.window.editor.aid is not None, "The edges for snapping were not found")
         return session
 
     def close(self) -> None:
@@ -68,12 +68,12 @@ class Driver:
         self.window.close()
 
     def do(self, actions: Sequence[Action], name: str) -> Count:
-        """Do actions one after the other; the hand trembles as the name says."""
+        """Perform actions in turn; the tremor of the hand depends on the name."""
         count = Count()
         for number, action in enumerate(actions):
             self._do(action, count, f"{name}:{number}")
             self._settle()
-        self._wait(lambda: self.window.runs.state is RunState.IDLE, "The blocks are not solved")
+        self._wait(lambda: self.window.runs.state is RunState.IDLE, "The blocks were not solved")
         return count
 
     def _do(self, action: Action, count: Count, name: str) -> None:
@@ -115,7 +115,7 @@ class Driver:
         modifiers = _modifiers(action.ctrl, action.shift)
         where = self._viewport, button, modifiers, self._place((action.x, action.y))
         QTest.mouseClick(*where)
-        if action.double:  # what a mouse sends: press, release, double click, release
+        if action.double:  # events of a mouse: press, release, double click, release
             QTest.mouseDClick(*where)
             QTest.mouseRelease(*where)
 

@@ -1,4 +1,4 @@
-"""What a user does, as plain data, and how steady the hand is."""
+"""A user's actions as plain data, and the tremor of the hand."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from scipy.ndimage import gaussian_filter1d
 from .targets import Point
 
 STEP = 2.0
-"""Image pixels between two moves of the mouse."""
+"""Distance of two mouse moves [image px]."""
 TREMOR = 1.5
-"""Most that the hand is off the line that it means to draw, in image pixels, either way."""
+"""Maximum offset of the hand from the intended line, in x and y [image px]."""
 _CALM = 12.0
-"""Image pixels over which the hand keeps to one side, about."""
+"""Approximate length over which the hand keeps to one side [image px]."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """Take a tool in hand: the key of the action `tool_...`; nothing if it is in hand."""
+    """Activate a tool by the key of the action `tool_...`; nothing if it is active."""
 
     tool: str
 
 
 @dataclass(frozen=True)
 class Brush:
-    """A brush of this radius, in image pixels: as many presses of [ or ] as it takes."""
+    """Set the radius of the brush [image px] by presses of [ or ]."""
 
     radius: float
 
@@ -75,21 +75,21 @@ Action = Use | Brush | Click | Stroke | Command | Key
 
 
 def stroke(*path: Point) -> Stroke:
-    """A stroke along a line through points."""
+    """Make a stroke along a line through points."""
     return Stroke(path)
 
 
 def by_hand(path: Sequence[Point], name: str) -> list[Point]:
-    """Where the mouse goes when a hand follows a path: the same for the same name.
+    """Return the mouse positions of a hand that follows a path; the same for the same name.
 
     Smooth noise of at most `TREMOR` pixels in x and in y, on points that are about `STEP` pixels apart.
     """
     points = _resampled(path)
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    # long enough for the noise to be alike at both ends, whatever the length of the path
+    # long enough for noise without edge effects, whatever the length of the path
     margin = math.ceil(4 * _CALM / STEP)
     noise = gaussian_filter1d(rng.normal(size=(len(points) + 2 * margin, 2)), _CALM / STEP / 2, axis=0)[margin:-margin]
-    # filtered noise has the deviation 1 / sqrt(2 sigma sqrt(pi)); half of the tremor is to be the deviation
+    # filtered noise has the deviation 1 / sqrt(2 sigma sqrt(pi)); it is scaled to half of the tremor
     scale = TREMOR / 2 * math.sqrt(2 * (_CALM / STEP / 2) * math.sqrt(math.pi))
     off = np.clip(noise * scale, -TREMOR, TREMOR)
     return [(x + dx, y + dy) for (x, y), (dx, dy) in zip(points, off, strict=True)]

@@ -1,4 +1,4 @@
-"""The frames that the corrections are about, with holes in their depth."""
+"""The frames of the corrections, with holes in their depth."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ DEPTH_FILE = "depth.png"
 
 
 def frames_folder() -> Path:
-    """The folder of frames: that of ILF_TEST_DATA, or ../shared/data beside the project."""
+    """Return the folder of frames: that of ILF_TEST_DATA, or ../shared/data beside the project."""
     return Path(os.environ.get("ILF_TEST_DATA", Path(__file__).parents[3] / "../shared/data")) / "rgbd"
 
 
 def load_scene(scene: Scene, folder: Path) -> Task:
-    """A frame with a quarter of its known depth hidden in ellipses, and what was hidden.
+    """Return a frame with a quarter of its known depth hidden in ellipses, and the hidden depth.
 
-    Frames without measured depth have their truth as depth.
+    Frames without measured depth have their ground truth as depth.
     """
     root = folder / scene.name
     if (root / DEPTH_FILE).is_file():

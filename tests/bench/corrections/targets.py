@@ -1,4 +1,4 @@
-"""What a correction is to give: the label map that was wanted, and how many pixels are not as it says."""
+"""Target of a correction: the wanted label map, and the number of pixels that differ from it."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ CORRECTIONS_FILE = Path(__file__).with_name("corrections.json")
 
 @dataclass(frozen=True)
 class Piece:
-    """Pixels that change hands.
+    """Pixels that change their block.
 
     Attributes
     ----------
     polygon : tuple of (x, y)
-        Around their centres.
+        Outline around the pixels' centres.
     givers : tuple of (x, y)
-        One point in each block that gives pixels; what the polygon has of other blocks stays theirs.
+        One point in each block that gives pixels; pixels of other blocks in the polygon are unchanged.
     taker : (x, y), optional
-        A point in the block that takes them; they become a block of their own if there is none.
+        A point in the block that takes them; without one they become a new block.
     seed : (x, y), optional
-        A point well inside that block of their own: what the block there is called is its name.
+        A point well inside the new block; the label there is its label.
     """
 
     polygon: tuple[Point, ...]
@@ -42,14 +42,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class Correction:
-    """One wrong boundary, and how it should be.
+    """One wrong boundary, and its correction.
 
     Attributes
     ----------
     name, frame, what : str
-        What it is called, the folder of its frame, and what is wrong there.
+        Its name, the folder of its frame, and the error.
     region : tuple of int
-        Left, top, right and bottom of the box of pixels in which it is judged; right and bottom lie outside.
+        Left, top, right and bottom of the box of pixels that is evaluated; right and bottom are exclusive.
     pieces : tuple of Piece
     """
 
@@ -74,9 +74,9 @@ class Scene:
     ----------
     name : str
     seed : int
-        Of the areas that are hidden in its depth.
+        Seed of the areas that are hidden in its depth.
     labels : str
-        Beginning of the SHA-256 of the label map that the corrections were chosen on.
+        Beginning of the SHA-256 of the label map for which the corrections were selected.
     """
 
     name: str
@@ -85,14 +85,14 @@ class Scene:
 
 
 def read_corrections(path: Path = CORRECTIONS_FILE) -> tuple[dict[str, Scene], list[Correction]]:
-    """The frames by name, and the corrections in their order."""
+    """Return the frames by name, and the corrections in their order."""
     content = json.loads(path.read_text())
     scenes = {name: Scene(name, one["seed"], one["labels"]) for name, one in content["frames"].items()}
     return scenes, [_correction(one) for one in content["corrections"]]
 
 
 def target_map(labels: Labels, correction: Correction) -> Labels:
-    """The label map that a correction is to give.
+    """Return the target label map of a correction.
 
     Parameters
     ----------
@@ -103,12 +103,12 @@ def target_map(labels: Labels, correction: Correction) -> Labels:
     Returns
     -------
     ndarray of int32, shape (H, W)
-        As `labels`, with the pieces in other hands; blocks of their own have the next free numbers.
+        As `labels`, with the pieces in other blocks; new blocks have the next free labels.
 
     Raises
     ------
     ValueError
-        If a giver or a taker lies in no block, or a piece has no pixel of its givers.
+        If a giver or taker lies in no block, or a piece has no pixel of its givers.
     """
     target = labels.copy()
     free = int(labels.max()) + 1
@@ -116,7 +116,7 @@ def target_map(labels: Labels, correction: Correction) -> Labels:
         givers = [_label_at(labels, point, correction) for point in piece.givers]
         moved = inside(labels.shape, piece.polygon) & np.isin(labels, givers)
         if not moved.any():
-            raise ValueError(f"{correction.name}: the polygon has no pixel of the blocks that are to give some.")
+            raise ValueError(f"{correction.name}: the polygon has no pixel of the giving blocks.")
         if piece.taker is None:
             target[moved], free = free, free + 1
         else:
@@ -125,11 +125,11 @@ def target_map(labels: Labels, correction: Correction) -> Labels:
 
 
 def wrong_pixels(result: Labels, target: Labels, correction: Correction) -> NDArray[np.bool_]:
-    """Pixels of the region that belong to another block than the target says.
+    """Return the pixels of the region that belong to another block than in the target.
 
-    Blocks may have other numbers than in the target: what a block of the target is called is read off at a point well
-    inside it. Two blocks of the target that the result does not part have one name: the larger has it, and every pixel
-    of the other is wrong.
+    Blocks may have other labels than in the target: the label of a target block is read at a point well inside it. If
+    the result does not divide two blocks of the target, the larger one gets their common label, and every pixel of the
+    other is wrong.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _own_seeds(target: Labels, correction: Correction) -> dict[int, Point]:
 
 
 def _middle(mask: NDArray[np.bool_]) -> Point:
-    """The pixel of a mask that is farthest from its rim."""
+    """Return the pixel of a mask that is farthest from its rim."""
     depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     row, column = np.unravel_index(int(depth.argmax()), depth.shape)
     return float(column), float(row)

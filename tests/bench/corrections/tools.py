@@ -1,7 +1,7 @@
-"""The corrections by give, border, split and outline, as a user who knows them does: each in one stroke, none chosen.
+"""The corrections by give, border, split and outline, as an experienced user does: one stroke each, no selection.
 
-The line goes along the true border. A part that is to go to a block beside it is cut off from there; a border that runs
-beside the true one is drawn anew; what is to be a block of its own is parted off, or drawn around.
+The line follows the true border. A part that belongs to a neighbouring block is cut off from that block's side; a
+misplaced border is drawn again; a new block is split off, or outlined.
 """
 
 from __future__ import annotations
@@ -108,4 +108,4 @@ ACTIONS: Mapping[str, Sequence[Action]] = {
         ),
     ],
 }
-"""What is done, by the name of the correction."""
+"""Actions by name of the correction."""

@@ -1,1 +1,1 @@
-"""How well blocks follow from frame to frame."""
+"""Accuracy of the propagation of blocks from frame to frame."""

@@ -1,12 +1,12 @@
-"""`python -m tests.bench.following`: how well blocks follow over 30 frames, beside copying and extracting anew.
+"""`python -m tests.bench.propagation`: propagation of blocks over 30 frames, compared with copying and extraction.
 
-The generated room is rendered with a camera that goes around, one that goes forward, and one that stands still (each
-frame has noise of its own), and real frames are looked at by a camera that turns within them. Blocks are carried from
-frame to frame, never from the first; a pixel is right if it has the block that the first frame has of the same point.
-Extraction anew has its blocks named by the truth itself, which no method could know.
+The generated room is rendered with a camera that orbits, one that moves forward, and one that stands still (each frame
+has its own noise), and real frames are viewed by a rotating camera. Blocks are propagated from frame to frame, never
+directly from the first; a pixel is right if it has the block that the first frame has at the same point. The blocks of
+new extractions get their labels from the ground truth, which no method has.
 
-Marks are blocks that any frame since the first said need a look; to their recall count, too, pixels of which the last
-frame said that their block was decided anew. Pictures take about 7 s each to render, and stay in --cache.
+Marked blocks are those that any frame since the first marked "to check"; their recall includes pixels whose block was
+decided again in the last frame. Pictures take about 7 s each to render, and stay in --cache.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ Labels = NDArray[np.int32]
 
 @dataclass
 class Score:
-    """How one frame came out: shares of the judged pixels, and seconds.
+    """Result of one frame: shares of the evaluated pixels, and seconds.
 
     Attributes
     ----------
     right : float
         Pixels with the right block.
     marked : float
-        Pixels in blocks that are marked as needing a look.
+        Pixels in blocks that are marked "to check".
     precision, recall : float
-        Share of the pixels in marked blocks that are wrong, and of the wrong ones that are in marked blocks or decided
-        anew.
+        Share of the pixels in marked blocks that are wrong, and share of the wrong ones that are in marked blocks or
+        decided again.
     seconds : float
-        What carrying took, without finding the frame's edges, which its own extraction needs, too.
+        Time of the propagation, without finding the frame's edges, which extraction needs as well.
     """
 
     right: float
@@ -58,17 +58,17 @@ class Score:
 
 
 def truth_of(moment: Moment, first: Moment, labels: Labels) -> tuple[Labels, NDArray[np.bool_]]:
-    """The right block of every pixel, and where it is known."""
+    """Return the right block of every pixel, and where it is known."""
     by_point = np.where(moment.first >= 0, labels.ravel()[np.maximum(moment.first, 0)], 0)
     known = by_point > 0
-    if np.array_equal(labels, first.surface):  # also where the same surface was out of the picture
+    if np.array_equal(labels, first.surface):  # including surfaces that were outside the picture
         known = (moment.surface > 0) & np.isin(moment.surface, np.unique(first.surface))
         by_point = moment.surface
     return by_point.astype(np.int32), known
 
 
 def chain(moments: list[Moment], labels: Labels, how: str) -> Iterator[tuple[Followed, float]]:
-    """Carry blocks from frame to frame."""
+    """Propagate blocks from frame to frame."""
     taken: set[int] = set()
     for before, after in itertools.pairwise(moments):
         extract(after.frame, BlockParameters())
@@ -81,7 +81,7 @@ def chain(moments: list[Moment], labels: Labels, how: str) -> Iterator[tuple[Fol
 
 
 def scores_of_carrying(moments: list[Moment], labels: Labels, how: str) -> list[Score]:
-    """Of every frame but the first."""
+    """Results of every frame except the first."""
     scores = []
     marked: set[int] = set()
     for after, (found, seconds) in zip(moments[1:], chain(moments, labels, how), strict=True):
@@ -103,12 +103,12 @@ def scores_of_carrying(moments: list[Moment], labels: Labels, how: str) -> list[
 
 
 def scores_of_copying(moments: list[Moment], labels: Labels) -> list[Score]:
-    """The label map of the first frame, as it is."""
+    """Copy the label map of the first frame."""
     return [_plain(labels, after, moments[0], labels) for after in moments[1:]]
 
 
 def scores_of_extracting(moments: list[Moment], labels: Labels) -> list[Score]:
-    """Blocks of every frame's own extraction, each named after what most of it should be."""
+    """Extract every frame's blocks, each labelled by the right block of most of its pixels."""
     return [
         _plain(_named(extract(after.frame, BlockParameters()).blocks, *truth_of(after, moments[0], labels)), *rest)
         for after, *rest in ((after, after, moments[0], labels) for after in moments[1:])
@@ -155,7 +155,7 @@ def main() -> None:
         "--frames", type=Path, default=Path("../shared/data/rgbd"), help="real frames, if there are any"
     )
     parser.add_argument("--length", type=int, default=31)
-    parser.add_argument("--seed", type=int, default=7, help="of the room; the method's numbers were chosen with 7")
+    parser.add_argument("--seed", type=int, default=7, help="seed of the room; parameters were tuned with 7")
     parser.add_argument("--only", nargs="+", default=["orbit", "dolly", "still", *REAL])
     parser.add_argument("--starts", nargs="+", default=["surfaces", "extracted"])
     options = parser.parse_args()
@@ -163,7 +163,7 @@ def main() -> None:
         if name in REAL:
             if (options.frames / name).is_dir():
                 moments = turned_views(options.frames / name, options.length)
-                report(f"turning in {name}, extracted", moments, extract(moments[0].frame).blocks)
+                report(f"rotation in {name}, extracted", moments, extract(moments[0].frame).blocks)
             continue
         moments = rendered(name, options.cache, options.length, options.seed)
         for start in options.starts:

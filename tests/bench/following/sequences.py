@@ -1,4 +1,4 @@
-"""Sequences of frames with known motion: the generated room, and views turned within real frames."""
+"""Sequences of frames with known motion: the generated room, and rotated views of real frames."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ from roomkit.scene import Hits
 SIZE = (640, 480)
 LENGTH = 31
 SMALLEST_SURFACE = 100
-"""Pixels of the first frame below which a surface of the room is none of the blocks."""
+"""Minimum number of pixels in the first frame for a surface of the room to be a block."""
 
 _SHELL = 5
-"""Parts of the room that are floor, ceiling and walls, whose sides are surfaces by themselves."""
+"""Parts of the room that are floor, ceiling and walls, each side of which is a surface."""
 
 _SHADOW_RAYS = 2
-"""Of each lamp, fewer than in the bundled sample, since there are many pictures."""
+"""Samples per lamp, fewer than in the bundled sample because there are many pictures."""
 
 _AMBIENT = np.array([0.62, 0.60, 0.56])
-"""Light [irradiance] that comes from everywhere, in place of bounces."""
+"""Ambient light [irradiance] in place of bounces."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A frame of a sequence with all that is known of it.
+    """A frame of a sequence with its ground truth.
 
     Attributes
     ----------
     frame : RGBDFrame
     surface : ndarray of int32, shape (H, W)
-        The surface that a pixel shows, the same number in all frames of the sequence; 0 for what is no block.
+        Number of the surface at a pixel, the same in all frames of the sequence; 0 for no block.
     first : ndarray of int32, shape (H, W)
-        Index of the pixel of the first frame that shows the same point, -1 where none does.
+        Index of the pixel of the first frame that shows the same point; -1 without one.
     pose : ndarray of float64, shape (4, 4)
-        Takes points of the world to the camera.
+        World to camera.
     """
 
     frame: RGBDFrame
@@ -56,7 +56,7 @@ class Moment:
 
 
 def orbit(step: int) -> Camera:
-    """Around the middle of the room by 1 degree a frame, with a hand's tremor."""
+    """Orbit around the middle of the room by 1 degree per frame, with a hand's tremor."""
     turn = np.radians(1.0 * step)
     middle = np.array([0.0, 0.9, 2.6])
     start = camera()
@@ -65,26 +65,26 @@ def orbit(step: int) -> Camera:
 
 
 def dolly(step: int) -> Camera:
-    """Forwards by 3 cm a frame and a little aside, with a hand's tremor."""
+    """Move forward by 3 cm per frame and slightly sideways, with a hand's tremor."""
     start = camera()
     place = start.position + np.array([0.004, -0.004, 0.03]) * step
     return _moved(start, place, _turned(np.radians(-0.1 * step)), step)
 
 
 def still(step: int) -> Camera:
-    """Where it was."""
+    """Stand still."""
     return camera()
 
 
 def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> list[Moment]:
-    """A sequence of the generated room; pictures are kept in the cache, since each takes seconds.
+    """Render a sequence of the generated room; pictures are cached, because each takes seconds.
 
     Parameters
     ----------
     path : str
         "orbit", "dolly" or "still".
     cache : Path
-        Folder.
+        Cache folder.
     length : int
         Number of frames.
     seed : int
@@ -110,7 +110,7 @@ def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> lis
             raw.append({name: content[name] for name in content.files})
     areas = np.bincount(raw[0]["surface"].ravel())
     blocks = np.zeros(max(int(one["surface"].max()) for one in raw) + 1, np.int32)
-    # what comes into the picture later is a surface, too
+    # surfaces that appear later count, too
     blocks[1:] = np.arange(1, blocks.size)
     small = np.flatnonzero((areas > 0) & (areas < SMALLEST_SURFACE))
     blocks[small] = 0
@@ -128,9 +128,9 @@ def rendered(path: str, cache: Path, length: int = LENGTH, seed: int = 7) -> lis
 
 
 def turned_views(folder: Path, length: int = LENGTH, seed: int = 0) -> list[Moment]:
-    """A camera that turns within a real frame: its colour and depth, seen in other directions from the same place.
+    """Make views of a real frame in other directions from the same place: colour and depth.
 
-    Each view has noise of its own. There are no surfaces, since nobody knows them.
+    Each view has its own noise. Surfaces are unknown.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def turned_views(folder: Path, length: int = LENGTH, seed: int = 0) -> list[Mome
 
 
 def _index_in(first: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Index into the first view of the pixel with the same source, or one beside it; -1 where there is none."""
+    """Return the index in the first view of the pixel with the same source, or a neighbour; -1 without one."""
     where = np.full(int(max(first.max(), other.max())) + 2, -1, np.int64)
     where[first.ravel()] = np.arange(first.size)
     where[-1] = -1
@@ -184,7 +184,7 @@ def _index_in(first: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.
 
 
 def _turned(angle: float) -> NDArray[np.float64]:
-    """About the vertical."""
+    """Rotation about the vertical."""
     return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
 
 
@@ -205,7 +205,7 @@ def _pose(seen: Camera) -> NDArray[np.float64]:
 
 
 def _radiance(room: Room, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Linear colour by simpler light than the sample's: no bounces, fewer shadow rays."""
+    """Render linear colour with simpler light than the sample's: no bounces, fewer shadow rays."""
     width, height = SIZE
     finer = 2
     views, hits = _cast(room, 1)
@@ -226,7 +226,7 @@ def _radiance(room: Room, rng: np.random.Generator) -> NDArray[np.float32]:
 
 
 def _sensed(room: Room, rng: np.random.Generator) -> dict[str, NDArray[np.generic]]:
-    """Depth as the sensor has it and exact, and surfaces."""
+    """Return the sensor's depth, the exact depth, and surfaces."""
     shape = (SIZE[1], SIZE[0])
     views, hits = _cast(room, 1)
     exact = hits.distance.reshape(shape)
@@ -248,7 +248,7 @@ def _cast(room: Room, finer: int) -> tuple[NDArray[np.float64], Hits]:
 
 
 def _surfaces(hits: Hits) -> NDArray[np.int32]:
-    """Of the shell one surface for each part and side, else one for each part; what met nothing is the sky."""
+    """Return surfaces: for the shell one for each part and side, else one for each part; rays without a hit are sky."""
     axis = np.abs(hits.flat).argmax(axis=1)
     side = 2 * axis + (np.take_along_axis(hits.flat, axis[:, None], axis=1)[:, 0] > 0)
     numbers = np.where(hits.part < _SHELL, 1 + 6 * hits.part + side, 6 * _SHELL + 2 + hits.part)
@@ -262,7 +262,7 @@ def _seen_first(
     pose_first: NDArray[np.float64],
     camera: CameraIntrinsics,
 ) -> NDArray[np.int64]:
-    """Index of the pixel of the first frame that shows the same point, by exact depth; -1 where none does."""
+    """Return the index of the first frame's pixel that shows the same point, by exact depth; -1 without one."""
     rows, columns = np.indices(exact.shape)
     points = camera.points(columns, rows, exact)
     motion = pose_first @ np.linalg.inv(pose)

@@ -1,1 +1,1 @@
-"""Damaged files of every format that the program reads, made at random from sound ones: what reading them leads to."""
+"""Fuzz test of all readers: randomly damaged files of every format that the program reads."""

@@ -1,10 +1,10 @@
-"""Read thousands of damaged files of every format, and count what comes of it.
+"""Read thousands of damaged files of every format, and count the results.
 
     python -m tests.bench.fuzz [--cases 10000] [--format NAME ...] [--seed 0] [--first 0] [--jobs 1] [--keep FOLDER]
 
-Each file is read as the program reads it, by a child process with 4 GiB of memory and 10 s: it is read (ok), refused
-with one line (told), or anything else, which is a fault: a traceback or a warning of a library, a crash, a hang, more
-memory. Case N of a seed is the same file every time; --keep keeps those of faults.
+Each file is read as the program reads it, by a child process with 4 GiB of memory and 10 s. The file is read (ok) or
+refused with an error of one line (told); anything else is a fault: a traceback or a warning of a library, a crash, a
+hang, or more memory. Case N of a seed is the same file every time; --keep stores the files that caused faults.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ _COLUMNS = ("cases", "ok", "told", "traceback", "crash", "hang", "memory", "slow
 
 
 def main() -> int:
-    """Exit status 1 if anything but "ok" and "told" came of a file."""
+    """Run the fuzz test; exit status 1 if any file gave a result other than "ok" and "told"."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", type=int, default=10_000, help="of each format (default: 10000)")
+    parser.add_argument("--cases", type=int, default=10_000, help="cases per format (default: 10000)")
     parser.add_argument("--format", nargs="+", choices=FORMATS, default=list(FORMATS), metavar="NAME")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--first", type=int, default=0, help="number of the first case, to have one again")
-    parser.add_argument("--jobs", type=int, default=1, help="formats that are read side by side")
-    parser.add_argument("--keep", type=Path, help="folder for files that led to a fault")
-    parser.add_argument("--told", type=int, default=0, metavar="N", help="print the N commonest messages")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case, to repeat a single one")
+    parser.add_argument("--jobs", type=int, default=1, help="formats read in parallel")
+    parser.add_argument("--keep", type=Path, help="folder for files that caused a fault")
+    parser.add_argument("--told", type=int, default=0, metavar="N", help="print the N most frequent messages")
     options = parser.parse_args()
     if options.keep:
         options.keep.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,5 @@
-"""The product's own trial of a file in a process of its own, in one that is forked and not started anew: in a
-thousandth of the time, so that thousands of cases can be had."""
+"""The program's sandbox with a forked process in place of a new one: a thousand times faster, so that thousands of
+cases can be run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
     """As `ilf._runtime.sandbox.run_apart`."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        warnings.simplefilter("ignore", DeprecationWarning)  # the child needs no other thread
         child = os.fork()
     if child == 0:
         status = 1
         try:
-            faulthandler.disable()  # that of the tests: a crash is told by who waits for it
+            faulthandler.disable()  # the tests' handler; the parent reports a crash
             os.close(reading)
             answer = ilf._runtime.sandbox.answered(work)
             while answer:

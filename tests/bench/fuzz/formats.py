@@ -1,4 +1,4 @@
-"""Every format that the program reads: sound files of it, how they are made wrong, and how they are read."""
+"""Every format that the program reads: valid files, mutations, and readers."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Format:
     ----------
     name : str
     file : str
-        Its name in the folder of a case, with what lies beside it.
+        Name of the file in the folder of a case.
     seeds : callable
-        Writes what lies beside it into a folder; gives sound contents.
+        Writes companion files into a folder; returns valid contents.
     mutate : callable
-        Makes a wrong file of them.
+        Makes a damaged file from these.
     read : callable
-        Reads it as the program does.
+        Reads the file as the program does.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Sound files of what the program itself keeps: runs, batches, results of benches, and work that is not saved yet."""
+"""Valid files that the program itself stores: runs, batches, results of benches, and unsaved work."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _QUICK = {"max_iterations": 3, "edges": "canny", "correction": False}
 
 
 def replay(folder: Path) -> list[bytes]:
-    """Of a run with a guide, masks and parameters of a block's own, and its files beside it."""
+    """Run record with a guide, masks and per-block parameters, and its files."""
     frame = small_frame(folder / "frame")
     mask = np.zeros(frame.shape, bool)
     mask[44:50, 4:10] = True
@@ -52,13 +52,13 @@ def replay(folder: Path) -> list[bytes]:
 
 
 def presets(folder: Path) -> list[bytes]:
-    """Of the user's folder of presets."""
+    """Preset in the user's folder of presets."""
     presets_folder().mkdir()
     return seeds.preset(folder)
 
 
 def batch(file: str) -> Seeds:
-    """One of the files by which a batch knows what it has done."""
+    """One of the files in which a batch stores its progress."""
 
     def made(folder: Path) -> list[bytes]:
         settings = BatchSettings(
@@ -82,7 +82,7 @@ def earlier(folder: Path) -> list[bytes]:
 
 
 def interrupted(folder: Path) -> list[bytes]:
-    """The list of a set that a process which is no more has begun to write; the folder is `sound`."""
+    """List of a file set that an ended process started to write; the folder is `sound`."""
     print_it = "from ilf._runtime.temporary_files import made_by; print(made_by())"
     gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
     target = folder / "sound"
@@ -94,12 +94,12 @@ def interrupted(folder: Path) -> list[bytes]:
 
 
 def journal(folder: Path) -> list[bytes]:
-    """Two frames with all work on them."""
+    """Journal of two frames with all work on them."""
     return [_journal(folder, folder / "sound.journal").read_bytes()]
 
 
 def journal_log(folder: Path) -> list[bytes]:
-    """The log of the same, which holds what is not in the file yet, with the file beside it."""
+    """Log of this journal with data that the file does not have yet, and the file."""
     path = folder / "open.journal"
     log = path.with_name(f"{path.name}-wal")
     kept = _open_journal(folder, path)
@@ -124,7 +124,7 @@ def _open_journal(folder: Path, path: Path) -> Journal:
 
 
 def result(file: str) -> Seeds:
-    """run.json or meta.json of a result with a pose, its files beside it."""
+    """run.json or meta.json of a result with a pose, and its files."""
 
     def made(folder: Path) -> list[bytes]:
         frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
@@ -136,7 +136,7 @@ def result(file: str) -> Seeds:
 
 
 def bench_frame(folder: Path) -> list[bytes]:
-    """meta.json of a frame whose truth is known, with the hole that is to be filled."""
+    """meta.json of a frame with ground truth and a hole."""
     (folder / "rgb.png").write_bytes(seeds.colour_png(folder)[0])
     (folder / "depth.png").rename(folder / "gt.png")
     (folder / "mask.png").write_bytes(seeds.mask(folder)[0])

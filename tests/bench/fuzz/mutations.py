@@ -1,4 +1,4 @@
-"""Files made wrong at random, knowing a little of how their format is built."""
+"""Random mutations of files, with some knowledge of their format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 
 Rng = np.random.Generator
 Mutation = Callable[[Rng, Sequence[bytes]], bytes]
-"""Makes a wrong file out of sound ones of the same format."""
+"""Makes a damaged file from valid ones of the same format."""
 
 _NUMBERS = (
     0, 1, 2, 7, 8, 127, 128, 255, 256, 32767, 65535, 65536, 2**24, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1, 2**64 - 1,
@@ -38,7 +38,7 @@ _PNG_HEAD = 8
 
 
 def of_bytes(rng: Rng, seeds: Sequence[bytes]) -> bytes:
-    """Flips, cuts, copies, fields with telling numbers, numbers in text, and splices of two files."""
+    """Flips, cuts, copies, fields with special numbers, numbers in text, and splices of two files."""
     content = bytearray(_one(rng, seeds))
     for _ in range(int(rng.integers(1, 5))):
         content = _OPERATIONS[int(rng.integers(len(_OPERATIONS)))](rng, content, seeds)
@@ -46,7 +46,7 @@ def of_bytes(rng: Rng, seeds: Sequence[bytes]) -> bytes:
 
 
 def of_png(rng: Rng, seeds: Sequence[bytes]) -> bytes:
-    """As `of_bytes`, of what is packed in it too, mostly with checksums that fit what has become of the chunks."""
+    """Like `of_bytes`, also inside compressed chunks, mostly with checksums that match the changed chunks."""
     if rng.random() < 0.3:
         return _with_other_pixels(rng, _one(rng, seeds))
     content = of_bytes(rng, seeds)
@@ -54,7 +54,7 @@ def of_png(rng: Rng, seeds: Sequence[bytes]) -> bytes:
 
 
 def of_json(rng: Rng, seeds: Sequence[bytes]) -> bytes:
-    """Values that are exchanged, missing, twice there or deep; or as `of_bytes`."""
+    """Exchanged, missing, repeated or deeply nested values; or like `of_bytes`."""
     chance = rng.random()
     seed = _one(rng, seeds)
     if chance < 0.25:
@@ -70,7 +70,7 @@ def of_json(rng: Rng, seeds: Sequence[bytes]) -> bytes:
 
 
 def of_text(rng: Rng, seeds: Sequence[bytes]) -> bytes:
-    """Words that are exchanged, missing or twice there; or as `of_bytes`."""
+    """Exchanged, missing or repeated words; or like `of_bytes`."""
     if rng.random() < 0.3:
         return of_bytes(rng, seeds)
     words = re.split(rb"(\s+)", _one(rng, seeds))
@@ -82,12 +82,12 @@ def of_text(rng: Rng, seeds: Sequence[bytes]) -> bytes:
 
 
 def of_zip(inner: Callable[[str], Mutation]) -> Mutation:
-    """A mutation of archives: mostly one of their members is made wrong, and packed again with a fitting checksum.
+    """Mutation of archives: mostly damages one member and packs it again with a matching checksum.
 
     Parameters
     ----------
     inner : callable
-        A member's name to the mutation that is for its content.
+        Returns the mutation for a member's name.
     """
 
     def mutate(rng: Rng, seeds: Sequence[bytes]) -> bytes:
@@ -113,18 +113,18 @@ def of_zip(inner: Callable[[str], Mutation]) -> Mutation:
 
 
 def of_sql(rng: Rng, seeds: Sequence[bytes]) -> bytes:
-    """An SQLite file whose tables, values and definitions are made wrong by statements: its pages stay sound."""
+    """Mutation of SQLite files by statements on tables, values and definitions; the pages stay valid."""
     content = bytearray(_one(rng, seeds))
-    content[18:20] = b"\1\1"  # a file with a log beside it cannot be held in memory
+    content[18:20] = b"\1\1"  # a file with a log cannot be loaded into memory
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
         database.deserialize(bytes(content))
-        # some read what an earlier one has made endless
+        # some read tables that an earlier statement made endless
         database.set_progress_handler(lambda: True, 2_000_000)
         database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, 2**26)
         database.execute("PRAGMA writable_schema = ON")
         for _ in range(int(rng.integers(1, 4))):
             statements = _SQL[int(rng.integers(len(_SQL)))]
-            with suppress(sqlite3.Error, IndexError):  # no table of that name is left, or it has no such column
+            with suppress(sqlite3.Error, IndexError):  # the table or the column no longer exists
                 words = _sql_words(rng, database)
                 for statement in statements:
                     database.execute(statement.format(**words))
@@ -160,11 +160,11 @@ _SQL = (
     ("ANALYZE", "UPDATE sqlite_stat1 SET stat = '{number} {number}'"),
     ("PRAGMA user_version = {number}",),
 )
-"""Statements, one after the other, about a table and one of its columns."""
+"""Sequences of statements about a table and one of its columns."""
 
 
 def _sql_words(rng: Rng, database: sqlite3.Connection) -> dict[str, object]:
-    """What is put in the place of the words in `_SQL`."""
+    """Values for the placeholders in `_SQL`."""
 
     def one(of: Sequence[Any]) -> Any:
         return of[int(rng.integers(len(of)))]
@@ -185,7 +185,7 @@ def _one(rng: Rng, seeds: Sequence[bytes]) -> bytes:
 
 
 def _place(rng: Rng, content: bytearray) -> int:
-    """Anywhere, half of the time near the beginning, where the headers are."""
+    """Random position, half of the time near the beginning, where headers are."""
     most = min(len(content), 256) if rng.random() < 0.5 else len(content)
     return int(rng.integers(max(most, 1)))
 
@@ -220,7 +220,7 @@ def _fill(rng: Rng, content: bytearray, seeds: Sequence[bytes]) -> bytearray:
 
 
 def _field(rng: Rng, content: bytearray, seeds: Sequence[bytes]) -> bytearray:
-    """A number of 1 to 8 bytes, of either order."""
+    """A number of 1 to 8 bytes in either byte order."""
     at, size = _place(rng, content), int(rng.choice([1, 2, 4, 8]))
     value = _NUMBERS[int(rng.integers(len(_NUMBERS)))] & (256**size - 1)
     content[at : at + size] = value.to_bytes(size, "little" if rng.random() < 0.5 else "big")
@@ -228,7 +228,7 @@ def _field(rng: Rng, content: bytearray, seeds: Sequence[bytes]) -> bytearray:
 
 
 def _near(rng: Rng, content: bytearray, seeds: Sequence[bytes]) -> bytearray:
-    """A byte that becomes a little larger or smaller, as lengths and counts do."""
+    """Change a byte slightly, as in lengths and counts."""
     if content:
         at = _place(rng, content)
         content[at] = (content[at] + int(rng.choice([-2, -1, 1, 2]))) % 256
@@ -253,10 +253,10 @@ _OPERATIONS = (_flip, _flip, _cut, _drop, _repeat, _fill, _field, _field, _near,
 
 
 def _with_other_pixels(rng: Rng, content: bytes) -> bytes:
-    """A PNG whose rows, with their filters, are made wrong and packed again."""
+    """Damage the rows of a PNG with their filters, and pack them again."""
     begin = content.find(b"IDAT") - 4
     end = begin + 12 + int.from_bytes(content[begin : begin + 4], "big")
-    if begin < 0:  # it is no PNG: a format may be several
+    if begin < 0:  # not a PNG: a format may have several file types
         return of_bytes(rng, [content])
     try:
         rows = zlib.decompress(content[begin + 8 : end - 4])
@@ -280,7 +280,7 @@ def _with_checksums(content: bytes) -> bytes:
 
 
 def _changed(rng: Rng, tree: Any) -> Any:
-    """The same JSON with a value somewhere in it exchanged, removed, repeated or put under another name."""
+    """The same JSON with one value exchanged, removed, repeated or renamed."""
     if isinstance(tree, dict | list) and tree and rng.random() < 0.85:
         keys = list(tree) if isinstance(tree, dict) else list(range(len(tree)))
         key = keys[int(rng.integers(len(keys)))]

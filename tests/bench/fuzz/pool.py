@@ -1,4 +1,4 @@
-"""Children that read, watched: one that crashes or does not come back is told, ended and followed by another."""
+"""Supervised child processes that read files: crashes and hangs are recorded, and the child is replaced."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 SECONDS = 10.0
-"""That reading one file may take."""
+"""Time limit for one file [s]."""
 
 _START_S = 120.0
 
 
 @dataclass
 class Tally:
-    """What came of the cases of one format.
+    """Results of the cases of one format.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Tally:
     bad : list of (int, str, str)
         Number of the case, kind and what happened, of all but "ok" and "told".
     slowest : float
-        Of any case [s].
+        Longest time of a case [s].
     peak : int
-        Most memory of a child [bytes].
+        Maximum memory of a child [bytes].
     """
 
     kinds: Counter[str] = field(default_factory=Counter)
@@ -52,7 +52,7 @@ class Tally:
 
 
 def read_cases(name: str, seed: int, first: int, last: int, keep: Path | None) -> Tally:
-    """Have the cases from `first` up to, not including, `last` of a format read, by as many children as it takes."""
+    """Read the cases from `first` up to, not including, `last` of a format, by as many children as needed."""
     tally = Tally()
     while first < last:
         with tempfile.TemporaryDirectory(prefix="ilf-fuzz-") as place:
@@ -61,7 +61,7 @@ def read_cases(name: str, seed: int, first: int, last: int, keep: Path | None) -
 
 
 def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Path | None, tally: Tally) -> int:
-    """The number of the case at which the next child is to begin."""
+    """Run one child; return the number of the first case of the next child."""
     words = [sys.executable, "-m", "tests.bench.fuzz.worker", name, str(seed), str(first), str(last), place]
     words += [str(keep)] if keep else []
     child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -81,7 +81,7 @@ def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Pa
                 status = child.wait()
                 listener.join()
                 if not is_ready or status > 0:
-                    raise SystemExit(f"{name}: the child ended by itself ({status}): {errors[0].decode()[-2000:]}")
+                    raise SystemExit(f"{name}: the child ended unexpectedly ({status}): {errors[0].decode()[-2000:]}")
                 tally.add(first, "crash", signal.Signals(-status).name)
                 return first + 1
             is_ready = True

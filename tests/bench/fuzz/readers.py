@@ -1,4 +1,4 @@
-"""How a file is read, as the program does it: an IlfError where it is refused; what is wrong fails."""
+"""Readers of all formats, as in the program: they raise IlfError for refused files and fail on wrong results."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def folder(path: Path) -> None:
     frame = load_frame(path.parent)
     if frame.intrinsics is not None:
         points = point_cloud(frame.depth, frame.rgb, frame.intrinsics).points
-        assert np.isfinite(points).all(), "points that are nowhere"
+        assert np.isfinite(points).all(), "points without a position"
 
 
 def guide(path: Path) -> None:
@@ -112,7 +112,7 @@ def network(path: Path) -> None:
 
 
 def weights(path: Path) -> None:
-    """A network of which the program makes another, that is tried with smaller images: trying is not reading."""
+    """Import of a network; the test run of the import uses smaller images, because it is not part of reading."""
     ilf.segmentation.edges.detectors._TRIAL_SHAPES = ((16, 16), (16, 32))
     network(path)
 
@@ -143,7 +143,7 @@ def arkit_camera(path: Path) -> None:
 
 
 def unregistered(path: Path) -> None:
-    """A frame of a folder of a recording, as it was recorded."""
+    """A raw pair of a folder or recording."""
     try:
         source = open_source(path.parent)
         source.read(source.keys[0], registered=False)
@@ -152,7 +152,7 @@ def unregistered(path: Path) -> None:
 
 
 def names(path: Path) -> None:
-    """Images of the names that a file lists, beside it: which belong together is told by their names alone."""
+    """Images with the names in a file: only the names determine which belong together."""
     folder = path.parent / "named"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
@@ -162,7 +162,7 @@ def names(path: Path) -> None:
             continue
         target = os.path.join(os.fsencode(folder), *parts)
         kind = "depth" if b"depth" in line or line.startswith(b"d-") else "rgb"
-        with contextlib.suppress(OSError, ValueError):  # names that no file can have
+        with contextlib.suppress(OSError, ValueError):  # invalid file names
             os.makedirs(os.path.dirname(target), exist_ok=True)
             os.link(path.parent / f"{kind}.png", target)
     list_frames(folder)
@@ -178,20 +178,20 @@ def masks(path: Path) -> None:
 
 
 def presets(path: Path) -> None:
-    """All presets of the user's folder, of which this is one."""
+    """All presets of the user's folder, including this one."""
     found = list_presets()
     if found.problems:
         raise InputError(found.problems[0])
 
 
 def replayed(path: Path) -> None:
-    """A recorded run, made again."""
+    """Replay of a recorded run."""
     again = ilf.replay(path)
     again.verdict(again.run.complete())
 
 
 def result(path: Path) -> None:
-    """A run's folder, told of and handed on."""
+    """A run's folder: summary, and export to another format."""
     record = read_record(path.parent / "run.json")
     record_facts(record)
     if record.inputs is not None:
@@ -211,7 +211,7 @@ def earlier(path: Path) -> None:
 
 
 def batch(path: Path) -> None:
-    """What there is of a batch in its folder."""
+    """State of a batch from its folder."""
     folder = path.parent if path.name == "batch.json" else path.parent.parent
     before = read_settings(folder)
     if before is None:
@@ -225,7 +225,7 @@ def batch(path: Path) -> None:
 
 
 def unfinished(path: Path) -> None:
-    """What a process that is no more has left in a folder of results, which is put in order."""
+    """Clean-up of a folder of results after an ended process."""
     target = path.parent / "out"
     shutil.rmtree(target, ignore_errors=True)
     shutil.copytree(path.parent / "sound", target)
@@ -237,13 +237,13 @@ def unfinished(path: Path) -> None:
 
 
 def window(path: Path) -> None:
-    from .window import read_settings  # it makes a window
+    from .window import read_settings  # creates a window
 
     read_settings(path)
 
 
 def journal(path: Path) -> None:
-    """Work that a window has left behind."""
+    """Work in a window's journal."""
     try:
         for left in left_work(path.parent):
             try:
@@ -259,6 +259,6 @@ def journal(path: Path) -> None:
 
 
 def journal_log(path: Path) -> None:
-    """The same, with a log beside the file."""
+    """The same, with a log."""
     shutil.copy(path.parent.parent / "sound", path.with_name(path.name.removesuffix("-wal")))
     journal(path.with_name(path.name.removesuffix("-wal")))

@@ -1,4 +1,4 @@
-"""Sound recordings and float depth files, small, of the tests' own writers."""
+"""Small valid recordings and float depth files from the tests' writers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _metres() -> np.ndarray:
 
 
 def depth_exr(folder: Path) -> list[bytes]:
-    """Of several packings."""
+    """With several compressions."""
     with_colour(folder)
     contents = []
     for packing in (OpenEXR.ZIP_COMPRESSION, OpenEXR.NO_COMPRESSION, OpenEXR.PIZ_COMPRESSION, OpenEXR.RLE_COMPRESSION):
@@ -35,7 +35,7 @@ def depth_exr(folder: Path) -> list[bytes]:
 
 
 def depth_pfm(folder: Path) -> list[bytes]:
-    """Of both orders of bytes."""
+    """In both byte orders."""
     with_colour(folder)
     rows = _metres()[::-1]
     head = b"Pf\n%d %d\n" % rows.shape[::-1]
@@ -99,7 +99,7 @@ def nyu_raw(file: str) -> Seeds:
 
 
 def raw_pair(folder: Path) -> list[bytes]:
-    """The calibration.json of a pair of one's own."""
+    """The calibration.json of a user's raw pair."""
     write_pair(folder / "pair")
     return [(folder / "pair" / "calibration.json").read_bytes()]
 

@@ -1,4 +1,4 @@
-"""Sound files of every format, small, and what lies beside them."""
+"""Small valid files of every format, and their companion files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tests.ilf.tiny_onnx import message, node, number
 HEIGHT, WIDTH = SHAPE = 24, 32
 
 Seeds = Callable[[Path], list[bytes]]
-"""Writes what lies beside a file into a folder, and gives sound contents of the file."""
+"""Writes companion files into a folder, and returns valid contents of the file."""
 
 
 def depth_values() -> np.ndarray:
@@ -73,14 +73,14 @@ def with_colour(folder: Path) -> None:
 
 
 def depth_png(folder: Path) -> list[bytes]:
-    """Of two writers, packed in two ways."""
+    """From two writers, with two compressions."""
     with_colour(folder)
     fixed = _encoded(".png", depth_values(), cv2.IMWRITE_PNG_STRATEGY, 4)
     return [_encoded(".png", depth_values()), fixed, _pillow(depth_values(), "PNG")]
 
 
 def depth_tiff(folder: Path) -> list[bytes]:
-    """Integers and floats, plain and packed."""
+    """Integers and floats, uncompressed and compressed."""
     with_colour(folder)
     metres = (depth_values() / 1000).astype(np.float32)
     packed = [_pillow(depth_values(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
@@ -95,7 +95,7 @@ def depth_pgm(folder: Path) -> list[bytes]:
 
 
 def depth_npy(folder: Path) -> list[bytes]:
-    """Of several types and orders."""
+    """Several types and memory orders."""
     with_colour(folder)
     metres = depth_values() / 1000
     kinds = (depth_values(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
@@ -129,13 +129,13 @@ def colour_jpeg(folder: Path) -> list[bytes]:
 
 
 def colour_ppm(folder: Path) -> list[bytes]:
-    """As a TIFF and PPM would be under any name: the content says what it is."""
+    """TIFF and PPM under any name: the content determines the format."""
     with_depth(folder)
     return [_encoded(".ppm", _colour()), _encoded(".tif", _colour())]
 
 
 def guide_npz(folder: Path) -> list[bytes]:
-    """One array or several, packed or not."""
+    """One or several arrays, compressed or not."""
     inverse = (1000 / (depth_values() + 1.0)).astype(np.float32)
     plain, packed = io.BytesIO(), io.BytesIO()
     np.savez(plain, inverse)
@@ -144,7 +144,7 @@ def guide_npz(folder: Path) -> list[bytes]:
 
 
 def meta_json(folder: Path) -> list[bytes]:
-    """With every key that it may have."""
+    """With every possible key."""
     with_colour(folder)
     with_depth(folder)
     camera = [30.0, 30.0, 15.5, 11.5]
@@ -159,7 +159,7 @@ def meta_json(folder: Path) -> list[bytes]:
 
 
 def intrinsics_json(folder: Path) -> list[bytes]:
-    """In all forms that are taken."""
+    """In all accepted forms."""
     forms: list[object] = [
         {"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5, "width": 64, "height": 48},
         {"K": [30.0, 30.0, 15.5, 11.5]},
@@ -170,7 +170,7 @@ def intrinsics_json(folder: Path) -> list[bytes]:
 
 
 def preset(folder: Path) -> list[bytes]:
-    """With and without a say in the blocks."""
+    """With and without parameters of blocks."""
     write_preset(folder / "a.json", OwnPreset("soft", ilf.preset("best", smoothness=3)))
     other = OwnPreset("other", ilf.preset("paper", max_iterations=7), "paper", ilf.BlockParameters(granularity=0.4))
     write_preset(folder / "b.json", other)
@@ -178,7 +178,7 @@ def preset(folder: Path) -> list[bytes]:
 
 
 def blocks(format: str) -> Seeds:
-    """Of one of the formats of `write_blocks`."""
+    """One of the formats of `write_blocks`."""
 
     def made(folder: Path) -> list[bytes]:
         with_colour(folder)
@@ -201,7 +201,7 @@ def mask(folder: Path) -> list[bytes]:
 
 
 def project(folder: Path) -> list[bytes]:
-    """With a frame from files and one that a program has made."""
+    """With a frame from files and one made by a program."""
     states = [rich_state(small_frame(folder / "frame"), "a1"), rich_state(made_frame(), "b2")]
     frames = tuple(ProjectFrame(state.id, state.frame.name, None, has_state=True) for state in states)
     save_project(folder / "sound.ilf", Project(frames), states)
@@ -209,7 +209,7 @@ def project(folder: Path) -> list[bytes]:
 
 
 def record(folder: Path) -> list[bytes]:
-    """Of a run with all that a record can tell."""
+    """Run record with every possible entry."""
     frame = small_frame(folder / "frame")
     drawn = np.zeros(frame.shape, bool)
     drawn[10:20, 39] = True
@@ -220,7 +220,7 @@ def record(folder: Path) -> list[bytes]:
 
 
 def experiment(folder: Path) -> list[bytes]:
-    """The result of an experiment, as it is stored."""
+    """The stored result of an experiment."""
     result = StoredResult(
         "sphere", "A sphere", "the paper", "what it is about", {"detector": "canny"}, 0, True, 1.5, ["a note"],
         [StoredFigure("sphere-1", "a caption", False)], [{"a": 1.0, "b": "x"}, {"a": None, "b": "y"}],
@@ -229,7 +229,7 @@ def experiment(folder: Path) -> list[bytes]:
 
 
 def time_lists(folder: Path) -> list[bytes]:
-    """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are sound."""
+    """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are valid."""
     for kind, image in (("rgb", _colour()), ("depth", depth_values())):
         (folder / kind).mkdir()
         for frame in range(3):
@@ -274,7 +274,7 @@ def pose(folder: Path) -> list[bytes]:
 
 
 def onnx(folder: Path) -> list[bytes]:
-    """Networks of several operations."""
+    """Networks with several operations."""
     mean = node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)
     pooled = node("MaxPool", ["image"], "pooled", kernel_shape=[3, 3], strides=[1, 1], pads=[1, 1, 1, 1])
     largest = node("ReduceMax", ["pooled"], "sum", axes=[1], keepdims=1)
@@ -298,12 +298,12 @@ def _network(nodes: list[bytes], weights: bytes = b"") -> bytes:
 
 
 def caffemodel(folder: Path) -> list[bytes]:
-    """HED of a few channels, of today's fields and those of 2014."""
+    """HED with few channels, with today's fields and those of 2014."""
     return [write_caffemodel(folder / "w", hed_weights(False), old).read_bytes() for old in (False, True)]
 
 
 def keras(folder: Path) -> list[bytes]:
-    """HED of a few channels."""
+    """HED with few channels."""
     return [write_keras(folder / "w", hed_weights(False)).read_bytes()]
 
 
@@ -319,7 +319,7 @@ def split(folder: Path) -> list[bytes]:
 
 
 def nyu_labelled(folder: Path) -> list[bytes]:
-    """Two frames, plain and in packed chunks."""
+    """Two frames, uncompressed and in compressed chunks."""
     contents = []
     for options in ({}, {"compression": "gzip", "shuffle": True, "chunks": True}):
         path = folder / "sound.mat"
@@ -363,39 +363,39 @@ def confidence_png(folder: Path) -> list[bytes]:
 
 
 def confidence_npy(folder: Path) -> list[bytes]:
-    """Integers, floats and truths."""
+    """Integers, floats and booleans."""
     levels = np.where(_labels() > 0, 2, 0)
     return [_npy(levels.astype(kind)) for kind in (np.uint8, np.float32, bool, np.int64)]
 
 
 def guide_npy(folder: Path) -> list[bytes]:
-    """Values alone, and with a confidence."""
+    """Values with and without a confidence."""
     metres = (depth_values() / 1000).astype(np.float32)
     return [_npy(metres), _npy(np.stack([metres, np.full_like(metres, 0.5)]))]
 
 
 def guide_png(folder: Path) -> list[bytes]:
-    """Grey of one channel, of three, and of twice the size."""
+    """Grey with one channel, with three, and at twice the size."""
     grey = (depth_values() >> 4).astype(np.uint8)
     large = np.repeat(np.repeat(depth_values(), 2, 0), 2, 1)
     return [_encoded(".png", image) for image in (depth_values(), np.dstack([grey] * 3), large)]
 
 
 def window(folder: Path) -> list[bytes]:
-    """What a window that is closed leaves in its settings."""
-    from .window import settings  # it makes a window
+    """Settings of a closed window."""
+    from .window import settings  # creates a window
 
     return settings(folder)
 
 
 def scheduler(folder: Path) -> list[bytes]:
-    """What a scheduler of Dask writes of itself."""
+    """The scheduler file of Dask."""
     said = {"type": "Scheduler", "id": "Scheduler-0", "address": "tcp://127.0.0.1:8786", "services": {}, "workers": {}}
     return [json.dumps(said).encode()]
 
 
 def names(folder: Path) -> list[bytes]:
-    """Names of colour and depth in every way that they can belong together; the files are sound."""
+    """Names of colour and depth in all supported pairings; the files are valid."""
     with_colour(folder)
     with_depth(folder)
     times = [f"1305031102.{number:06}" for number in range(3)]

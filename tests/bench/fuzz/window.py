@@ -1,4 +1,4 @@
-"""The window's settings, as it reads them when it opens: what is damaged must not keep it from opening."""
+"""The window's settings, read on opening: damaged settings must not prevent it from opening."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FILE = "ILF Studio/ilf-studio.ini"
 
 
 def settings(folder: Path) -> list[bytes]:
-    """What a window that is closed leaves, with all that a user may have chosen."""
+    """Settings of a closed window, with all possible user settings."""
     window = _window(folder)
     kept = RecentOrigins("frames", True)
     kept.note(FrameSource("rgb.png", "depth.png", 1000.0, (30.0, 30.0, 15.5, 11.5), frame="0.1"))
@@ -54,7 +54,7 @@ def settings(folder: Path) -> list[bytes]:
 
 
 def read_settings(path: Path) -> None:
-    """All of them, by their readers."""
+    """Read all settings."""
     window = _window(path.parent.parent)
     QSettings().sync()
     for what in ("frames", "projects"):
@@ -70,7 +70,7 @@ def read_settings(path: Path) -> None:
     stored_options()
     save_folder()
     last_folder("open/folder")
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # or every case leaves a dialog behind
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # otherwise every case leaves a dialog
 
 
 @cache

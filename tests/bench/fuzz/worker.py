@@ -1,4 +1,4 @@
-"""The child that reads: cases of one format, one after the other, within limits; a line of JSON for each.
+"""Child process that reads the cases of one format in turn, within limits, and prints a line of JSON for each.
 
 python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 """
@@ -30,12 +30,12 @@ LONGEST_MESSAGE = 2000
 
 
 def case(form: Format, seeds: list[bytes], seed: int, number: int) -> bytes:
-    """The file of a case: always the same for the same numbers."""
+    """Make the file of a case, always the same for the same numbers."""
     return form.mutate(np.random.default_rng([seed, zlib.crc32(form.name.encode()), number]), seeds)
 
 
 def outcome(form: Format, path: Path) -> tuple[str, str]:
-    """What reading a file leads to: "ok", "told", or "traceback", and where."""
+    """Read a file and return the result: "ok", "told", or "traceback", and where."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -54,7 +54,7 @@ def outcome(form: Format, path: Path) -> tuple[str, str]:
 
 
 def _where() -> str:
-    """The last line of the project in the way to an error."""
+    """The last line of the project in a traceback."""
     frames = traceback.extract_tb(sys.exc_info()[2])
     own = [frame for frame in frames if f"{os.sep}ilf{os.sep}" in frame.filename] or frames
     return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
@@ -71,7 +71,7 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         path.write_bytes(sound)
         found = outcome(form, path)
         if found[0] != "ok":
-            raise SystemExit(f"{form.name}: seed {number} is not read: {found}")
+            raise SystemExit(f"{form.name}: seed {number} cannot be read: {found}")
     print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
     for number in range(first, last):
         content = case(form, seeds, seed, number)
@@ -88,7 +88,7 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
 
 
 def main() -> None:
-    """Read what is asked for; libraries write where nobody reads."""
+    """Read the requested cases; output of libraries is discarded."""
     name, *numbers = sys.argv[1:5]
     place, keep = Path(sys.argv[5]), Path(sys.argv[6]) if len(sys.argv) > 6 else None
     out = os.fdopen(os.dup(1), "w")

@@ -1,11 +1,11 @@
-"""The window is killed with -9 at random moments, many times, and what comes back is looked at.
+"""Test of recovery: the window is killed with -9 at random moments, many times, and the recovered work is checked.
 
     QT_QPA_PLATFORM=offscreen python -m tests.bench.kill [--rounds 100] [--seed 0]
 
-A child process works in the real window at random (strokes, splits, names, locks, values, runs, undo, other frames,
-saving the project) and says after each step how all frames are. It is killed at any moment, or just when it writes its
-journal or the project file. What journal and project file hold must be a state that the child has had, the last one or
-one that was overtaken at most 2 s before, with all frames as they were at that same moment.
+A child process works randomly in the real window (strokes, splits, names, locks, values, runs, undo, other frames,
+saving the project) and reports the state of all frames after each step. It is killed at any moment, or while it writes
+its journal or the project file. Journal and project file must contain a state that the child has had, the last one or
+one that was replaced at most 2 s before the kill, with all frames from the same moment.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .rounds import LATEST_S, frames_in, one_round
 
 
 def main() -> None:
-    """Kill, and say what came back."""
+    """Kill, and print a summary of the recovered work."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
@@ -39,10 +39,10 @@ def main() -> None:
             if found.problem or (found.age or 0.0) > LATEST_S:
                 wrong.append(found)
     print(f"{options.rounds} kills ({', '.join(f'{count} at {name}' for name, count in sorted(moments.items()))})")
-    print(f"{states} states, {len(ages)} came back, {opened} project files opened, {len(wrong)} wrong")
+    print(f"{states} states, {len(ages)} recovered, {opened} project files opened, {len(wrong)} wrong")
     if ages:
         middle, high = np.percentile(ages, [50, 95])
-        print(f"age of what came back [s]: median {middle:.3f}, 95 % {high:.3f}, most {max(ages):.3f}")
+        print(f"age of the recovered state [s]: median {middle:.3f}, 95 % {high:.3f}, maximum {max(ages):.3f}")
     for found in wrong:
         print(found)
 

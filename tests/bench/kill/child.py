@@ -1,9 +1,9 @@
-"""The one that is killed: the real window, in which things are done at random. Says all that it does to its parent.
+"""Child process that is killed: the real window with random actions, all reported to the parent.
 
     python -m tests.bench.kill.child SEED FOLDER FRAME [FRAME ...]
 
-Every line is a JSON object with the time, `time.monotonic()`, and either the digests of all frames ("state") or what is
-about to be written ("at").
+Every line is a JSON object with the time, `time.monotonic()`, and either the digests of all frames ("state") or the
+file that will be written next ("at").
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _LOCK = threading.Lock()
 
 
 def say(**what: object) -> None:
-    """Tell the parent."""
+    """Report to the parent."""
     with _LOCK:
         sys.stdout.write(json.dumps({"time": time.monotonic(), **what}) + "\n")
         sys.stdout.flush()
 
 
 class Hand:
-    """Works in the window, at random."""
+    """Performs random actions in the window."""
 
     def __init__(self, window: MainWindow, folder: Path, frames: list[str], chance: random.Random) -> None:
         self.window, self.workspace = window, window.workspace
@@ -55,14 +55,14 @@ class Hand:
         self.timer.timeout.connect(self.act)
 
     def report(self) -> None:
-        """All frames as they are now; not in the middle of a stroke."""
+        """Report the state of all frames; not during a stroke."""
         if not self.workspace.stroke_under_way:
             begun = filter(is_begun, self.workspace.sessions)
             states = {session.id: digest_of_session(session) for session in begun}
             say(state=states, unsaved=self.window.project.present.unsaved)
 
     def act(self) -> None:
-        """Do something."""
+        """Perform a random action."""
         if self.strokes_left:
             self._go_on_with_stroke()
         elif self.unopened and (not self.workspace.sessions or self.chance.random() < 0.05):
@@ -174,7 +174,7 @@ def main() -> None:
 
 
 def _announce(hands: list[Hand]) -> None:
-    """What is about to be stored or written is said first."""
+    """Report every write before it starts."""
     commit, replace, take = Journal.commit, os.replace, Recorder._take
 
     def reported_take(self: Recorder) -> None:

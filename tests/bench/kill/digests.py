@@ -1,4 +1,4 @@
-"""What tells two states of a frame apart: a digest of all that a project holds of it."""
+"""Digests that identify the state of a frame: over everything that a project stores of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ilf.project.run_history import KeptRun
 
 
 def digest_of_session(session: Session) -> str:
-    """Of a frame that is open, as it is now."""
+    """Digest of the current state of an open frame."""
     return digest(
         FrameState(
             session.id,
@@ -37,7 +37,7 @@ def digest_of_session(session: Session) -> str:
 
 
 def digest(state: FrameState) -> str:
-    """Of a frame's state, but for how it is looked at."""
+    """Digest of a frame's state, without its view."""
     found, notes = hashlib.sha1(), state.notes
     infos = {
         label: [info.name, list(info.colour), info.visible, info.locked]

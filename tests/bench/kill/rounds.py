@@ -1,4 +1,4 @@
-"""One kill, and what comes back after it."""
+"""One kill, and the recovery after it."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ from .digests import digest
 LATEST_S = 2.0
 _MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
 _DELAYS_S = 0, 0.001, 0.003, 0.01, 0.03
-"""From the announcement of such a moment to the kill."""
+"""Delay from the announcement of such a moment to the kill [s]."""
 _ROOT = Path(__file__).parents[3]
 
 
 @dataclass
 class Found:
-    """What a round has come to.
+    """Result of a round.
 
     Attributes
     ----------
     number : int
     moment : str
-        When the child was killed.
+        Moment of the kill.
     states : int
-        That it had told of until then.
+        Number of states reported until then.
     age : float or None
-        For how long [s] what came back had been overtaken when it was killed, 0 for the last state; None if nothing had
+        Time [s] between the replacement of the recovered state and the kill, 0 for the last state; None if nothing had
         been done yet.
     project_opened : bool
-        Whether there was a project file, which could be opened and held a state of the child.
+        Whether a project file existed, could be opened and contained a state of the child.
     problem : str
     """
 
@@ -65,7 +65,7 @@ class Found:
 
 @dataclass
 class _Told:
-    """What the child has told."""
+    """Reports of the child."""
 
     times: list[float] = field(default_factory=list)
     states: list[dict[str, str]] = field(default_factory=list)
@@ -73,7 +73,7 @@ class _Told:
     errors: list[str] = field(default_factory=list)
 
     def take(self, line: str) -> dict[str, Any]:
-        """Note a line."""
+        """Read a line."""
         try:
             said: dict[str, Any] = json.loads(line)
         except ValueError:
@@ -89,7 +89,7 @@ class _Told:
 
 
 def frames_in(folder: Path) -> list[Path]:
-    """Three frames in files."""
+    """Write three frames to files."""
     room = load_frame(str(asset_path("samples/room")))
     frames = [room]
     for step, (top, left) in ((2, (0, 0)), (3, (1, 1))):
@@ -98,7 +98,7 @@ def frames_in(folder: Path) -> list[Path]:
 
 
 def one_round(number: int, frames: Sequence[Path], folder: Path, longest: float = 6.0) -> Found:
-    """Let a child work for so many seconds at most, kill it, and look at what there is."""
+    """Let a child work for at most `seconds`, kill it, and check the recovery."""
     chance = random.Random(number)
     folder.mkdir()
     moment = chance.choice(_MOMENTS)
@@ -147,7 +147,7 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
 
 
 def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
-    """Look for the project file and for left work as the next window does."""
+    """Open the project file and the recovered work as the next window does."""
     path = folder / "work.ilf"
     with open_project(path) if path.exists() else nullcontext() as opened:
         _compare(found, told, killed, folder, opened)
@@ -157,7 +157,7 @@ def _compare(found: Found, told: _Told, killed: float, folder: Path, opened: Ope
     state, base = _in_project(opened), None if opened is None else opened.parts
     if base is not None:
         if state not in told.states:
-            found.problem = f"the project file holds no state of the child: {_nearest(state, told)}"
+            found.problem = f"the project file contains no state of the child: {_nearest(state, told)}"
             return
         found.project_opened = True
     works = left_work(folder / "autosave")
@@ -167,18 +167,18 @@ def _compare(found: Found, told: _Told, killed: float, folder: Path, opened: Ope
         finally:
             works[0].discard()
         fitting = [number for number, one in enumerate(told.states) if one == state]
-    else:  # all there was is saved, or nothing has been done but to extract blocks
+    else:  # everything is saved, or only blocks have been extracted
         saved = [(number, one) for number, one in enumerate(told.states) if not told.unsaved[number]]
         fitting = [number for number, one in saved if state.items() <= one.items()]
     if told.states and not fitting:
-        found.problem = f"what came back is no state of the child: {_nearest(state, told)}"
+        found.problem = f"the recovered work is no state of the child: {_nearest(state, told)}"
     elif told.states:
         overtaken = told.times[fitting[-1] + 1] if fitting[-1] + 1 < len(told.times) else killed
         found.age = max(killed - overtaken, 0.0)
 
 
 def _in_project(opened: OpenedProject | None) -> dict[str, str]:
-    """Digests of all frames of the project file."""
+    """Return digests of all frames of the project file."""
     if opened is None:
         return {}
     if opened.problems:
@@ -187,7 +187,7 @@ def _in_project(opened: OpenedProject | None) -> dict[str, str]:
 
 
 def _in_work(left: LeftWork, base: Parts | None) -> dict[str, str]:
-    """Digests of all frames of left work, over those of the project file."""
+    """Return digests of all frames of the recovered work, combined with those of the project file."""
     if left.problem or left.read.problems:
         raise InputError(left.problem or " ".join(left.read.problems))
     digests = {}

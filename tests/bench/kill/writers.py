@@ -1,11 +1,11 @@
-"""Whoever writes files is killed with -9 at random moments, and what lies in the folder is looked at.
+"""Test of all writers: they are killed with -9 at random moments, and the files in the folder are checked.
 
     python -m tests.bench.kill.writers [--kills 200] [--seed 0] [--only run project ...]
 
-A child writes two sets of files by turns, over each other; it is killed a random time after it has begun with one.
-After what the next writer does first, the folder must hold one of the two sets, whole, and nothing else: no file cut
-short, none of the other set, no temporary file, and no record that does not fit. (A child is forked, for speed: not
-on Windows.)
+A child alternately writes two sets of files over each other; it is killed a random time after it has started one. After
+the clean-up by the next writer, the folder must contain one of the two sets, complete, and nothing else: no truncated
+file, no file of the other set, no temporary file, and no record that does not match. (The child is forked for speed, so
+this does not run on Windows.)
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from ilf.run.replaying import missing_or_changed
 from ..writers import WRITERS, Writer, as_found, contents
 
 _LONGEST = 1.2
-"""A kill comes after at most so many times what writing a set takes."""
+"""Maximum time of a kill, in multiples of the time to write a set."""
 
 
 def kills_of(writer: Writer, folder: Path, kills: int, chance: random.Random) -> tuple[Counter[str], list[str]]:
-    """Kill a writer so many times; what was found, and what was wrong with it."""
+    """Kill a writer `kills` times; return the sets that were found, and the errors."""
     write = writer.prepare(folder)
     target = folder / "out"
     sets = []
@@ -53,17 +53,17 @@ def kills_of(writer: Writer, folder: Path, kills: int, chance: random.Random) ->
         ]
         problem = "" if not writer.varying else _problem(target, left)
         if problem or not whole:
-            wrong.append(f"{writer.name}, kill {number}: {problem or f'no whole set: {sorted(left)}'}")
+            wrong.append(f"{writer.name}, kill {number}: {problem or f'no complete set: {sorted(left)}'}")
         else:
             found["in the middle" if hidden else "between"] += 1
     return found, wrong
 
 
 def _killed(write: object, target: Path, first: int, after: float) -> None:
-    """Write by turns in another process, and kill it after so many seconds."""
+    """Write alternately in another process, and kill it after `seconds`."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        warnings.simplefilter("ignore", DeprecationWarning)  # the child needs no other thread
         child = os.fork()
     if child == 0:
         try:
@@ -79,11 +79,11 @@ def _killed(write: object, target: Path, first: int, after: float) -> None:
     os.close(reading)
     os.close(writing)
     if os.WIFEXITED(status):
-        raise RuntimeError(f"the writer has ended by itself, with {status}")
+        raise RuntimeError(f"the writer ended unexpectedly, with status {status}")
 
 
 def _problem(target: Path, left: dict[str, bytes]) -> str:
-    """What a reader would say of the files that are other ones each time."""
+    """Check the files that differ at each writing with their reader; return the error."""
     if "run.json" in left:
         return " ".join(missing_or_changed(read_record(target / "run.json"), target))
     with open_project(target / "work.ilf") as opened:
@@ -92,7 +92,7 @@ def _problem(target: Path, left: dict[str, bytes]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=200, help="of all writers together")
+    parser.add_argument("--kills", type=int, default=200, help="number of kills of all writers together")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=list(WRITERS), default=list(WRITERS))
     given = parser.parse_args()
@@ -102,7 +102,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             found, wrong = kills_of(WRITERS[name], Path(folder).resolve(), given.kills // len(given.only), chance)
         counts = ", ".join(f"{count} {where}" for where, count in sorted(found.items()))
-        print(f"{name:10} whole after kills: {counts}; {len(wrong)} wrong", *wrong[:5], sep="\n    ", flush=True)
+        print(f"{name:10} complete after kills: {counts}; {len(wrong)} wrong", *wrong[:5], sep="\n    ", flush=True)
         failed |= bool(wrong)
     raise SystemExit(failed)
 

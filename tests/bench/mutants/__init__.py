@@ -1,1 +1,1 @@
-"""Deliberate faults, one at a time, which the tests have to find: `python -m tests.bench.mutants`."""
+"""Mutation testing: deliberate faults, one at a time, that the tests have to find: `python -m tests.bench.mutants`."""

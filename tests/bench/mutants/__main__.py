@@ -1,10 +1,9 @@
 """`python -m tests.bench.mutants --sample 150 --seed 0`: how many deliberate faults the tests find.
 
-It takes `pip install -e '.[mutants]'`. First every file of tests runs once, to learn which tests run which lines. Then
-every fault of the sample is made in a copy of the tree, and the tests that run its line go until one fails, the quick
-ones first, for as long as `--longest` allows. What has been learnt and tried is kept: the same command goes on where it
-was interrupted, and after new tests it tries only those faults again that had survived. `--fresh` forgets what has been
-tried.
+Needs `pip install -e '.[mutants]'`. First every test file runs once, to record which tests run which lines. Then every
+fault of the sample is made in a copy of the tree, and the tests that run its line are run until one fails, fast ones
+first, up to the time `--longest`. Coverage and results are stored: the same command resumes after an interruption, and
+after new tests it tries only the surviving faults again. `--fresh` deletes the stored results.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Try the sample, and print what survived and the score."""
+    """Try the sample, and print the survivors and the score."""
     options = _parser().parse_args(arguments)
     options.out = options.out.absolute()
     options.out.mkdir(parents=True, exist_ok=True)
@@ -42,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         to_try = [mutant for mutant in mutants if not results.holds(mutant)]
         print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
         if to_try:
-            print("running the tests once, as far as it is not known which lines they run", flush=True)
+            print("running the tests whose coverage is unknown", flush=True)
             paths = sorted({mutant.path for mutant in to_try})
             clean = copy_tree(tree, tree.with_name("covering"))
             covering = collect(clean, paths, options.suites, options.jobs, options.out / "covering")
@@ -55,8 +54,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.bench.mutants", description="Deliberate faults for the tests."
     )
-    parser.add_argument("--sample", type=int, default=150, metavar="N", help="how many faults (default: 150)")
-    parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
+    parser.add_argument("--sample", type=int, default=150, metavar="N", help="number of faults (default: 150)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sample (default: 0)")
     parser.add_argument(
         "--only",
         nargs="+",
@@ -65,18 +64,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, help="faults at a time (default: one per core)"
+        "--jobs", type=int, default=os.cpu_count() or 1, help="faults in parallel (default: one per core)"
     )
     parser.add_argument(
-        "--longest", type=float, default=300.0, metavar="S", help="how long the tests of a fault usually take at most"
+        "--longest", type=float, default=300.0, metavar="S", help="limit of the usual duration of a fault's tests"
     )
-    parser.add_argument("--out", type=Path, default=ROOT / "build/mutants", help="folder for what has been tried")
-    parser.add_argument("--fresh", action="store_true", help="forget what has been tried")
+    parser.add_argument("--out", type=Path, default=ROOT / "build/mutants", help="folder for results")
+    parser.add_argument("--fresh", action="store_true", help="delete stored results")
     return parser
 
 
 class Results:
-    """What has been tried, in a file that is written after every fault."""
+    """Results of tried faults, in a file that is written after every fault."""
 
     def __init__(self, path: Path, tree: Path, fresh: bool) -> None:
         self._path = path
@@ -87,18 +86,18 @@ class Results:
             self._entries = json.loads(path.read_text(encoding="utf-8"))
 
     def holds(self, mutant: Mutant) -> bool:
-        """Whether the fault need not be tried: it was found in the same file, or survived in the same tree."""
+        """Return whether the fault need not be tried: it was found in the same file, or survived in the same tree."""
         entry = self.entry(mutant)
         if entry is None or entry["file"] != file_hash(self._tree, mutant.path):
             return False
         return entry["outcome"] != "survived" or entry["tree"] == self._hash
 
     def entry(self, mutant: Mutant) -> dict[str, Any] | None:
-        """What is known of a fault."""
+        """Return the stored result of a fault."""
         return self._entries.get(_key(mutant))
 
     def add(self, mutant: Mutant, trial: Trial) -> None:
-        """Keep what became of a fault."""
+        """Store the result of a fault."""
         known = {"file": file_hash(self._tree, mutant.path), "tree": self._hash}
         self._entries[_key(mutant)] = asdict(mutant) | asdict(trial) | known
         temporary = self._path.with_suffix(".part")

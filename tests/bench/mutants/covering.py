@@ -1,4 +1,4 @@
-"""Which tests run which lines, and how long they take."""
+"""Coverage by test: which tests run which lines, and their duration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ import pytest
 from .trees import PACKAGES, environment, file_hash, python_files, tree_hash
 
 _NO_TIME_S = 0.02
-"""What a test takes at most that looks at definitions alone."""
+"""Maximum duration of a test that only checks definitions [s]."""
 
 _NO_TESTS = pytest.ExitCode.NO_TESTS_COLLECTED
 SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
@@ -27,12 +27,12 @@ SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
 
 @dataclass(frozen=True)
 class Covering:
-    """What is known of the tests.
+    """Coverage and durations of the tests.
 
     Attributes
     ----------
     seconds : dict
-        Test -> how long it takes.
+        Test -> duration.
     lines : dict
         File -> line -> the tests that run it.
     """
@@ -41,10 +41,10 @@ class Covering:
     lines: dict[str, dict[int, list[str]]]
 
     def tests_of(self, path: str, line: int, source: str) -> list[str]:
-        """The tests that a fault in this line of a file concerns, the quick ones first.
+        """Return the tests for a fault in this line of a file, fast ones first.
 
-        What stands outside functions runs once, when the file is imported: it concerns all tests of the file, and as
-        any test may look at what a file defines, then all others that take no time.
+        Code outside functions runs once, on import: it concerns all tests that run the file, and then, because any test
+        may check definitions, all other fast tests.
         """
         known = self.lines.get(path, {})
         span = _statement(source, line)
@@ -58,10 +58,10 @@ class Covering:
 
 
 def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
-    """Run every file of tests once, by itself, and look up what runs the lines of some files.
+    """Run every test file once, separately, and collect which tests run the lines of some files.
 
-    What a file of tests runs of the whole program is kept in the folder until the program or that file changes. Tests
-    that fail without any fault are said and left out.
+    The coverage of a test file is stored in the folder until the program or the test file changes. Tests that fail
+    without a fault are reported and skipped.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, 
     lines: dict[str, dict[int, list[str]]] = {path: {} for path in paths}
     for kept, found in parts:
         for test in found["failed"]:
-            print(f"left out, since it fails without any fault: {test}", flush=True)
+            print(f"skipped, because it fails without a fault: {test}", flush=True)
         seconds |= found["seconds"]
         data = coverage.CoverageData(str(kept.with_suffix(".lines")))
         data.read()
@@ -112,12 +112,12 @@ def _is_of_tests(name: str) -> bool:
 
 
 def _files_of(tree: Path, suites: Iterable[str]) -> list[str]:
-    """The files of tests among the suites, from the root."""
+    """Return the test files in the suites, relative to the root."""
     return [name for name in python_files(tree, suites) if _is_of_tests(name)]
 
 
 class _Recorder:
-    """A plugin of pytest's that tells coverage which test runs."""
+    """A pytest plugin that sets coverage's context to the running test."""
 
     def __init__(self, measured: coverage.Coverage) -> None:
         self._measured = measured
@@ -141,7 +141,7 @@ class _Recorder:
 
 
 def _record(name: str, kept: Path, of: str) -> int:
-    """Run a file of tests in this process, and write what its tests run, in the end what that is of."""
+    """Run a test file in this process, and write its coverage, with the hash of its inputs at the end."""
     lines = kept.with_suffix(".lines")
     for old in (kept, lines):
         old.unlink(missing_ok=True)
@@ -159,7 +159,7 @@ def _record(name: str, kept: Path, of: str) -> int:
 
 
 def _tests_by_line(contexts: dict[int, list[str]], tests: Collection[str]) -> dict[int, list[str]]:
-    """Line -> tests. What the set-up of one test does may serve all tests of its file: fixtures of a module do."""
+    """Return line -> tests. Lines run in the set-up of a test count for all tests of its file (module fixtures)."""
     found: dict[int, list[str]] = {}
     for line, names in contexts.items():
         of_line: set[str] = set()
@@ -177,7 +177,7 @@ def _tests_by_line(contexts: dict[int, list[str]], tests: Collection[str]) -> di
 def _statement(source: str, line: int) -> tuple[int, int] | None:
     """First and last line of the smallest statement around a line; None outside functions.
 
-    Of a statement that goes over several lines, not every one counts as run.
+    Coverage does not list all lines of a statement over several lines.
     """
     tree = ast.parse(source)
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
@@ -189,7 +189,7 @@ def _statement(source: str, line: int) -> tuple[int, int] | None:
 
 
 def _head_end(node: ast.stmt) -> int:
-    """Last line of a statement, without the block that it may have."""
+    """Last line of a statement, without its block."""
     body = getattr(node, "body", None)
     return max(node.lineno, body[0].lineno - 1) if body else node.end_lineno or node.lineno
 

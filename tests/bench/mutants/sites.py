@@ -1,4 +1,4 @@
-"""Which faults can be made in a file, and a sample of them. The operators are those of cosmic-ray."""
+"""Possible faults in a file, and a sample of them. The operators are those of cosmic-ray."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cosmic_ray.plugins import get_operator
 from .trees import PACKAGES, python_files
 
 _APART = {"bench", "experiments", "training"}
-"""Folders whose faults are only made where they are asked for: they hold what measures, not what completes frames."""
+"""Folders with faults only on request, because they measure and do not complete frames."""
 
 _BINARY = {
     "Add": ("Sub",),
@@ -45,7 +45,7 @@ _COMPARISONS = {
     "Is": ("IsNot",),
     "IsNot": ("Is",),
 }
-# of the twelve and eight that an operator can be replaced with, most break at once and say nothing about the tests
+# most of the twelve and eight replacements of an operator fail at once and give no information about the tests
 OPERATORS = (
     *(f"core/ReplaceBinaryOperator_{old}_{new}" for old, others in _BINARY.items() for new in others),
     *(f"core/ReplaceComparisonOperator_{old}_{new}" for old, others in _COMPARISONS.items() for new in others),
@@ -68,18 +68,18 @@ OPERATORS = (
 
 @dataclass(frozen=True, order=True)
 class Mutant:
-    """One fault: what an operator makes of the file at one of the places where it applies.
+    """One fault: an operator applied at one place of a file.
 
     Attributes
     ----------
     path : str
-        Of the file, from the root of the tree.
+        Path of the file, relative to the root of the tree.
     line : int
-        Where the fault is, from 1.
+        Line of the fault, from 1.
     operator : str
         Name of cosmic-ray's operator.
     occurrence : int
-        Which of its places in the file, from 0.
+        Number of the place in the file, from 0.
     """
 
     path: str
@@ -88,11 +88,11 @@ class Mutant:
     occurrence: int
 
     def code(self, source: str) -> str:
-        """The file with the fault in it."""
+        """Return the file with the fault."""
         return str(mutate_code(source, get_operator(self.operator)(), self.occurrence))
 
     def diff(self, source: str) -> str:
-        """What the fault changes, line by line."""
+        """Return the changed lines."""
         lines = difflib.unified_diff(
             source.splitlines(), self.code(source).splitlines(), self.path, self.path, lineterm="", n=1
         )
@@ -100,8 +100,8 @@ class Mutant:
 
 
 def target_files(tree: Path, targets: Sequence[str] | None = None) -> list[str]:
-    """The Python files among the targets, by default the whole program; of folders that are apart, only where a target
-    names one."""
+    """Return the Python files among the targets, by default the whole program; files in excluded folders only if a
+    target lists the folder."""
     return [
         path
         for target in targets or PACKAGES
@@ -111,7 +111,7 @@ def target_files(tree: Path, targets: Sequence[str] | None = None) -> list[str]:
 
 
 def mutants_of(tree: Path, path: str) -> list[Mutant]:
-    """All faults that can be made in a file, outside annotations and the like, which nobody runs."""
+    """Return all possible faults in a file, except in annotations and other code that is not run."""
     source = (tree / path).read_text(encoding="utf-8")
     left_out = [*_annotations(source), *_keyword_markers(source)]
     return [
@@ -123,10 +123,10 @@ def mutants_of(tree: Path, path: str) -> list[Mutant]:
 
 
 def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutant]:
-    """Faults spread over the files in proportion to their lines, each on another line while there are any.
+    """Sample faults over the files in proportion to their lines, each on a different line while possible.
 
-    The same seed gives the same faults as long as the files are the same; what a file gives depends on no other file,
-    but for its share.
+    The same seed gives the same faults for the same files; the faults of a file do not depend on other files, except
+    for their number.
     """
     mutants = {path: found for path in files if (found := mutants_of(tree, path))}
     lines = {path: (tree / path).read_text(encoding="utf-8").count("\n") for path in mutants}
@@ -138,15 +138,15 @@ def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutan
         for mutant in rng.sample(mutants[path], len(mutants[path])):
             by_line.setdefault(mutant.line, []).append(mutant)
         columns = [by_line[line] for line in rng.sample(sorted(by_line), len(by_line))]
-        # one of every line, then a second of every line that has one, and so on
+        # one of every line, then a second of every line that has two, and so on
         in_turn = (mutant for turn in zip_longest(*columns) for mutant in turn if mutant is not None)
         chosen += islice((mutant for mutant in in_turn if _is_other(mutant, source)), share)
     return chosen
 
 
 def _shares(lines: dict[str, int], size: int, rng: random.Random) -> dict[str, int]:
-    """Whole numbers that add up to the size, each its exact share of the lines rounded up or down: with as many files
-    as there are, most shares are less than one, and chance says which of them are rounded up."""
+    """Return whole numbers that add up to the size, each its exact share of the lines rounded up or down; with many
+    files most shares are less than one, and those that are rounded up are random."""
     total, shares = sum(lines.values()), {}
     before = rng.randrange(total)
     for path in rng.sample(list(lines), len(lines)):
@@ -162,7 +162,7 @@ def _tree(source: str) -> Any:
 
 
 def _places(source: str, operator: str) -> Iterator[tuple[int, int]]:
-    """Line and column of every place where the operator applies, in cosmic-ray's order."""
+    """Return line and column of every place where the operator applies, in cosmic-ray's order."""
     applies = get_operator(operator)()
     for node in ast_nodes(_tree(source)):
         for start, _ in applies.mutation_positions(node):
@@ -178,14 +178,14 @@ def _annotations(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]
 
 
 def _keyword_markers(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """The bare stars of parameter lists, which multiply nothing."""
+    """Return the bare stars of parameter lists, which are not multiplications."""
     for node in ast_nodes(_tree(source)):
         if node.type == "operator" and node.value == "*" and node.parent.type in ("parameters", "lambdef"):
             yield node.start_pos, node.end_pos
 
 
 def _is_other(mutant: Mutant, source: str) -> bool:
-    """Whether what comes out is Python, and other Python than before."""
+    """Return whether the result is valid Python and differs from the original."""
     try:
         return ast.dump(ast.parse(mutant.code(source))) != ast.dump(ast.parse(source))
     except SyntaxError:

@@ -1,4 +1,4 @@
-"""Copies of the tree, in which faults are made and tests are run."""
+"""Copies of the tree in which faults are made and tests are run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PACKAGES = ("ilf", "gui")
 
 
 def take_tree(root: Path, folder: Path) -> Path:
-    """A copy of what git knows or would take in, as it is now: work may go on meanwhile."""
+    """Copy the tracked and untracked files that git does not ignore; the tree may change afterwards."""
     listed = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=root, capture_output=True, text=True, check=True,
@@ -27,13 +27,13 @@ def take_tree(root: Path, folder: Path) -> Path:
 
 
 def copy_tree(tree: Path, folder: Path) -> Path:
-    """Another copy, without bytecode."""
+    """Make another copy, without bytecode."""
     shutil.copytree(tree, folder, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
 
 def python_files(tree: Path, targets: Iterable[str]) -> list[str]:
-    """The Python files among files and folders of a copy, from its root, that have anything in them.
+    """Return the non-empty Python files among files and folders of a copy, relative to its root.
 
     Raises
     ------
@@ -44,14 +44,14 @@ def python_files(tree: Path, targets: Iterable[str]) -> list[str]:
     for target in targets:
         path = tree / target
         if not path.exists():
-            raise ValueError(f"{target}: there is no such file or folder in the tree.")
+            raise ValueError(f"{target}: the tree has no such file or folder.")
         found = [path] if path.is_file() else sorted(path.rglob("*.py"))
         files += [file.relative_to(tree).as_posix() for file in found if file.stat().st_size]
     return files
 
 
 def tree_hash(tree: Path, counts: Callable[[str], bool] = bool) -> str:
-    """SHA-256 over names and contents of all Python files of a copy, or of those whose names count."""
+    """SHA-256 over names and contents of all or selected Python files of a copy."""
     digest = hashlib.sha256()
     for name in filter(counts, sorted(python_files(tree, ["."]))):
         digest.update(f"{name}\0{file_hash(tree, name)}\0".encode())
@@ -64,14 +64,14 @@ def file_hash(tree: Path, path: str) -> str:
 
 
 def put(tree: Path, path: str, source: str) -> None:
-    """Write a file of a copy, and forget its bytecode: size and second of writing may be those of the last fault."""
+    """Write a file of a copy and delete its bytecode, because size and time may equal those of the last fault."""
     (tree / path).write_text(source, encoding="utf-8")
     for stale in (tree / path).parent.glob(f"__pycache__/{Path(path).stem}.*.pyc"):
         stale.unlink()
 
 
 def environment(tree: Path) -> dict[str, str]:
-    """Tests run against the copy, without a display, the same way every time."""
+    """Environment of tests on a copy: without a display, and deterministic."""
     return os.environ | {
         "PYTHONPATH": str(tree),
         "PYTHONHASHSEED": "0",

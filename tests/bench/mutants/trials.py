@@ -1,4 +1,4 @@
-"""One fault against the tests that it concerns."""
+"""Trial of one fault by its tests."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from .sites import Mutant
 from .trees import environment, put
 
 _MEMORY = 8 << 30
-"""A fault may ask for any amount of memory; this much it gets [bytes]."""
+"""Memory limit [bytes], because a fault may request any amount."""
 
 _START_S, _FACTOR = 60.0, 5.0
-"""Time limit: so long to start, and so many times what the tests usually take."""
+"""Time limit: seconds for the start, and a multiple of the tests' usual duration."""
 
 _FEW = 30
-"""So many tests go first."""
+"""Number of tests that run first."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What became of a fault.
+    """Result of a fault.
 
     Attributes
     ----------
     outcome : str
         "killed", "survived" or "timeout".
     tests : int
-        How many of the tests that it concerns were to be tried.
+        Number of its tests that were selected.
     killer : str
-        The test that found it, "" for none.
+        Test that found it, "" for none.
     """
 
     outcome: str
@@ -49,7 +49,7 @@ class Trial:
 
 
 class Trials:
-    """Tries faults, in a copy of the tree at a time; tests that found faults in a file go first there."""
+    """Tries faults in a copy of the tree; tests that found faults in a file run first for this file."""
 
     def __init__(self, tree: Path, covering: Covering, longest: float) -> None:
         self._tree = tree
@@ -59,14 +59,14 @@ class Trials:
         self._reliable: dict[str, bool] = {}
 
     def run(self, mutant: Mutant, copy: Path) -> Trial:
-        """Make the fault in the copy, run its tests until one fails, and mend it again.
+        """Make the fault in the copy, run its tests until one fails, and restore the file.
 
-        A test that fails alone without any fault, because it needs others before it, finds nothing: it is left out.
+        A test that fails alone without a fault, because it depends on other tests, is skipped.
 
         Raises
         ------
         RuntimeError
-            If pytest cannot do what it is asked to without any fault either.
+            If pytest also fails to run without a fault.
         """
         source = (self._tree / mutant.path).read_text(encoding="utf-8")
         killers = self._killers.setdefault(mutant.path, Counter())
@@ -84,11 +84,11 @@ class Trials:
                 killers.update([named] if named else [])
                 return Trial(outcome, len(tests), killer)
             if not named:
-                raise RuntimeError(f"The tests cannot be run without any fault: {killer}.")
-            print(f"left out, since it fails without any fault: {killer}", flush=True)
+                raise RuntimeError(f"The tests cannot be run without a fault: {killer}.")
+            print(f"skipped, because it fails without a fault: {killer}", flush=True)
 
     def _tests(self, mutant: Mutant, source: str, first: list[str]) -> list[str]:
-        """Those that a fault concerns, in the order in which they are tried, as far as the time goes."""
+        """Return the tests of a fault in the order of trial, up to the time limit."""
         of_it = [
             test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._reliable.get(test, True)
         ]
@@ -97,13 +97,13 @@ class Trials:
         return [test for test, until in zip(in_order, passed, strict=True) if until <= self._longest]
 
     def _is_reliable(self, copy: Path, test: str) -> bool:
-        """Whether it passes alone, without any fault."""
+        """Return whether a test passes alone, without a fault."""
         if test not in self._reliable:
             self._reliable[test] = self._pytest(copy, [test])[0] == "survived"
         return self._reliable[test]
 
     def _try(self, copy: Path, tests: list[str]) -> tuple[str, str]:
-        """A few tests first: most faults are found by them, and the others need not even be collected."""
+        """Split off a few tests to run first: these find most faults, so the others need not be collected."""
         for some in (tests[:_FEW], tests[_FEW:]):
             if some and (found := self._pytest(copy, some))[0] != "survived":
                 return found
@@ -129,14 +129,14 @@ class Trials:
             return "survived", ""
         if found := re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE):
             return "killed", found[1]
-        # a fault in what a test is given for parameters changes their names: then it counts with whatever it is given
+        # a fault in a test's parameters changes its name: then the name without parameters is used
         gone = {name.removeprefix(f"{tree}/") for name in re.findall(r"^ERROR: not found: (.+)$", output, re.MULTILINE)}
         whole = list(dict.fromkeys(_function(test) if _function(test) in gone else test for test in tests))
         return ("killed", f"status {process.returncode}") if whole == tests else self._pytest(tree, whole)
 
 
 def _function(test: str) -> str:
-    """A test's name without its parameters."""
+    """Return a test's name without its parameters."""
     return test.split("[")[0]
 
 

@@ -1,10 +1,10 @@
-"""How many of the first suspicious places are faults that were made on purpose.
+"""Precision of the quality checks: how many of the first flagged places are deliberate faults.
 
-python -m tests.bench.suspects [--choose] [--seed 0]
+python -m tests.bench.quality_checks [--choose] [--seed 0]
 
-Ten faults in each of ten frames whose depth is known everywhere: blocks are extracted from all of it and spoilt, holes
-are cut into it, and places are looked for in what is left. A place is real if it is the first one about a fault. Of the
-others, "there before" are those at which true depth jumps inside a block: faults of the extraction, not made here.
+Ten faults in each of ten frames without missing depth: blocks are extracted from the full depth and get faults, holes
+are cut into the depth, and the quality checks run on the rest. A flagged place is real if it is the first one at a
+fault. Of the others, "there before" are those at which true depth jumps inside a block: errors of the extraction.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from .spoiling import KINDS
 from .trials import Trial, try_frame
 
 CHOSEN_ON = ("0035", "0057", "0119", "0153", "0172", "0211", "0273", "0334", "0390", "0462")
-"""Frames on which the weights of `ilf.suspicion` were chosen."""
+"""Frames on which the weights of the quality checks were tuned."""
 
 REPORTED_ON = ("0040", "0059", "0091", "0169", "0176", "0283", "0352", "0411", "0476", "0519")
-"""Others, on which they are reported."""
+"""Other frames, for the reported results."""
 
 FAULTS, TOP = 10, 20
 
 
 def first_of_all(trials: Sequence[Trial]) -> Counter[str]:
-    """What the places with the highest scores of all frames are: real, again about one of those, before, nothing."""
+    """Classify the places with the highest scores of all frames: real, repeated, there before, or no fault."""
     findings = [(finding, trial.name) for trial in trials for finding in trial.found]
     findings.sort(key=lambda one: -one[0].place.score)
     seen: set[tuple[str, int]] = set()
@@ -45,7 +45,7 @@ def first_of_all(trials: Sequence[Trial]) -> Counter[str]:
 
 
 def by_kind(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Of every kind of fault, how many there are and how many are found among the first places of their frames."""
+    """Table of the kinds of fault: their number, and how many are among the first places of their frames."""
     for kind in (*KINDS, "all"):
         row: list[object] = [kind]
         for top in (None, FAULTS, TOP, 10_000):
@@ -55,14 +55,14 @@ def by_kind(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
 
 
 def by_frame(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Of every frame, how many faults are found, and how many places there are."""
+    """Table of the frames: faults found, and number of places."""
     for trial in trials:
         before = sum(finding.before for finding in trial.found[:TOP])
         yield trial.name, len(trial.faults), len(trial.hits(FAULTS)), len(trial.hits(TOP)), before, len(trial.found)
 
 
 def by_place(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
-    """Of every kind of place among the first of the frames, how many there are and what they are about."""
+    """Table of the kinds of place among the first of the frames: their number and causes."""
     first = [finding for trial in trials for finding in trial.found[:TOP]]
     for kind in sorted({finding.place.kind for finding in first}):
         of_kind = [finding for finding in first if finding.place.kind == kind]
@@ -71,7 +71,7 @@ def by_place(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
 
 
 def table(head: str, rows: Iterable[tuple[object, ...]]) -> str:
-    """As Markdown."""
+    """Format a table as Markdown."""
     columns = head.split(" | ")
     lines = [columns, ["---"] * len(columns), *rows]
     return "".join(f"| {' | '.join(map(str, line))} |\n" for line in lines)
@@ -81,7 +81,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--choose", action="store_true", help="on the frames that weights were chosen on")
+    parser.add_argument("--choose", action="store_true", help="use the frames for tuning the weights")
     arguments = parser.parse_args()
     root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
     trials = []
@@ -92,8 +92,8 @@ def main() -> None:
     first = first_of_all(trials)
     print(
         f"{sum(len(trial.faults) for trial in trials)} faults in {len(trials)} frames. Of the {TOP} places with the "
-        f"highest scores of all, {first['real']} are real, {first['again']} are about one of those again, "
-        f"{first['before']} were there before, {first['nothing']} are nothing.\n"
+        f"highest scores of all, {first['real']} are real, {first['again']} repeat one of these, "
+        f"{first['before']} were there before, {first['nothing']} are no fault.\n"
     )
     print(table(f"fault | made | in the first {FAULTS} of its frame | in the first {TOP} | at all", by_kind(trials)))
     head = f"frame | made | real of the first {FAULTS} | of the first {TOP} | there before, of the first {TOP} | places"

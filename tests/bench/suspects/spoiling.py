@@ -1,4 +1,4 @@
-"""Blocks spoilt on purpose, where missing depth hangs on them and the truth says that it matters."""
+"""Deliberate faults in blocks, where missing depth depends on them and ground truth shows an effect."""
 
 from __future__ import annotations
 
@@ -16,41 +16,41 @@ Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 KINDS = ("merge", "move", "island", "swallow")
-"""Two blocks made one; a stretch of border moved by 6 to 20 px; a piece out of the middle of a block given away; a
-part beyond a border taken in."""
+"""Kinds of fault: two blocks merged; a stretch of border moved by 6 to 20 px; a piece from the middle of a block given
+to another; a part beyond a border added."""
 
 APART, APART_SHARE = 0.1, 0.05
 """Borders count where the true depths on their sides differ by more than the larger of the two [m, share]."""
 
 HANGING = 50
-"""Pixels to be filled that a fault spoils at least."""
+"""Minimum number of missing pixels that a fault affects."""
 
 ZONE = 12
-"""How far [px] from a fault a place may be to be about it."""
+"""Maximum distance [px] of a flagged place from its fault."""
 
 _TRIES = 300
 
 
 @dataclass(frozen=True, eq=False)
 class Fault:
-    """One spoilt place: its kind, and where places may be that are about it."""
+    """One fault: its kind, and the pixels where a flagged place counts as found."""
 
     kind: str
     zone: Mask
 
 
 def with_holes(truth: RGBDFrame, rng: np.random.Generator, areas: int = 25, shadow: int = 8) -> RGBDFrame:
-    """The frame with depth missing as a sensor leaves it: in patches, and in shadows on the far side of jumps.
+    """Return the frame with missing depth as from a sensor: in patches, and in shadows on the far side of jumps.
 
     Parameters
     ----------
     truth : RGBDFrame
-        Without missing depth.
+        Frame without missing depth.
     rng : Generator
     areas : int
         Number of elliptic patches.
     shadow : int
-        Width of the shadows at most [px]; that of each row band is drawn.
+        Maximum width of the shadows [px]; that of each band of rows is random.
     """
     depth = truth.depth.copy()
     height, width = depth.shape
@@ -72,16 +72,16 @@ def with_holes(truth: RGBDFrame, rng: np.random.Generator, areas: int = 25, shad
 def spoil(
     labels: Labels, truth: NDArray[np.float32], missing: Mask, kinds: list[str], rng: np.random.Generator
 ) -> tuple[Labels, list[Fault]]:
-    """A label map with one fault of each of `kinds`, apart from each other; of those that there is no place for, none.
+    """Return a label map with one fault of each of `kinds`, apart from each other; those without a place are skipped.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
-        Blocks as they should be.
+        Correct blocks.
     truth : ndarray of float32, shape (H, W)
         True depth [m].
     missing : ndarray of bool, shape (H, W)
-        Where it is to be filled.
+        Missing pixels.
     kinds : list of str
         Of `KINDS`.
     rng : Generator
@@ -103,7 +103,7 @@ def spoil(
 
 
 def widened(mask: Mask, radius: float) -> Mask:
-    """Pixels within a distance of a mask."""
+    """Return pixels within a distance of a mask."""
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= radius)
 
 
@@ -160,7 +160,7 @@ def _swallow(labels: Labels, truth: NDArray[np.float32], rng: np.random.Generato
 
 
 def _border(labels: Labels, truth: NDArray[np.float32], rng: np.random.Generator) -> tuple[int, int, Mask] | None:
-    """Two neighbouring blocks, and the part of their border along which true depth jumps: 40 px or more."""
+    """Return two neighbouring blocks, and the part of their border along which true depth jumps: 40 px or more."""
     height, width = labels.shape
     lines = mark(apart(labels)) & (labels > 0)
     rows, columns = np.nonzero(lines)
@@ -173,7 +173,7 @@ def _border(labels: Labels, truth: NDArray[np.float32], rng: np.random.Generator
     one, other = (int(label) for label in rng.permutation([int(labels[row, column]), pair[0]]))
     near_one, near_other = widened(labels == one, 1.5), widened(labels == other, 1.5)
     line = near_one & near_other & np.isin(labels, (one, other))
-    # true depth a few pixels into each of the two
+    # true depth a few pixels inside each of the two
     lower, upper = (
         cv2.erode(np.where(np.isin(labels, (one, other)), truth, np.inf).astype(np.float32), np.ones((7, 7))),
         cv2.dilate(np.where(np.isin(labels, (one, other)), truth, 0).astype(np.float32), np.ones((7, 7))),

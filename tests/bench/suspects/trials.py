@@ -1,4 +1,4 @@
-"""One frame spoilt and looked at: which of its places are about what was spoilt."""
+"""Quality checks on one frame with deliberate faults: which of the flagged places are at a fault."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
 from .spoiling import KINDS, Fault, Labels, Mask, spoil, widened, with_holes
 
 _FINE = BlockParameters(min_size=0.1)
-"""Finer than by default, so that few blocks hold several surfaces before they are spoilt."""
+"""Finer than by default, so that few blocks contain several surfaces before the faults."""
 
 _JUMP, _RIM, _NEAR = 0.04, 3.5, 8
-"""Jumps of true depth [m, share of the depth] count as a fault farther [px] from a border than that, and a place as
-about one that is so near [px]."""
+"""Jumps of true depth [m, share of the depth] at more than this distance [px] from a border count as errors; maximum
+distance [px] of a place from one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """A place and what it is about: the number of a fault, or a true jump that the blocks held before."""
+    """A flagged place and its cause: the number of a fault, or a true jump inside a block of the extraction."""
 
     place: Place
     fault: int | None
@@ -35,19 +35,19 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A spoilt frame and what was found in it, in the order of the places."""
+    """A frame with faults, and its flagged places in order."""
 
     name: str
     faults: list[Fault]
     found: list[Finding]
 
     def hits(self, top: int) -> set[int]:
-        """Faults that the first places are about."""
+        """Faults found by the first places."""
         return {finding.fault for finding in self.found[:top] if finding.fault is not None}
 
 
 def try_frame(truth: RGBDFrame, faults: int, seed: int) -> Trial:
-    """Cut holes into a frame without missing depth, spoil its blocks in some places, and look for them."""
+    """Cut holes into a frame without missing depth, make faults in its blocks, and run the quality checks."""
     rng = np.random.default_rng([seed, zlib.crc32(truth.name.encode())])
     frame = with_holes(truth, rng)
     kinds = [KINDS[number % len(KINDS)] for number in rng.permutation(faults)]
@@ -62,7 +62,7 @@ def try_frame(truth: RGBDFrame, faults: int, seed: int) -> Trial:
 
 
 def _true_jumps(truth: RGBDFrame, labels: Labels) -> Mask:
-    """Around the places at which true depth jumps inside a block."""
+    """Return pixels around true depth jumps inside a block."""
     right, below = find_relief(truth.depth, _JUMP, _JUMP).jumps
     inside = ~widened(mark(apart(labels)), _RIM)
     return widened(mark(long_lines((right & inside[:, :-1], below & inside[:-1]), JUMP_LENGTH)), _NEAR)

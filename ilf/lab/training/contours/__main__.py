@@ -20,7 +20,7 @@ def _lesson(arguments: argparse.Namespace) -> Contours:
 
 
 def main() -> None:
-    """Train, or go on training, and export."""
+    """Train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.contours", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of BSDS500, with images and groundTruth")
     train(parser, 70, _lesson)

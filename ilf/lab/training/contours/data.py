@@ -36,9 +36,9 @@ class Example:
 
 
 def load_examples(folder: Path) -> tuple[list[Example], list[Example]]:
-    """The 300 images of train and val, as those to learn from and those held out.
+    """Load the 300 images of train and val, split into training and held-out images.
 
-    Every tenth image in order of its number is held out; the test images are never read.
+    Every tenth image by number is held out; the test images are never read.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def load_examples(folder: Path) -> tuple[list[Example], list[Example]]:
     Raises
     ------
     InputError
-        If the folder has no such images.
+        If the folder does not have these images.
     """
     examples = [_load(folder, path) for path in image_paths(folder, "train", "val")]
     held_out = examples[::HELD_OUT_EVERY]
@@ -60,18 +60,18 @@ def load_examples(folder: Path) -> tuple[list[Example], list[Example]]:
 
 
 def image_paths(folder: Path, *splits: str) -> list[Path]:
-    """The images of some splits of BSDS500, in order of their number; an InputError where there are none."""
+    """List the images of some splits of BSDS500 by number; raise InputError if there are none."""
     paths = [path for split in splits for path in (folder / "images" / split).glob("*.jpg")]
     if not paths:
-        raise InputError(f"{folder} has no images/{splits[0]}/*.jpg: name the folder of BSDS500.")
+        raise InputError(f"{folder} has no images/{splits[0]}/*.jpg. Give the folder of BSDS500.")
     return sorted(paths, key=lambda path: int(path.stem))
 
 
 def read_image(path: Path) -> NDArray[np.uint8]:
-    """An image file as uint8 RGB (H, W, 3); an InputError where it is none."""
+    """Read an image file as uint8 RGB (H, W, 3); raise InputError if it is not an image."""
     bgr = cv2.imread(str(path))
     if bgr is None:
-        raise InputError(f"{path} cannot be read as an image: unpack BSDS500 again.")
+        raise InputError(f"{path} cannot be read as an image. Unpack BSDS500 again.")
     return np.ascontiguousarray(bgr[..., ::-1], np.uint8)
 
 
@@ -89,24 +89,24 @@ def boundary(segmentation: NDArray[np.int16]) -> NDArray[np.bool_]:
 
 
 def consensus(segmentations: tuple[NDArray[np.int16], ...]) -> NDArray[np.float32]:
-    """Share of the annotators who see a boundary at each pixel, float32 (H, W) in [0, 1]."""
+    """Share of the annotators who marked a boundary at each pixel, float32 (H, W) in [0, 1]."""
     return np.mean([boundary(one) for one in segmentations], axis=0, dtype=np.float32)
 
 
 def random_sample(
     example: Example, size: int, rng: np.random.Generator
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """A random crop, turned, mirrored, scaled and changed in colour.
+    """Return a random crop, rotated, mirrored, scaled and changed in colour.
 
     Returns
     -------
     rgb : ndarray of float32, shape (size, size, 3)
         In [0, 1].
     share : ndarray of float32, shape (size, size)
-        Share of the annotators who see a boundary.
+        Share of the annotators who marked a boundary.
     """
     matrix = _random_warp(example.rgb.shape[:2], size, rng)
-    # Reflection continues image and segmentation alike, so the crop may hang over without inventing a boundary.
+    # Reflection continues image and segmentation alike, so a crop beyond the border creates no false boundary.
     rgb = _warp(example.rgb, matrix, size, cv2.INTER_LINEAR)
     warped = tuple(_warp(one, matrix, size, cv2.INTER_NEAREST) for one in example.segmentations)
     return _random_colour(rgb, rng), consensus(warped)
@@ -118,7 +118,7 @@ def _warp(image: NDArray[Pixel], matrix: NDArray[np.float64], size: int, how: in
 
 
 def _random_warp(shape: tuple[int, int], size: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    # Half of the samples stay nearly upright, as photographs are; the others turn freely.
+    # Half of the samples stay nearly upright, like photographs; the others have any rotation.
     angle = rng.normal(0, 5) if rng.random() < 0.5 else rng.uniform(0, 360)
     scale = np.exp(rng.uniform(np.log(0.55), np.log(1.6)))
     reach = size / (2 * scale)

@@ -1,4 +1,4 @@
-"""Contours of pictures as the trainer learns them: crops of BSDS500's images, and all of those held out."""
+"""Training task of the contour network: random crops of BSDS500's images, evaluated on held-out images."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _stage(inputs: int, channels: int, blocks: int, dilation: int) -> nn.Sequent
 
 
 class EdgeModel(nn.Module):
-    """Colour to boundary logits.
+    """Network from colour to boundary logits.
 
     The image is (N, 3, H, W), RGB in [0, 1], H and W multiples of 16. `forward` gives the five side outputs, finest
     first, and the fused one last, each (N, 1, H, W), before the sigmoid.
@@ -110,11 +110,11 @@ def edge_loss(outputs: list[Tensor], share: Tensor) -> Tensor:
     outputs : list of Tensor, shape (N, 1, H, W)
         Logits, the fused one last.
     share : Tensor, shape (N, 1, H, W)
-        Share of the annotators who see a boundary. Above 0.3 counts as boundary, 0 as none, between is left out.
+        Share of the annotators who marked a boundary. Above 0.3 counts as boundary, 0 as none, the rest is ignored.
     """
     positive = share > 0.3
     negative = share == 0
-    # Balanced image by image: a picture of few boundaries must not be drowned by one of many.
+    # Balanced per image, so that images with many boundaries do not dominate those with few.
     positives = positive.sum((1, 2, 3), keepdim=True).float()
     negatives = negative.sum((1, 2, 3), keepdim=True).float()
     total = (positives + negatives).clamp(min=1)
@@ -139,7 +139,7 @@ class _Deployed(nn.Module):
 
 
 def deployable(model: EdgeModel) -> nn.Module:
-    """The model for inference: difference convolutions made plain, normalisation folded into the weights.
+    """Convert the model for inference: plain convolutions, with normalisation folded into the weights.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def _plain(convolution: DifferenceConvolution) -> nn.Conv2d:
 
 
 def export_onnx(model: EdgeModel, path: Path) -> None:
-    """Write the model to an ONNX file whose height and width are free."""
+    """Write the model to an ONNX file with free height and width."""
     torch.onnx.export(
         deployable(model),
         (torch.zeros(1, 3, 64, 64),),
@@ -190,7 +190,7 @@ CROP = 320
 
 
 class Contours(Lesson):
-    """The lesson of the edge network.
+    """Training task of the contour network.
 
     Parameters
     ----------

@@ -20,10 +20,10 @@ def _lesson(arguments: argparse.Namespace) -> CorrectionLesson:
 
 
 def main() -> None:
-    """Train, or go on training, and export."""
+    """Train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.correction", description=__doc__)
-    parser.add_argument("--data", type=Path, required=True, help="folder of samples; it may be growing")
-    parser.add_argument("--start", type=Path, help="depth-edge network (ONNX) whose trunk is gone on from")
+    parser.add_argument("--data", type=Path, required=True, help="folder of samples; it may grow during training")
+    parser.add_argument("--start", type=Path, help="depth-edge network (ONNX) that initialises the trunk")
     train(parser, 90, _lesson)
 
 

@@ -1,4 +1,4 @@
-"""Correction as the trainer learns it: by the error of the corrected depth."""
+"""Training task of the correction network: minimise the error of the corrected depth."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from .samples import SampleFolder, read_sample, varied
 
 Array = NDArray[np.float32]
 
-# To begin from a trained depth-edge network rather than from nothing.
+# Initialisation from a trained depth-edge network.
 
 
 def take_over(model: DepthEdgeModel, path: Path, image: Tensor, features: Tensor) -> None:
-    """Give a model, which may have more inputs, the weights of a depth-edge network in an ONNX file.
+    """Copy the weights of a depth-edge network in an ONNX file into a model, which may have more inputs.
 
-    The file has normalisation folded into the weights. Each normalisation becomes that which its convolution needs to
-    have no effect on a batch, and goes on learning from there. Inputs that the file does not know weigh nothing yet.
+    The file has normalisation folded into the weights. Each normalisation is set so that it has no effect on a batch,
+    and is trained from there. Inputs that the file does not have get weight 0.
     """
     graph = onnx.load(str(path)).graph
     arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).copy()) for one in graph.initializer}
@@ -98,7 +98,7 @@ def _norm_of(model: DepthEdgeModel, convolution: str) -> nn.BatchNorm2d:
     return norm
 
 
-# The trained model as ONNX: colour and features in, links of cells and the logits of pixels' weights out.
+# The trained model as ONNX: colour and features in, links of cells and logits of the pixels' weights out.
 
 
 class _Deployed(nn.Module):
@@ -117,7 +117,7 @@ class _Deployed(nn.Module):
 
 
 def deployable(model: CorrectionModel) -> nn.Module:
-    """The model for inference: (1, 3, H, W) and (1, 10, H, W) to links and logits, as the file has them."""
+    """Convert the model for inference: (1, 3, H, W) and (1, 10, H, W) to links and logits, as in the file."""
     return _Deployed(deepcopy(model).cpu()).eval()
 
 
@@ -129,23 +129,23 @@ def export_onnx(model: CorrectionModel, path: Path) -> None:
 BATCH = 4
 
 LINES_SHARE = 0.1
-"""In the loss, of the lines and the coarse depth, which the depth-edge network has learnt; 1 is that of the error."""
+"""Weight in the loss of the lines and the coarse depth, which the depth-edge network has learnt; the error has 1."""
 
 _LEAST_MEAN, _LEAST_RMS = 0.01, 0.02
-"""Errors of the completed depth, in units of the frame's median depth, that count as the least there are."""
+"""Minimum errors of the completed depth, in units of the frame's median depth; smaller ones count as these."""
 
 _NEAREST, _FARTHEST = -4.0, 2.0
-"""Log depth less its median up to which errors count in full."""
+"""Range of log depth minus its median in which errors count in full."""
 
 
 class CorrectionLesson(Lesson):
-    """The lesson of the correction network.
+    """Training task of the correction network.
 
     Parameters
     ----------
     folder : SampleFolder
     start : Path or None
-        Depth-edge network (ONNX) whose trunk is gone on from; from random weights if None.
+        Depth-edge network (ONNX) that initialises the trunk; random weights if None.
     """
 
     seed = 51
@@ -179,7 +179,7 @@ class CorrectionLesson(Lesson):
         return error_ratio(completed[:, 0] + change(links, of_weights), batch).mean() + LINES_SHARE * before
 
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
-        """Geometric means of the errors over those of the completed depth, and the largest of these ratios."""
+        """Geometric means of the ratios of errors to those of the completed depth, and the largest ratio."""
         ratios = []
         for path in self.folder.held_out:
             batch = tensors(tuple(one[None] for one in read_sample(path)))
@@ -197,13 +197,13 @@ class CorrectionLesson(Lesson):
 
 
 def counted(batch: tuple[Tensor, ...]) -> Tensor:
-    """Pixels with a true depth, but no known one; (N, H, W)."""
+    """Pixels with a true depth, but without a known one; (N, H, W)."""
     features, log_depth = batch[1], batch[3]
     return torch.isfinite(log_depth[:, 0]) & (features[:, 0] == 0)
 
 
 def errors(log_depth: Tensor, batch: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
-    """Mean and root mean square error of each picture where it counts, in units of its median depth; (N,)."""
+    """Mean and root mean square error of each picture over its counted pixels, in units of its median depth; (N,)."""
     there = counted(batch)
     true = torch.exp(torch.nan_to_num(batch[3][:, 0]).clamp(max=_FARTHEST))
     off = (torch.exp(log_depth.clamp(_NEAREST, _FARTHEST)) - true) * there
@@ -212,7 +212,7 @@ def errors(log_depth: Tensor, batch: tuple[Tensor, ...]) -> tuple[Tensor, Tensor
 
 
 def error_ratio(log_depth: Tensor, batch: tuple[Tensor, ...]) -> Tensor:
-    """Of each picture: its errors over those of the completed depth, mean and root mean square added; (N,)."""
+    """For each picture, ratio of its errors to those of the completed depth, summed over mean and RMS; (N,)."""
     mean, rms = errors(log_depth, batch)
     with torch.no_grad():
         mean_before, rms_before = errors(batch[4][:, 0], batch)

@@ -1,4 +1,4 @@
-"""The correction network: the depth-edge network's trunk, and from it how changes of depth spread."""
+"""The correction network: the depth-edge network's trunk, with outputs that control how changes of depth spread."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from torch.nn import functional
 from ....completion.correction_network import CHANNELS, factors_of, load_of, solve
 from ..depth_edges.model import UP_WIDTHS, DepthEdgeModel
 
-# Changes that spread through a grid of conductors, differentiably.
+# Differentiable spreading of changes through a grid of conductors.
 
 Links = tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]
-"""What `conduct` takes."""
+"""Arguments of `conduct`."""
 
 
 def conduct(right: Tensor, below: Tensor, rise_right: Tensor, rise_below: Tensor, held: Tensor, pull: Tensor) -> Tensor:
-    """The values u that minimise sum held u^2 - 2 pull u + sum link (u_next - u - rise)^2.
+    """Compute the values u that minimise sum held u^2 - 2 pull u + sum link (u_next - u - rise)^2.
 
     Parameters
     ----------
     right, rise_right : Tensor, shape (N, H, W - 1)
-        Conductance of the link from a cell to its right neighbour, and how much higher that one should be.
+        Conductance of the link from a cell to its right neighbour, and the wanted difference of the neighbour.
     below, rise_below : Tensor, shape (N, H - 1, W)
-        The same of links to lower neighbours.
+        The same for links to lower neighbours.
     held : Tensor, shape (N, H, W)
-        How firmly each cell is held.
+        Firmness with which each cell is held.
     pull : Tensor, shape (N, H, W)
-        That times what it is held to.
+        Firmness times the value that the cell is held to.
 
     Returns
     -------
@@ -76,30 +76,30 @@ class _Conduction(torch.autograd.Function):
 
 CELL = 4
 FIRMNESS = 10.0
-"""How firmly a cell whose pixels are all known is held to its depth, against a conductance of 1."""
+"""Firmness with which a cell of known pixels is held to its depth, relative to a conductance of 1."""
 
 LEAST_CONDUCTANCE = 1e-5
 AROUND = 9
-"""Cells of whose changes a pixel's is a mean: its own and those around it."""
+"""Number of cells whose changes are averaged for a pixel: its own and its neighbours."""
 
 _STEEPNESS = 4.0
-"""Power, at first, of the probability of no jump that is the conductance."""
+"""Initial exponent that turns the probability of no jump into a conductance."""
 
 _GAIN, _RISE_GAIN, _TARGET_GAIN = 4.0, 0.1, 0.5
-"""Of what the last convolution says of conductance and trust, of rises of log depth, and of its change itself."""
+"""Gains of the last convolution's outputs: for conductance and trust, rises of log depth, and the change itself."""
 
 _TRUST_AT_FIRST, _LEVELLING_AT_FIRST = -4.0, -3.0
-"""Logarithm of the firmness with which cells without known depth are held to the completed one, and logit of the share
-of its own rises that is taken off, before anything is learnt."""
+"""Initial logarithm of the firmness with which cells without known depth are held to the completed depth, and initial
+logit of the share of its own rises that is removed."""
 
 
 class CorrectionModel(nn.Module):
-    """Colour and features of a frame to how changes of its completed depth spread.
+    """Network from colour and features of a frame to parameters of the spreading of changes of its completed depth.
 
     The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 10, H, W), H and W multiples of 32. `forward` gives
-    the logits of lines and the coarse depth, as the depth-edge model does, the links of cells of 4 x 4 pixels
-    (`conduct`), and the logits of whose change each pixel takes how much, of the cells around it, (N, 36, H/2, W/2):
-    of each of the 9 cells those of the 2 x 2 pixels.
+    the logits of lines and the coarse depth, as in the depth-edge model, the links of cells of 4 x 4 pixels
+    (`conduct`), and the logits of the weights with which each pixel averages the changes of the cells around it,
+    (N, 36, H/2, W/2): for each of the 9 cells those of the 2 x 2 pixels.
     """
 
     def __init__(self) -> None:
@@ -122,7 +122,7 @@ class CorrectionModel(nn.Module):
     def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor, Links, Tensor]:
         half, quarter = self.base.levels(image, features)
         lines, coarse = self.base.lines(half), self.base.coarse(quarter)
-        # the first four are those of jumps in 2 x 2 pixels; from centre to centre of the cells
+        # the first four are the jumps in 2 x 2 pixels; pooled from centre to centre of the cells
         jump = lines[:, :4].float().amax(1, keepdim=True)
         across = functional.max_pool2d(functional.pad(jump[..., 1:], (0, 1), value=-9.0), CELL // 2)
         down = functional.max_pool2d(functional.pad(jump[..., 1:, :], (0, 0, 0, 1), value=-9.0), CELL // 2)

@@ -1,4 +1,4 @@
-"""Samples of the correction lesson: generated frames, and what the filter has made of them."""
+"""Samples of the correction training: generated frames, and their depth completed by the filter."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ Array = NDArray[np.float32]
 
 
 class SampleFolder(PictureFolder):
-    """Samples `<number>-<k>.npz` in a folder, some of each picture of a number."""
+    """Samples `<number>-<k>.npz` in a folder; several belong to the picture of one number."""
 
     KIND, NAMES = "samples", "<number>-<k>.npz"
 
     @staticmethod
     def number_in(name: str) -> str:
-        """That of the picture; of a name without another one behind it, none."""
+        """The picture's number in a file name; "" if the name has no second number."""
         number, _, k = name.partition("-")
         return number if k else ""
 
 
 def read_sample(path: Path) -> tuple[Array, ...]:
-    """A sample as it was made.
+    """Read an unchanged sample.
 
     Returns
     -------
@@ -38,19 +38,19 @@ def read_sample(path: Path) -> tuple[Array, ...]:
     lines : ndarray of float32, shape (H, W, 2)
         1 on jumps and on creases.
     log_depth, completed : ndarray of float32, shape (H, W, 1)
-        Exact, NaN where there is none, and completed, both less the median of the known one.
+        Exact (NaN where there is none) and completed, both minus the median of the known log depth.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the file is not a sample.
     """
     names = ("rgb", "depth", "completed", "contours", "exact", "lines")
     try:
         with np.load(path) as file:
             rgb, depth, completed, contours, exact, lines = (file[name] for name in names)
     except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path} is no sample. Make it again.") from error
+        raise InputError(f"{path} is not a sample. Make it again.") from error
     features, log_depth = correction_features(depth, completed, np.asarray(contours / 255, np.float32))
     true = np.log(exact) - np.float32(filled_log_depth(depth)[1])
     image = np.asarray(rgb / 255, np.float32)
@@ -59,9 +59,9 @@ def read_sample(path: Path) -> tuple[Array, ...]:
 
 
 def varied(sample: tuple[Array, ...], rng: np.random.Generator) -> tuple[Array, ...]:
-    """A sample, perhaps as a mirror shows it, a little brighter or darker, noisier, and of other tint.
+    """Augment a sample: at random mirrored, slightly brighter or darker, noisier, and tinted.
 
-    Only a little: what the filter has made of the picture is not made again.
+    Changes are small, because the completed depth is not computed again.
     """
     image, features, lines, *depths = sample
     gains = rng.uniform(0.85, 1.15) * rng.uniform(0.95, 1.05, 3)
@@ -70,7 +70,7 @@ def varied(sample: tuple[Array, ...], rng: np.random.Generator) -> tuple[Array, 
         image += np.float32(rng.uniform(0, 0.02)) * rng.standard_normal(image.shape, np.float32)
     arrays = (np.clip(image, 0, 1), features, lines, *depths)
     if rng.random() < 0.5:
-        # lines mark the left or upper of two pixels
+        # lines mark the left or upper pixel of a pair
         arrays = (arrays[0], features, np.roll(lines, 1, axis=1), *depths)
         arrays = tuple(np.ascontiguousarray(one[:, ::-1]) for one in arrays)
     return arrays

@@ -20,10 +20,10 @@ def _lesson(arguments: argparse.Namespace) -> DepthEdgeLesson:
 
 
 def main() -> None:
-    """Train, or go on training, and export."""
+    """Train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.depth_edges", description=__doc__)
     parser.add_argument(
-        "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may be growing"
+        "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may grow"
     )
     train(parser, 480, _lesson)
 

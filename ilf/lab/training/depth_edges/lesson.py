@@ -1,4 +1,4 @@
-"""Depth edges as the trainer learns them: generated pictures, of which more and more may come."""
+"""Training task of the depth-edge network: generated pictures, to which new ones may be added during training."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .measures import LineScore
 from .model import DepthEdgeModel
 from .pictures import PictureFolder, less_known, random_sample, read_picture, sample_of
 
-# What the depth-edge network is told about its mistakes: lines and coarse depth, where it counts.
+# Loss of the depth-edge network: lines and coarse depth, weighted.
 
 POSITIVE_WEIGHT = 3.0
-"""Of a pixel on a line, against 1 of another."""
+"""Weight of a pixel on a line; other pixels have 1."""
 
 BESIDE_WEIGHT = 0.25
-"""Of a pixel beside a line."""
+"""Weight of a pixel beside a line."""
 
 KNOWN_WEIGHT = 0.4
-"""Of pixels whose depth is known, and which the known depth tells about, against 1 where it is missing."""
+"""Weight of pixels with known depth, where the known depth shows edges; pixels with missing depth have 1."""
 
 CREASE_SHARE, COARSE_SHARE = 0.5, 0.1
-"""Of creases and of the coarse depth in the loss, against 1 of jumps."""
+"""Weights of creases and of the coarse depth in the loss; jumps have 1."""
 
 
 def line_loss(logits: Tensor, lines: Tensor, features: Tensor) -> Tensor:
@@ -44,14 +44,14 @@ def line_loss(logits: Tensor, lines: Tensor, features: Tensor) -> Tensor:
 
 
 def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
-    """Negative log-likelihood of a Laplace distribution around the coarse depth.
+    """Negative log likelihood of a Laplace distribution around the coarse depth.
 
     Parameters
     ----------
     coarse : Tensor, shape (N, 2, H/4, W/4)
-        Log depth less the filled one, and the log of its mean error.
+        Log depth minus the filled one, and the log of its mean error.
     log_depth : Tensor, shape (N, 1, H, W)
-        The true one in the unit of the features, NaN where there is none.
+        True log depth in the unit of the features, NaN where there is none.
     features : Tensor, shape (N, 6, H, W)
     """
     offset = at_quarter(log_depth - features[:, CHANNELS.index("filled")][:, None])
@@ -63,7 +63,7 @@ def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
 
 
 def at_quarter(values: Tensor) -> Tensor:
-    """One pixel of each 4 x 4: no mean, which would lie between two surfaces."""
+    """Take one pixel of each 4 x 4, not their mean, which could lie between two surfaces."""
     return values[..., COARSE // 2 :: COARSE, COARSE // 2 :: COARSE]
 
 
@@ -87,7 +87,7 @@ class _Deployed(nn.Module):
 
 
 def deployable(model: DepthEdgeModel) -> nn.Module:
-    """The model for inference: (1, 3, H, W) and (1, 6, H, W) to jump, crease and coarse, as the file has them."""
+    """Convert the model for inference: (1, 3, H, W) and (1, 6, H, W) to jump, crease and coarse, as in the file."""
     return _Deployed(deepcopy(model).cpu()).eval()
 
 
@@ -98,14 +98,14 @@ def export_onnx(model: DepthEdgeModel, path: Path) -> None:
 
 BATCH = 4
 LOOK_AGAIN_S = 60.0
-"""How often the folder is looked through for new pictures."""
+"""Interval at which the folder is listed again."""
 
 FAR = np.log1p(3) / 4
-"""The feature "distance" 3 px from known depth, up to which the known depth itself tells of jumps."""
+"""The feature "distance" at 3 px from known depth; up to there the known depth itself shows jumps."""
 
 
 class DepthEdgeLesson(Lesson):
-    """The lesson of the depth-edge network.
+    """Training task of the depth-edge network.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How well lines are found: average precision and best F over thresholds, with a pixel or two of tolerance."""
+"""Measures of detected lines: average precision and best F over thresholds, with a tolerance in pixels."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ THRESHOLDS = np.linspace(0.02, 0.98, 33)
 
 
 class LineScore:
-    """Counts over pictures of what is found of true lines, and of what is found wrongly.
+    """Counts over pictures of correctly and wrongly detected line pixels.
 
     Parameters
     ----------
     tolerance : int
-        How far [px] a line may be off, in rows and columns.
+        Maximum offset [px] of a line, in rows and columns.
     """
 
     def __init__(self, tolerance: int = 1) -> None:
         self._square = np.ones((2 * tolerance + 1,) * 2, np.uint8)
-        # found and right, found, true and found, true
+        # rows: detected and right, detected, true and detected, true
         self._counts = np.zeros((4, THRESHOLDS.size), np.int64)
 
     def add(self, strength: NDArray[np.float32], truth: NDArray[np.bool_], where: NDArray[np.bool_]) -> None:
-        """Count one picture, of which only some pixels count; neighbours of these may be matched with."""
+        """Count the pixels of one picture inside `where`; they may be matched with neighbours outside."""
         ridge = _ridges(strength)
         near_truth = cv2.dilate(truth.view(np.uint8), self._square) > 0
         true = truth & where
@@ -36,18 +36,18 @@ class LineScore:
 
     @property
     def true(self) -> int:
-        """Pixels of true lines that have been counted."""
+        """Number of counted pixels of true lines."""
         return int(self._counts[3, 0])
 
     @property
     def precision_recall(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Both at each of `THRESHOLDS`; where nothing is found, all of it is right."""
+        """Both at each of `THRESHOLDS`; precision is 1 where nothing is detected."""
         right, found, seen, true = self._counts
         return np.where(found > 0, right / np.maximum(found, 1), 1.0), seen / np.maximum(true, 1)
 
     @property
     def average_precision(self) -> float:
-        """Area under precision over recall; what is beyond the largest recall counts 0."""
+        """Area under precision over recall; beyond the largest recall, precision counts as 0."""
         precision, recall = self.precision_recall
         order = np.argsort(recall, kind="stable")
         best = np.maximum.accumulate(precision[order][::-1])[::-1]

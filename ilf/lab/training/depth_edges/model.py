@@ -1,4 +1,4 @@
-"""The depth-edge network: a compact U-Net that never works on more than half of the picture's size."""
+"""The depth-edge network: a compact U-Net that works at half of the picture's size or less."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ BLOCKS = (0, 1, 2, 2, 3)
 """Residual blocks of each stage."""
 
 UP_WIDTHS = (24, 32, 32, 48)
-"""Channels on the way back, at 1/2 to 1/16."""
+"""Channels of the decoder, at 1/2 to 1/16."""
 
 _AT_FIRST = -3.0
-"""Logit of lines, and log error of the coarse depth, before anything is learnt: 5 %."""
+"""Initial logit of lines and initial log error of the coarse depth: 5 %."""
 
 
 class ResidualBlock(nn.Module):
@@ -47,10 +47,10 @@ def _stage(inputs: int, channels: int, blocks: int, kernel: int, dilation: int) 
 
 
 class DepthEdgeModel(nn.Module):
-    """Colour and depth features to logits of lines and a coarse depth.
+    """Network from colour and depth features to logits of lines and a coarse depth.
 
     The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 6, H, W), H and W multiples of 32. `forward` gives
-    the logits of jump and crease, (N, 2, H, W), and the coarse depth, (N, 2, H/4, W/4): the log depth less the filled
+    the logits of jump and crease, (N, 2, H, W), and the coarse depth, (N, 2, H/4, W/4): the log depth minus the filled
     one of the features, and the log of its mean error.
 
     Parameters
@@ -64,7 +64,7 @@ class DepthEdgeModel(nn.Module):
         last = len(WIDTHS) - 1
         entries = (inputs, *WIDTHS[:-1])
         self.stages = nn.ModuleList(
-            # The first convolution sees each pixel of the full size, six to a side around two.
+            # The first convolution covers every pixel of the full size: 6 x 6 around each 2 x 2.
             _stage(before, width, blocks, 4 if k else 6, 2 if k == last else 1)
             for k, (before, width, blocks) in enumerate(zip(entries, WIDTHS, BLOCKS, strict=True))
         )
@@ -83,11 +83,11 @@ class DepthEdgeModel(nn.Module):
         return self.heads(*self.levels(image, features))
 
     def heads(self, half: Tensor, quarter: Tensor) -> tuple[Tensor, Tensor]:
-        """Logits of lines, and coarse depth, from what `levels` gives."""
+        """Logits of lines, and coarse depth, from the output of `levels`."""
         return functional.pixel_shuffle(self.lines(half), 2), self.coarse(quarter)
 
     def levels(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-        """What the trunk says at 1/2 and 1/4 of the picture's size."""
+        """Features of the trunk at 1/2 and 1/4 of the picture's size."""
         x = torch.cat([(image - 0.45) * 4, features], 1)
         finer = []
         for stage in self.stages:

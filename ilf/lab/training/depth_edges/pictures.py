@@ -1,4 +1,4 @@
-"""Generated pictures as they are learnt from: a folder that may grow while it is read, and samples of it."""
+"""Generated pictures for training: a folder that may grow during training, and samples from it."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from ....data.pixel_grids import Pairs, mark, sides
 from ....errors import InputError
 from ....segmentation.edges.depth_edges import depth_features, filled_log_depth
 
-# Noise of which outlines of holes are made.
+# Noise that gives outlines of holes.
 
 
 def smooth_noise(shape: tuple[int, ...], grain: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Noise of mean 0 and variance about 1, whose hills are about `grain` px wide, float32 (H, W)."""
+    """Noise of mean 0 and variance about 1 with a wavelength of about `grain` px, float32 (H, W)."""
     height, width = shape
     if grain <= 1:
         return rng.standard_normal(shape, np.float32)
     coarse = rng.standard_normal((int(height / grain) + 3, int(width / grain) + 3), np.float32)
     field = cv2.resize(coarse, None, fx=grain, fy=grain, interpolation=cv2.INTER_CUBIC)
     top, left = int(rng.integers(field.shape[0] - height + 1)), int(rng.integers(field.shape[1] - width + 1))
-    # Between the coarse samples the cubic's variance is about two thirds of theirs.
+    # Cubic interpolation reduces the variance to about two thirds between the coarse samples.
     return np.asarray(field[top : top + height, left : left + width] * np.float32(1.25), np.float32)
 
 
-# Known depth that is hidden while the network learns: the holes in which it has to find the edges.
+# Known depth that is hidden in training: holes in which the network has to find the edges.
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Pattern = Callable[[Array, NDArray[np.int32], np.random.Generator], Mask]
 
 NOTHING = 0.12
-"""Share of the pictures that keep all of their depth."""
+"""Share of the pictures whose depth is not hidden."""
 
 COMBINED = (0.55, 0.35, 0.1)
-"""How often one, two or three patterns lie over each other."""
+"""Probabilities of one, two or three combined patterns."""
 
 LEAST_KNOWN = 0.02
-"""Share of the picture whose depth stays known; patterns that would leave less are let be."""
+"""Minimum share of the picture with known depth; patterns that would leave less are skipped."""
 
 AREA_SEMI_AXES = (0.03, 0.12)
 """Shortest and longest semi-axis of the ellipses, in widths of the picture, as in `ilf.evaluation.hold_out`."""
@@ -54,16 +54,16 @@ _SHARE = (0.05, 0.5)
 
 
 def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """Pixels whose depth is hidden in this lesson.
+    """Select pixels whose depth is hidden in a training sample.
 
     Parameters
     ----------
     measured : ndarray of float32, shape (H, W)
         Depth [m], NaN = missing.
     part : ndarray of int32, shape (H, W)
-        Which smooth surface is seen; some are hidden as a whole.
+        Number of the visible smooth surface; some are hidden as a whole.
     rng : numpy.random.Generator
-        Chooses patterns, their combination and their extent.
+        Random generator for patterns, their combination and their extent.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> 
 
 
 def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """Ellipses around known pixels, of the size they are judged by, or twice that, as in a detail of a larger frame."""
+    """Ellipses around known pixels, as large as in the hold-outs or twice that, as in a detail of a larger frame."""
     known = np.isfinite(measured)
     covered = np.zeros(known.shape, np.uint8)
     places, width = np.argwhere(known), known.shape[1]
@@ -98,13 +98,13 @@ def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator)
 
 
 def blobs(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """Large patches with winding outlines."""
+    """Large patches with irregular outlines."""
     grain = math.exp(rng.uniform(math.log(12), math.log(130)))
     return _lowest(smooth_noise(measured.shape, grain, rng) + 0.15 * smooth_noise(measured.shape, 5, rng), rng)
 
 
 def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """One surface or some, whole or all but a remnant, and a little of what is around."""
+    """One or several surfaces, whole or except for a remnant, with a margin around them."""
     known = np.isfinite(measured)
     ids, sizes = np.unique(part[known], return_counts=True)
     large = ids[sizes > 0.003 * known.size]
@@ -120,14 +120,14 @@ def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator)
 
 
 def far_or_near(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """All that is beyond a range, now and then all that is nearer, with a smooth or ragged end."""
+    """All depth beyond a range, sometimes all nearer depth, with a smooth or ragged limit."""
     depth = np.where(np.isfinite(measured), measured, np.float32(np.nanmedian(measured)))
     ragged = rng.choice([0.0, 0.03, 0.1]) * smooth_noise(depth.shape, rng.uniform(3, 20), rng)
     return _lowest((depth if rng.random() < 0.2 else -depth) * (1 + ragged), rng)
 
 
 def bands(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """A strip of any direction; mostly at a side of the picture, else across it."""
+    """A strip of any direction, mostly at a side of the picture, otherwise across it."""
     height, width = measured.shape
     angle = rng.choice([0.0, 0.5, 1.0, 1.5, rng.uniform(0, 2)]) * math.pi
     rows, columns = np.indices(measured.shape, np.float32)
@@ -139,7 +139,7 @@ def bands(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) ->
 
 
 def sparse(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """All but some pixels, each by itself."""
+    """All but some single pixels."""
     return rng.random(measured.shape, np.float32) < rng.uniform(0.3, 0.97)
 
 
@@ -151,25 +151,25 @@ PATTERNS: dict[Pattern, float] = {
     bands: 0.06,
     sparse: 0.16,
 }
-"""How often each is drawn."""
+"""Pattern -> relative frequency."""
 
 
 def _lowest(values: Array, rng: np.random.Generator) -> Mask:
-    """A random share of the pixels, those with the lowest values."""
+    """Select the pixels with the lowest values, a random share."""
     return values < np.quantile(values, rng.uniform(*_SHARE))
 
 
 HELD_OUT = 40
-"""Pictures of lower numbers are held out."""
+"""Pictures with lower numbers are held out."""
 
 DETAILS = 0.3
-"""Share of the samples that are a quarter of a picture at twice its size."""
+"""Share of the samples that show a quarter of a picture at twice its size."""
 
 _SMOOTH = 0.01
-"""Share of the depth by which interpolated depth may differ on one surface."""
+"""Maximum difference of interpolated depth on one surface, as a share of depth."""
 
 _APART = 0.015
-"""Difference of log depth from which on neighbours of a marked pair are apart, though of the same part."""
+"""Minimum difference of log depth that separates marked neighbours of the same part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,9 +180,9 @@ class Picture:
     ----------
     rgb : ndarray of uint8, shape (H, W, 3)
     exact, measured : ndarray of float32, shape (H, W)
-        Depth [m]; NaN = nothing there, or missing.
+        Depth [m]; NaN = no surface, or missing.
     part : ndarray of int32, shape (H, W)
-        Which smooth surface is seen.
+        Number of the visible smooth surface.
     lines : ndarray of uint8, shape (H, W, 2)
         1 on jumps and on creases.
     """
@@ -195,18 +195,18 @@ class Picture:
 
     @property
     def mirrored(self) -> Picture:
-        """The picture as a mirror shows it."""
+        """The picture mirrored left to right."""
         return Picture(
             np.ascontiguousarray(self.rgb[:, ::-1]),
             np.ascontiguousarray(self.exact[:, ::-1]),
             np.ascontiguousarray(self.measured[:, ::-1]),
             np.ascontiguousarray(self.part[:, ::-1]),
-            # not the mirrored lines: a line marks the left or upper pixels
+            # lines are recomputed, because they mark the left or upper pixel of a pair
             self._lines_of(lambda right, below: (right[:, ::-1], below[:, ::-1])),
         )
 
     def detail(self, top: int, left: int) -> Picture:
-        """A quarter of the picture at twice its size, soft as a frame of a larger sensor is; its corner is given."""
+        """A quarter of the picture from a corner, at twice its size and as soft as a frame of a larger sensor."""
         rows, columns = (
             slice(start, start + size // 2) for start, size in zip((top, left), self.part.shape, strict=True)
         )
@@ -234,7 +234,7 @@ class Picture:
         )
 
     def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
-        """The lines that mark the pairs of neighbours which come of a change of those that are marked now."""
+        """Lines of the changed pairs of neighbours, given a change of the pairs that are marked now."""
         apart = _apart(self.part, self.exact)
         changed = []
         for line in (self.lines[..., k] > 0 for k in range(2)):
@@ -243,28 +243,28 @@ class Picture:
 
 
 class PictureFolder:
-    """Pictures `<number>.npz` in a folder; those that appear later are found by `look_again`.
+    """Pictures `<number>.npz` in a folder; `look_again` finds new ones.
 
     Attributes
     ----------
     learnt, held_out : list of Path
-        In order of their numbers, which are at least `HELD_OUT`, or below.
+        Sorted by number; numbers below `HELD_OUT` are held out, all others are for training.
     """
 
     KIND, NAMES = "pictures", "<number>.npz"
-    """What is in it, and how the files are called, for messages."""
+    """Kind and names of the files, for error messages."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.look_again()
         if not self.learnt or not self.held_out:
             raise InputError(
-                f"{folder} has no {self.KIND} to learn from: it needs files {self.NAMES}, some of numbers below "
-                f"{HELD_OUT}, which are held out, and some above."
+                f"{folder} has not enough {self.KIND} for training. Add files {self.NAMES} with numbers below "
+                f"{HELD_OUT}, which are held out, and others from {HELD_OUT} on."
             )
 
     def look_again(self) -> None:
-        """List what the folder holds now."""
+        """List the folder again."""
         named = ((self.number_in(path.stem), path) for path in self.folder.glob("*.npz"))
         numbered = sorted((int(number), path) for number, path in named if number.isdigit())
         self.held_out = [path for number, path in numbered if number < HELD_OUT]
@@ -272,23 +272,23 @@ class PictureFolder:
 
     @staticmethod
     def number_in(name: str) -> str:
-        """The number that a file's name has; what is no number is no such file."""
+        """The number in a file's name; files without a number are ignored."""
         return name
 
 
 def read_picture(path: Path) -> Picture:
-    """The picture in a file; an InputError where it is none."""
+    """Read a picture; raise InputError if the file is not one."""
     try:
         with np.load(path) as file:
             lines = np.stack([file["jump"], file["crease"]], axis=2)
             exact, measured = (np.asarray(file[name], np.float32) for name in ("exact", "measured"))
             return Picture(file["rgb"], exact, measured, file["part"], lines)
     except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{path} is no generated picture. Make it again.") from error
+        raise InputError(f"{path} is not a generated picture. Make it again.") from error
 
 
 def _apart(part: NDArray[np.int32], exact: Array) -> Pairs:
-    """Neighbours of different surfaces, or of depths far apart."""
+    """Neighbours on different surfaces, or with a large difference of depth."""
     log_depth = np.nan_to_num(np.log(exact), nan=10)
     right, below = (
         (one != other) | (np.abs(near - far) > _APART)
@@ -302,14 +302,14 @@ def _twice(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _twice_the_depth(depth: Array) -> Array:
-    """Interpolated on surfaces, but neither across jumps nor where depth is missing."""
+    """Enlarge depth by interpolation on surfaces, but not across jumps or where depth is missing."""
     blocks = _twice(depth)
     smooth = cv2.resize(depth, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR)
     return np.where(np.abs(smooth - blocks) <= _SMOOTH * blocks, smooth, blocks)
 
 
 def _twice_the_pairs(right: NDArray[np.bool_], below: NDArray[np.bool_]) -> Pairs:
-    """Pairs of the enlarged picture: those between its blocks of 2 x 2 pixels."""
+    """Pairs in the enlarged picture, between its groups of 2 x 2 pixels."""
     height, width = below.shape[0] + 1, right.shape[1] + 1
     across, down = np.zeros((2 * height, 2 * width - 1), bool), np.zeros((2 * height - 1, 2 * width), bool)
     across[:, 1::2] = np.repeat(right, 2, axis=0)
@@ -318,9 +318,9 @@ def _twice_the_pairs(right: NDArray[np.bool_], below: NDArray[np.bool_]) -> Pair
 
 
 def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
-    """A picture, perhaps mirrored or but a detail of it, changed in colour, and with more of its depth missing.
+    """Make a sample: a picture, at random mirrored or reduced to a detail, changed in colour, with depth hidden.
 
-    The features know no scale of depth, so that none is changed.
+    The features do not depend on the scale of depth, so it is not changed.
 
     Returns
     -------
@@ -339,12 +339,12 @@ def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Ar
 
 
 def less_known(picture: Picture, rng: np.random.Generator) -> Array:
-    """Its measured depth, of which some is hidden."""
+    """The picture's measured depth, partly hidden."""
     return np.where(hide(picture.measured, picture.part, rng), np.float32(np.nan), picture.measured)
 
 
 def sample_of(picture: Picture, image: Array, depth: Array) -> tuple[Array, Array, Array, Array]:
-    """A sample, as `random_sample` gives it, of a picture seen so and of which this depth is known."""
+    """Make a sample as in `random_sample`, from a picture with given colours and known depth."""
     median = filled_log_depth(depth)[1] if np.isfinite(depth).any() else 0
     log_depth = np.log(picture.exact) - np.float32(median)
     features = np.ascontiguousarray(np.moveaxis(depth_features(depth), 0, 2))
@@ -352,7 +352,7 @@ def sample_of(picture: Picture, image: Array, depth: Array) -> tuple[Array, Arra
 
 
 def random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
-    """The colours under other light, by another camera: in [0, 1]."""
+    """Change colours as by other light and another camera, in [0, 1]."""
     if rng.random() < 0.1:
         rgb = np.broadcast_to(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)[..., None], rgb.shape)
     levels = np.linspace(0, 1, 256, dtype=np.float32)[:, None]
