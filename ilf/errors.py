@@ -55,7 +55,7 @@ def cause(error: Exception) -> str:
     return str(error)
 
 
-def in_words(error: Exception) -> str:
+def to_text(error: Exception) -> str:
     """Describe an error that is printed without a sentence around it: for a system error, its path and its cause."""
     if isinstance(error, OSError) and error.errno is not None and error.filename is not None:
         return f"{error.filename}: {cause(error)}"

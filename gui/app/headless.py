@@ -22,7 +22,7 @@ from ..work.runs import RunController
 _SETTLE_MS = 400
 
 
-class Unattended(QObject):
+class HeadlessRun(QObject):
     """Waits for the frame, runs it on request, and on request saves a screenshot and quits.
 
     Any error is printed as one line on stderr and sets `status`, the exit status, to 1. Then nothing more is run and

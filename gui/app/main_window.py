@@ -11,45 +11,45 @@ from PySide6.QtWidgets import QMainWindow, QTabWidget, QUndoView, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.drawing.blocks import STAGES
-from ilf.project.journals import journal_folder
+from ilf.project.recovery import journal_folder
 
 from ..base.actions import Actions
-from ..features.accuracy.feature import AccuracyPart
-from ..features.batch.feature import BatchPart
+from ..features.accuracy.feature import AccuracyFeature
+from ..features.batch.feature import BatchFeature
 from ..features.blocks.presenter import BlocksPresenter
 from ..features.blocks.table import BlockTable
 from ..features.cloud import CloudPresenter
-from ..features.colour_range import RangePart
-from ..features.compare import LookingPart
-from ..features.context import Desk, Part, UnderWay
+from ..features.colour_range import ColourRangeFeature
+from ..features.compare import CompareFeature
+from ..features.context import Context, Feature, PendingWork
 from ..features.documents.documents import Documents
 from ..features.documents.replays import ReplayPresenter
-from ..features.edit_summary import EffectLine, EffectPresenter
+from ..features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from ..features.experiments.menu import ExperimentsMenu
 from ..features.extraction import ExtractionPanel, StagePresenter
 from ..features.filter.panel import FilterPanel
 from ..features.filter.presenter import FilterPresenter
 from ..features.filter.sharing import SharingPresenter
-from ..features.frame_list.feature import FramesPart
+from ..features.frame_list.feature import FramesFeature
 from ..features.frame_list.panel import FramesPanel
-from ..features.guide import GuidePart
-from ..features.inspect.feature import InspectPart
-from ..features.layouts.feature import LayoutsPart
+from ..features.guide import GuideFeature
+from ..features.inspect.feature import InspectFeature
+from ..features.layouts.feature import LayoutsFeature
 from ..features.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
-from ..features.palette.palette import PalettePart
-from ..features.presets import PresetsPart
-from ..features.project.autosave import AutosavePart
-from ..features.project.feature import ProjectPart
-from ..features.project.recent import RecentPart
-from ..features.propagation.feature import CarryingPart
-from ..features.quality_check.invalid_depth import DistrustPresenter
+from ..features.palette.palette import PaletteFeature
+from ..features.presets import PresetsFeature
+from ..features.project.autosave import AutosaveFeature
+from ..features.project.feature import ProjectFeature
+from ..features.project.recent import RecentFeature
+from ..features.propagation.feature import PropagationFeature
+from ..features.quality_check.invalid_depth import InvalidDepthPresenter
 from ..features.quality_check.marks import ReviewStrip
 from ..features.quality_check.presenter import ReviewPresenter
-from ..features.report.feature import ReportPart
-from ..features.run_history.feature import KeptRunsPart
-from ..features.shortcuts import ShortcutsPart
+from ..features.report.feature import ReportFeature
+from ..features.run_history.feature import RunHistoryFeature
+from ..features.shortcuts import ShortcutsFeature
 from ..features.status import CommandsPresenter, ReadoutPresenter, StatusBar, StatusPresenter
-from ..features.sweep.feature import SweepPart
+from ..features.sweep.feature import SweepFeature
 from ..project.recorder import Recorder
 from ..project.store import WorkStore
 from ..state.workspace import Workspace
@@ -61,8 +61,8 @@ from ..views.centre import Centre
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.cloud.cloud_view import CloudView
 from ..views.curves.panel import CurvesPanel
-from ..views.curves.presenter import CurvesPresenter, Scrubbing
-from ..views.errors import ErrorPresenter
+from ..views.curves.presenter import CurvesPresenter, ScrubPresenter
+from ..views.expected_error import ErrorPresenter
 from ..views.interaction import PointerEvent
 from ..views.linked_views import LinkedViews
 from ..views.presenter import ViewsPresenter
@@ -90,36 +90,36 @@ class HistoryView(QUndoView):
         self.setUniformItemSizes(True)
 
 
-_PARTS: tuple[type[Part], ...] = (
-    KeptRunsPart,
-    CarryingPart,
-    PresetsPart,
-    SweepPart,
-    AccuracyPart,
-    GuidePart,
-    InspectPart,
-    LookingPart,
-    RangePart,
-    RecentPart,
-    ReportPart,
-    BatchPart,
-    LayoutsPart,
-    ShortcutsPart,
-    PalettePart,
+_PARTS: tuple[type[Feature], ...] = (
+    RunHistoryFeature,
+    PropagationFeature,
+    PresetsFeature,
+    SweepFeature,
+    AccuracyFeature,
+    GuideFeature,
+    InspectFeature,
+    CompareFeature,
+    ColourRangeFeature,
+    RecentFeature,
+    ReportFeature,
+    BatchFeature,
+    LayoutsFeature,
+    ShortcutsFeature,
+    PaletteFeature,
 )
 
 
 class MainWindow(QMainWindow):
     """The main window. It only connects workspace (state), controllers (work), presenters and widgets.
 
-    With `remembers`, size and panels are restored from the last session and stored for the next, and work is saved
+    With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
     automatically.
     """
 
-    def __init__(self, remembers: bool = True) -> None:
+    def __init__(self, persistent: bool = True) -> None:
         super().__init__()
-        self._make_state(remembers)
-        self.panels = Docks(self, self.actions_["fold_panels"], remembers)
+        self._make_state(persistent)
+        self.panels = Docks(self, self.actions_["toggle_panels"], persistent)
         self._make_widgets()
         self._make_presenters()
         self._make_layout()
@@ -133,9 +133,9 @@ class MainWindow(QMainWindow):
         self.refresh.draw_all()
         self.panels.size_window()
 
-    def _make_state(self, remembers: bool) -> None:
+    def _make_state(self, persistent: bool) -> None:
         self.workspace = Workspace(self)
-        self.store = WorkStore(journal_folder() if remembers else None)
+        self.store = WorkStore(journal_folder() if persistent else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
@@ -147,21 +147,21 @@ class MainWindow(QMainWindow):
         self.status = StatusBar()
         self.log = LogPanel()
         self.views = LinkedViews()
-        self.effect_line = EffectLine()
-        going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
-        self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
-        self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
-        self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
+        self.edit_summary_line = EditSummaryLine()
+        going = [actions[name] for name in ["previous_check", "next_check", "close_checks"]]
+        self.review_strip = ReviewStrip(going, [actions["ignore_check"]])
+        self.invalid_strip = ReviewStrip([], [actions["mark_suggested"], actions["ignore_suggested"]])
+        self.cloud = CloudView(actions["cloud_raw"], actions["cloud_selected_only"], actions["cloud_beside"])
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
-        self.curves = CurvesPanel(self.panels.remembers)
+        self.curves = CurvesPanel(self.panels.persistent)
         self.frames = FramesPanel()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
             [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
             [actions[name] for name in ["copy_own", "reset_own"]],
-            [actions[name] for name in ["share_values", "reset_values"]],
+            [actions[name] for name in ["share_parameters", "reset_to_shared"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
@@ -178,16 +178,18 @@ class MainWindow(QMainWindow):
         self.replays = ReplayPresenter(self.notes)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
-        self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes, loader.is_at)
+        self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes, loader.is_extracting)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
         self.sharing = SharingPresenter(workspace, self.filter_panel.frames, actions)
         self.live = LiveSolver(workspace, runs, actions["live"])
-        self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
-        self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
-        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
+        self.effect = EditSummaryPresenter(
+            workspace, runs, self.view_presenter, self.edit_summary_line, actions["live"]
+        )
+        self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["ignore_check"])
+        self.mark_invalid = InvalidDepthPresenter(workspace, self.views, self.invalid_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
-        self.scrubbing = Scrubbing(workspace, runs, self.curves)
+        self.scrubbing = ScrubPresenter(workspace, runs, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.editor, self.cloud, self.views, self.errors)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
@@ -199,7 +201,7 @@ class MainWindow(QMainWindow):
         self.readout = ReadoutPresenter(workspace, self.status.readout)
 
     def _make_layout(self) -> None:
-        strips = self.review_strip, self.distrust_strip, self.effect_line
+        strips = self.review_strip, self.invalid_strip, self.edit_summary_line
         self.centre = Centre(self.views, strips, self.cloud, self.view_bar)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         self.setCentralWidget(self.centre)
@@ -222,7 +224,7 @@ class MainWindow(QMainWindow):
 
     def _make_parts(self) -> None:
         """Make the features that have their own classes."""
-        desk = Desk(
+        context = Context(
             self,
             self.workspace,
             self.runs,
@@ -242,12 +244,12 @@ class MainWindow(QMainWindow):
             self.centre,
             self.store,
             self.recorder,
-            self._under_way,
+            self._pending_work,
             self.frames.view.chosen,
         )
-        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
-        autosave = AutosavePart(desk, self.project.opening)
-        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS), autosave]
+        self.frames_feature, self.project = FramesFeature(context, self.frames), ProjectFeature(context)
+        autosave = AutosaveFeature(context, self.project.opening)
+        self.parts: list[Feature] = [self.frames_feature, self.project, *(make(context) for make in _PARTS), autosave]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # connections
@@ -260,16 +262,16 @@ class MainWindow(QMainWindow):
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
         turned_to = self.centre.turned
         looked_at = views.shownChanged, turned_to
-        named = self.view_presenter.names_switched
+        named = self.view_presenter.names_toggled
         running, loading = runs.state_changed, self.loader.busy_changed
-        add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
+        add("picture", self.view_presenter.show_frame, (turned, workspace.invalid_mask_changed))
         add(
             "blocks",
             self.view_presenter.show_blocks,
             (turned, blocks, workspace.stroke_changed, infos, selected, named),
         )
-        past = workspace.past_changed
-        add("depth", self.view_presenter.show_depth, (turned, blocks, results, past), (coming, depth))
+        viewed_iteration = workspace.viewed_iteration_changed
+        add("depth", self.view_presenter.show_depth, (turned, blocks, results, viewed_iteration), (coming, depth))
         coloured = self.cloud.colours_changed
         add(
             "error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, coloured, *looked_at)
@@ -299,15 +301,15 @@ class MainWindow(QMainWindow):
         for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
         add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
-        hinted = self.editor.tool_changed, self.editor.hint_changed, self.cloud.canvas.pointed_at
+        hinted = self.editor.tool_changed, self.editor.hint_changed, self.cloud.canvas.hover_changed
         add("hint", self.status_presenter.show_hint, (turned, loading, turned_to, *hinted))
         exporting = self.documents.exporting_changed
         add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
-        compared = workspace.compared_changed, workspace.truth_changed
+        compared = workspace.compared_changed, workspace.ground_truth_changed
         add(
             "readout",
             self.readout.show,
-            (turned, blocks, infos, results, workspace.error_changed, past, *compared),
+            (turned, blocks, infos, results, workspace.error_changed, viewed_iteration, *compared),
             (coming, depth),
         )
 
@@ -329,7 +331,7 @@ class MainWindow(QMainWindow):
             "merge_blocks": blocks.merge,
             "lock_blocks": blocks.toggle_locks,
             "hide_blocks": blocks.toggle_visibility,
-            "looked_at": blocks.look_at,
+            "looked_at": blocks.mark_checked,
             "grow_blocks": blocks.grow,
             "shrink_blocks": blocks.shrink,
             "smooth_blocks": blocks.smooth,
@@ -338,29 +340,29 @@ class MainWindow(QMainWindow):
             "select_all": blocks.select_all,
             "run": runs.start_changed,
             "run_all": runs.start,
-            "run_selected": runs.start_chosen,
+            "run_selected": runs.start_selected,
             "pause": runs.toggle_pause,
             "step": runs.step,
             "cancel": runs.cancel,
-            "guess": runs.guess,
+            "extrapolate": runs.extrapolate,
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
-            "share_values": self.sharing.share,
-            "keep_values": self.sharing.keep,
-            "reset_values": self.sharing.reset,
-            "part_values": self.sharing.part,
+            "share_parameters": self.sharing.share,
+            "keep_own_parameters": self.sharing.keep,
+            "reset_to_shared": self.sharing.reset,
+            "separate_parameters": self.sharing.separate,
             "clear_results": runs.clear_results,
             "undo": editor.undo,
-            "give_up": editor.escape,
+            "cancel_stroke": editor.escape,
             "brush_smaller": lambda: editor.step_brush(-1),
             "brush_larger": lambda: editor.step_brush(1),
-            "next_suspect": lambda: self.review.go(1),
-            "previous_suspect": lambda: self.review.go(-1),
-            "leave_suspect": self.review.leave,
-            "close_review": self.review.close,
-            "suggest_distrust": self.distrust.suggest,
-            "take_suggested": self.distrust.take,
-            "leave_suggested": self.distrust.leave,
+            "next_check": lambda: self.review.go(1),
+            "previous_check": lambda: self.review.go(-1),
+            "ignore_check": self.review.leave,
+            "close_checks": self.review.close,
+            "suggest_invalid": self.mark_invalid.suggest,
+            "mark_suggested": self.mark_invalid.take,
+            "ignore_suggested": self.mark_invalid.leave,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
@@ -369,12 +371,12 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
-        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink"), (Qt.Key.Key_X, "cloud_raw")):
+        for key, name in ((Qt.Key.Key_B, "show_before_edit"), (Qt.Key.Key_V, "blink"), (Qt.Key.Key_X, "cloud_raw")):
             self.keys.hold(key, self.actions_[name])
-        look = self.actions_["look_before"]
+        look = self.actions_["show_before_edit"]
         look.toggled.connect(self.effect.look)
         workspace = self.workspace
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
         for changed in (workspace.session_changed, *edits):
             changed.connect(lambda *_: look.setChecked(False))  # an edit shows the current state again
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
@@ -390,16 +392,16 @@ class MainWindow(QMainWindow):
         stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
         self.loader.extracted.connect(self.stages.hold)
         self.loader.busy_changed.connect(self.stages.go_on)
-        self.loader.extracted.connect(self.editor.aids.hold)
+        self.loader.extracted.connect(self.editor.edge_data_source.hold)
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
-        self.stages.extraction_wished.connect(self.loader.extract)
-        self.stages.view_wished.connect(self.centre.show_images)
+        self.stages.extraction_requested.connect(self.loader.extract)
+        self.stages.view_requested.connect(self.centre.show_images)
         self.review.shown.connect(self.centre.show_images)
         for name, tool in self.editor.tools.items():  # selecting a tool shows the images
             if not tool.points_only:
                 self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
-        self.actions_["cloud_beside"].toggled.connect(self.centre.set_beside)
+        self.actions_["cloud_beside"].toggled.connect(self.centre.set_side_by_side)
         self.runs.state_changed.connect(self._open_curves)
         self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
@@ -409,26 +411,26 @@ class MainWindow(QMainWindow):
 
     def _connect_messages(self) -> None:
         notes = self.notes
-        self.runs.ended.connect(notes.tell)
+        self.runs.ended.connect(notes.show_message)
         # after an edit, the edit summary is shown instead
-        self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.glimpse(text))
+        self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.show_briefly(text))
         self.runs.failed.connect(lambda error: notes.report("The run failed", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
         self.review.failed.connect(lambda error: notes.report("Quality check", error))
-        self.distrust.failed.connect(lambda error: notes.report("Suggesting invalid depth", error))
+        self.mark_invalid.failed.connect(lambda error: notes.report("Suggesting invalid depth", error))
         self.cloud_presenter.failed.connect(lambda error: notes.report("Point cloud", error))
-        self.distrust.message.connect(notes.tell)
+        self.mark_invalid.message.connect(notes.show_message)
         self.loader.failed.connect(notes.report)
-        self.loader.message.connect(notes.tell)
-        self.editor.message.connect(notes.tell)
-        self.filter_presenter.message.connect(notes.tell)
-        self.sharing.message.connect(notes.tell)
+        self.loader.message.connect(notes.show_message)
+        self.editor.message.connect(notes.show_message)
+        self.filter_presenter.message.connect(notes.show_message)
+        self.sharing.message.connect(notes.show_message)
         self.editor.slivers_left.connect(
             lambda left: notes.offer(f"{counted(left, 'sliver')} left.", self.actions_["clean_up"])
         )
         self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
-        self.block_commands.message.connect(notes.tell)
-        self.experiments.message.connect(notes.tell)
+        self.block_commands.message.connect(notes.show_message)
+        self.experiments.message.connect(notes.show_message)
 
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # the pointer event refers to what is drawn
@@ -490,7 +492,7 @@ class MainWindow(QMainWindow):
         if not self.project.may_close():
             event.ignore()
             return
-        reviews = self.review, self.distrust
+        reviews = self.review, self.mark_invalid
         views = self.errors, self.effect, self.stages, self.editor, self.scrubbing, self.cloud_presenter
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
@@ -500,10 +502,10 @@ class MainWindow(QMainWindow):
         self.panels.remember()
         super().closeEvent(event)
 
-    def _under_way(self) -> list[UnderWay]:
+    def _pending_work(self) -> list[PendingWork]:
         """Return the pending background work, without runs of frames."""
-        found = [way for part in self.parts for way in part.under_way()]
-        return [*found, UnderWay("an experiment")] if self.experiments.busy else found
+        found = [way for part in self.parts for way in part.pending_work()]
+        return [*found, PendingWork("an experiment")] if self.experiments.busy else found
 
     def showEvent(self, event: QShowEvent) -> None:
         """Restore the last layout, or use the default one; start deferred loading."""

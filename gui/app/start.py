@@ -11,11 +11,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from ilf._runtime.children import serve_as_child
-from ilf._runtime.ending import ending_at_once, note_crashes, note_fault
+from ilf._runtime.children import run_if_child
 from ilf._runtime.installation import __version__, asset_path, optional
 from ilf._runtime.memory import check_address_space
-from ilf._runtime.temporary_files import private_file, tighten
+from ilf._runtime.temporary_files import private_file, restrict_to_owner
+from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
 from ilf._runtime.threads import available_cores
 from ilf.errors import IlfError, InputError
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
-    serve_as_child()
+    run_if_child()
     try:
         check_address_space(available_cores())
     except InputError as error:
-        return _refused(str(error))
+        return _print_refusal(str(error))
     # slow imports come after this
-    with ending_at_once("ilf-gui"):
+    with terminating_immediately("ilf-gui"):
         try:
             return _main(arguments)
         except Exception as error:
-            return _refused(note_fault(error))
+            return _print_refusal(log_error(error))
 
 
 def _main(arguments: Sequence[str] | None) -> int:
@@ -50,7 +50,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     try:
         inputs = _inputs(options)
     except IlfError as error:
-        return _refused(str(error))
+        return _print_refusal(str(error))
     for flag, file in (("--ground-truth", options.ground_truth), ("--guide", options.guide)):
         if file and len(inputs.sources) != 1:
             parser.error(f"{flag} is for one frame: give only this one.")
@@ -62,27 +62,27 @@ def _main(arguments: Sequence[str] | None) -> int:
         # the offscreen platform warns for every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     if problem:
-        return _without_display(options, inputs, problem) if options.screenshot is None else _refused(problem)
+        return _without_display(options, inputs, problem) if options.screenshot is None else _print_refusal(problem)
     try:
         for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
             optional(package, "app", "The window")
     except InputError as error:
-        return _refused(f"{error} Without a window: ilf complete --help.")
+        return _print_refusal(f"{error} Without a window: ilf complete --help.")
 
     from PySide6.QtCore import QCoreApplication, QSettings, QTimer
     from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
     from ..base import theme
-    from .faults import Faults, leave
+    from .error_reporter import ErrorReporter, exit_soon
 
-    note_crashes()
+    log_crashes()
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
     if sys.platform.startswith("linux"):  # other systems store settings elsewhere
         with suppress(OSError):
             private_file(settings := Path(QSettings().fileName()))
-            tighten(settings)
+            restrict_to_owner(settings)
     present = QApplication.instance()
     app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
@@ -91,19 +91,19 @@ def _main(arguments: Sequence[str] | None) -> int:
 
     from .main_window import MainWindow
 
-    window = MainWindow(remembers=options.screenshot is None)
+    window = MainWindow(persistent=options.screenshot is None)
     if options.size:
         window.resize(*options.size)
-    Faults(window.notes).watch()
+    ErrorReporter(window.notes).watch()
     window.show()
     if not options.run and options.screenshot is None:
         _open(window, options, inputs)
         status = app.exec()
-        return status if app is present else leave(status)
+        return status if app is present else exit_soon(status)
 
-    from .headless import Unattended
+    from .headless import HeadlessRun
 
-    unattended = Unattended(
+    unattended = HeadlessRun(
         window.workspace,
         window.loader,
         window.runs,
@@ -116,12 +116,12 @@ def _main(arguments: Sequence[str] | None) -> int:
         options.screenshot,
     )
     if options.screenshot is not None:
-        Faults(window.notes, unattended.finish).watch()
+        ErrorReporter(window.notes, unattended.finish).watch()
     _open(window, options, inputs, None if options.screenshot is None else unattended.note_failure)
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
     status = unattended.status or status
-    return status if app is present else leave(status)
+    return status if app is present else exit_soon(status)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -204,12 +204,12 @@ def _open(
         window.documents.open_source(source)
     if refuse is not None:
         for path in single:
-            refuse(_no_partner(path))
+            refuse(_missing_partner(path))
         single = []
     window.documents.open_paths([*projects, *records, *single])
 
 
-def _no_partner(path: Path) -> str:
+def _missing_partner(path: Path) -> str:
     return f"{path}: a frame needs a colour and a depth file, or a folder. Give both files, or the folder."
 
 
@@ -218,23 +218,27 @@ def _inputs(options: argparse.Namespace) -> _Inputs:
     from ilf.sources.frame_source import FrameSource
     from ilf.sources.source import open_source
 
-    from ..base.paths import sorted_out
+    from ..base.paths import sort_paths
 
     reading = {name: getattr(options, name) for name in ("depth_units", "intrinsics", "invalid", "min_confidence")}
     reading["encoding"] = options.depth_encoding
-    beside = {"truth": options.ground_truth, "truth_units": options.ground_truth_units, "guide": options.guide}
+    beside = {
+        "ground_truth": options.ground_truth,
+        "ground_truth_units": options.ground_truth_units,
+        "guide": options.guide,
+    }
     if options.frame is not None:
         found = open_source(options.frames[0], **reading).frame_source(options.frame)
         return _Inputs([], [], [replace(found, **beside)], [])
     how = FrameSource("", **reading, **beside)
-    projects, folders, records, files = sorted_out(options.frames)
+    projects, folders, records, files = sort_paths(options.frames)
     sources = [replace(how, rgb=str(path)) for path in folders]
     pairs = zip(files[::2], files[1::2], strict=False)
     sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
     return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
 
 
-def _refused(reason: str) -> int:
+def _print_refusal(reason: str) -> int:
     """Print in one line why there is no window; returns the exit status."""
     print(f"ilf-gui: {reason}", file=sys.stderr)
     return 1
@@ -256,7 +260,7 @@ def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str)
     if options.sample:
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:
-        print(f"ilf-gui: {_no_partner(path)}", file=sys.stderr)
+        print(f"ilf-gui: {_missing_partner(path)}", file=sys.stderr)
     if not jobs:
         print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
         return 1

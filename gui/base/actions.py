@@ -12,7 +12,7 @@ from .commands import WHY_NOT, Command
 
 # The commands of the 3D view.
 
-_OF_CLOUD: tuple[Command, ...] = (
+_CLOUD_COMMANDS: tuple[Command, ...] = (
     Command(
         "cloud_beside",
         "&3D beside the images",
@@ -30,7 +30,7 @@ _OF_CLOUD: tuple[Command, ...] = (
         checkable=True,
     ),
     Command(
-        "cloud_chosen_only",
+        "cloud_selected_only",
         "3D: selected blocks onl&y",
         "ph.selection",
         "",
@@ -112,7 +112,7 @@ COMMANDS = (
         checkable=True,
     ),
     Command(
-        "guess",
+        "extrapolate",
         "&Extrapolate the rest",
         "ph.question",
         "",
@@ -134,28 +134,28 @@ COMMANDS = (
         "Copy the own parameters of the first selected block to the other selected blocks",
     ),
     Command(
-        "share_values",
+        "share_parameters",
         "Use parameters for all &frames",
         "ph.share-network",
         "",
         "Use this frame's filter parameters for all frames in the list, now and after each change",
     ),
     Command(
-        "keep_values",
+        "keep_own_parameters",
         "Use parameters for this frame o&nly",
         "ph.push-pin",
         "",
         "Give this frame its own filter parameters: changes for all frames do not affect them",
     ),
     Command(
-        "reset_values",
+        "reset_to_shared",
         "Reset to s&hared parameters",
         "ph.arrow-u-up-left",
         "",
         "Reset this frame to the filter parameters that all frames share",
     ),
     Command(
-        "part_values",
+        "separate_parameters",
         "Separa&te parameters for each frame",
         "",
         "",
@@ -163,7 +163,7 @@ COMMANDS = (
     ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Delete the completed depth of this frame"),
     Command(
-        "look_before",
+        "show_before_edit",
         "Show state &before the last edit",
         "ph.eye",
         "",
@@ -199,7 +199,7 @@ COMMANDS = (
         group="tool",
     ),
     Command(
-        "tool_distrust",
+        "tool_invalid",
         "Mark depth &invalid",
         "ph.shield-slash",
         "Ctrl+8",
@@ -230,7 +230,9 @@ COMMANDS = (
         "Measure distances, heights and angles between points",
         group="tool",
     ),
-    Command("give_up", "Ca&ncel stroke", "", "Esc", "Cancel the stroke or line in progress, or clear the selection"),
+    Command(
+        "cancel_stroke", "Ca&ncel stroke", "", "Esc", "Cancel the stroke or line in progress, or clear the selection"
+    ),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
     Command(
@@ -261,31 +263,31 @@ COMMANDS = (
     Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Smooth the outlines of the selected blocks"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show or hide the selected blocks over the image"),
     Command(
-        "next_suspect",
+        "next_check",
         "Next &quality check",
         "ph.crosshair",
         "F8",
         "Go to the next place where blocks or filled depth look wrong, largest error first",
     ),
-    Command("previous_suspect", "Pre&vious quality check", "ph.caret-left", "Shift+F8", "Go to the previous place"),
-    Command("leave_suspect", "&Ignore", "ph.check", "Ctrl+F8", "Ignore this place: it is not shown again"),
+    Command("previous_check", "Pre&vious quality check", "ph.caret-left", "Shift+F8", "Go to the previous place"),
+    Command("ignore_check", "&Ignore", "ph.check", "Ctrl+F8", "Ignore this place: it is not shown again"),
     Command(
-        "looked_at",
+        "mark_checked",
         "Ma&rk as checked",
         "ph.check",
         "Ctrl+Shift+F8",
         "Mark the selected blocks, which were propagated from another frame, as checked",
     ),
     Command(
-        "suggest_distrust",
+        "suggest_invalid",
         "Su&ggest invalid depth",
         "ph.warning",
         "",
         "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
     ),
-    Command("close_review", "&Close", "ph.x", "", "End the quality check"),
-    Command("take_suggested", "Mark &invalid", "ph.check", "", "Mark the suggested depth as invalid: it is missing"),
-    Command("leave_suggested", "Reject", "ph.x", "", "Keep the suggested depth as valid"),
+    Command("close_checks", "&Close", "ph.x", "", "End the quality check"),
+    Command("mark_suggested", "Mark &invalid", "ph.check", "", "Mark the suggested depth as invalid: it is missing"),
+    Command("ignore_suggested", "Reject", "ph.x", "", "Keep the suggested depth as valid"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "Show one image pixel per screen pixel"),
     Command(
@@ -316,7 +318,7 @@ COMMANDS = (
         "shuffle_colours", "&Shuffle colours", "ph.shuffle", "", "Assign other colours to the blocks, as one undo step"
     ),
     Command(
-        "fold_panels",
+        "toggle_panels",
         "S&how or hide all panels",
         "ph.arrows-in-line-horizontal",
         "F9",
@@ -361,7 +363,7 @@ COMMANDS = (
     ),
     Command("shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "Show the keyboard shortcuts and change them"),
     Command("about", "&About ILF Studio", "ph.info"),
-    *_OF_CLOUD,
+    *_CLOUD_COMMANDS,
 )
 _HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockwise"}
 

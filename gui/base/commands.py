@@ -38,7 +38,7 @@ class Command:
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class ActionEntry:
     """One action of the window.
 
     Attributes
@@ -66,7 +66,7 @@ class Entry:
     @property
     def held(self) -> str:
         """The key that switches it on while held; "" for none."""
-        return str(self.action.property(HELD) or "")
+        return str(self.action.property(HOLD_KEY) or "")
 
     @property
     def why_not(self) -> str:
@@ -79,10 +79,10 @@ class Entry:
 WHY_NOT = "why_not"
 """The property of an action that stores why it is disabled."""
 
-HELD = "held"
+HOLD_KEY = "held"
 """The property of an action that stores the key that switches it on while held."""
 
-PASSING = "passing"
+TEMPORARY = "transient"
 """The property of a temporary action, which cannot be given a shortcut."""
 
 
@@ -96,17 +96,17 @@ def plain(text: str) -> str:
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip("…")
 
 
-def entries_of(window: QMainWindow) -> list[Entry]:
+def action_entries(window: QMainWindow) -> list[ActionEntry]:
     """Return all actions of a window, each once: in the order of the menus, then those in no menu."""
-    found: dict[QAction, Entry] = {}
+    found: dict[QAction, ActionEntry] = {}
     for menu in _menus(window):
         menu.aboutToShow.emit()  # some are filled when they open
         for action, where in _actions(menu, plain(menu.title())):
-            found.setdefault(action, Entry(action.objectName() or f"{where}/{action.text()}", "", where, action))
+            found.setdefault(action, ActionEntry(action.objectName() or f"{where}/{action.text()}", "", where, action))
     for action in window.actions():
-        found.setdefault(action, Entry(action.objectName() or action.text(), "", "", action))
+        found.setdefault(action, ActionEntry(action.objectName() or action.text(), "", "", action))
     return [
-        Entry(entry.key, plain(action.text()), entry.where, action)
+        ActionEntry(entry.key, plain(action.text()), entry.where, action)
         for action, entry in found.items()
         if action.text() and action.isVisible()
     ]

@@ -10,7 +10,7 @@ from ilf.sources.opening import is_recording
 PROJECT_SUFFIX = ".ilf"
 
 
-def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
+def sort_paths(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
     """Return project files, folders and recordings, run records, and image files among paths, in the given order."""
     chosen = list(paths)
     folders = [path for path in chosen if path.is_dir() or is_recording(path)]

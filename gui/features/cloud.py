@@ -18,14 +18,14 @@ from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.cloud.canvas import CloudCanvas
 from ..views.cloud.cloud_view import CloudView
-from ..views.cloud.colouring import ColourBy, Subject, Wish, compose, value_of
+from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, value_of
 from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
-from ..views.errors import ErrorPresenter
+from ..views.expected_error import ErrorPresenter
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.linked_views import LinkedViews
 from ..views.presenter import colour_table
-from ..work.latest_question import LatestQuestion
+from ..work.latest_request import LatestRequest
 
 # Links the points of the cloud with the pixels of the images, in both directions.
 
@@ -85,12 +85,12 @@ _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
     "Open it again and choose a camera, or give fx, fy, cx, cy."
 )
-_NONE_CHOSEN = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
+_NONE_SELECTED = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
 _NOTHING_KNOWN = "There is no depth to show."
 
 
-class _Question(NamedTuple):
-    wish: Wish
+class _Request(NamedTuple):
+    wish: CloudRequest
     before: Scene | None
     """Scene with the same points; None if there is none."""
 
@@ -117,13 +117,13 @@ class CloudPresenter(QObject):
         self._workspace = workspace
         self._cloud = cloud
         self._views = views
-        self._wish: Wish | None = None
-        self._made: tuple[Wish, Scene] | None = None
+        self._wish: CloudRequest | None = None
+        self._made: tuple[CloudRequest, Scene] | None = None
         self._seen = ""
         """Key of the session whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8]] | None = None
         """Label map and colours of the last request."""
-        self._questions = LatestQuestion[_Question, Scene](lambda question: compose(*question), self)
+        self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
         cloud.canvas.failed.connect(self.failed)
@@ -140,14 +140,14 @@ class CloudPresenter(QObject):
             signal.connect(self.changed)
         for switch in (cloud.raw, cloud.chosen_only):
             switch.toggled.connect(lambda _: self.changed.emit())
-        told = (
-            workspace.truth_changed,
+        watched = (
+            workspace.ground_truth_changed,
             workspace.compared_changed,
             workspace.error_changed,
-            workspace.distrusted_changed,
-            workspace.past_changed,
+            workspace.invalid_mask_changed,
+            workspace.viewed_iteration_changed,
         )
-        for signal in told:
+        for signal in watched:
             signal.connect(self.changed)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
 
@@ -165,33 +165,33 @@ class CloudPresenter(QObject):
             return
         if session is None:
             self._cloud.set_message()
-            self._cloud.set_lacking({})
+            self._cloud.set_unavailable({})
             return
-        self._cloud.set_lacking(self._lacking(session))
+        self._cloud.set_unavailable(self._unavailable(session))
         self._cloud.raw.setEnabled(session.completion() is not None)
         if session.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
         elif self._cloud.chosen_only.isChecked() and not session.selected:
-            self._drop(_NONE_CHOSEN)
+            self._drop(_NONE_SELECTED)
         else:
             wish = self._present_wish(session, session.frame.intrinsics)
             if not wish.is_same(self._wish):
                 self._wish = wish
-                self._questions.ask(_Question(wish, self._scene_before(wish)))
+                self._questions.ask(_Request(wish, self._scene_before(wish)))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the threads have ended."""
         return all([self._questions.shutdown(), self._cloud.shutdown()])
 
-    def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> Wish:
+    def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> CloudRequest:
         completion, by = session.completion(), self._cloud.colour_by
-        if by in self._lacking(session):
+        if by in self._unavailable(session):
             by = ColourBy.COLOUR
         raw = completion is not None and self._cloud.raw.isChecked()
-        past = None if raw else self._workspace.past
+        viewed_iteration = None if raw else self._workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
-        if past is not None:
-            depth, title = past.depth, f"{by.text} {past.text}"
+        if viewed_iteration is not None:
+            depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"
         elif completion is None or raw:
             depth = session.frame.depth
         else:
@@ -210,14 +210,14 @@ class CloudPresenter(QObject):
             labels,
             block_colours,
             expected=session.expected_error() if by is ColourBy.EXPECTED else None,
-            unvouched=session.unvouched() if by is ColourBy.EXPECTED else None,
-            truth=session.frame.truth if by is ColourBy.ERROR else None,
+            unsupported=session.unsupported() if by is ColourBy.EXPECTED else None,
+            ground_truth=session.frame.ground_truth if by is ColourBy.ERROR else None,
             other=other.completion.depth if other is not None and by is ColourBy.DIFFERENCE else None,
             other_name=other.name if other is not None else "",
             filled=completion.filled if completion is not None and by is ColourBy.FILLED else None,
-            guessed=completion.guessed if completion is not None and by is ColourBy.FILLED else None,
+            extrapolated=completion.extrapolated if completion is not None and by is ColourBy.FILLED else None,
         )
-        return Wish(session.key, intrinsics, subject, by, chosen, title)
+        return CloudRequest(session.key, intrinsics, subject, by, chosen, title)
 
     def _range(self, kind: str) -> Range:
         """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
@@ -234,11 +234,11 @@ class CloudPresenter(QObject):
     def _forget_blocks(self) -> None:
         self._blocks = None
 
-    def _scene_before(self, wish: Wish) -> Scene | None:
+    def _scene_before(self, wish: CloudRequest) -> Scene | None:
         """The existing scene if it has the requested points, else None."""
         return self._made[1] if self._made is not None and wish.has_same_points(self._made[0]) else None
 
-    def _take(self, question: _Question, scene: Scene) -> None:
+    def _take(self, question: _Request, scene: Scene) -> None:
         wish = question.wish
         if self._wish is None or wish.key != self._wish.key:
             return
@@ -266,7 +266,7 @@ class CloudPresenter(QObject):
         return made is not None and self._workspace.has_session and self._workspace.session.key == made[0].key
 
     @staticmethod
-    def _lacking(session: Session) -> dict[ColourBy, str]:
+    def _unavailable(session: Session) -> dict[ColourBy, str]:
         """Colourings that are not available -> reason."""
         completion, lacking = session.completion(), {}
         if completion is None:
@@ -274,7 +274,7 @@ class CloudPresenter(QObject):
                 lacking[by] = "No completed depth yet: run the frame first"
         elif not session.compared:
             lacking[ColourBy.DIFFERENCE] = "No run is ticked for comparison: tick one in the panel Runs"
-        if session.frame.truth is None:
+        if session.frame.ground_truth is None:
             lacking[ColourBy.ERROR] = "This frame has no ground truth: load one"
         if not session.counts():
             lacking[ColourBy.BLOCK] = "There are no blocks yet: extract them first"

@@ -13,7 +13,7 @@ from ..base import theme
 from ..base.commands import Command
 from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel
-from .context import Desk, Part
+from .context import Context, Feature
 
 # Commands on the colour range.
 
@@ -43,7 +43,7 @@ _SHOWN = 0.5, 99.5
 """Percentiles of the values that the axis covers; it always covers the levels."""
 _MARGIN = 0.04
 _AXIS_HEIGHT = 20
-_LEAST_LOG = 1e-3
+_MIN_LOG_VALUE = 1e-3
 
 
 class Histogram(pg.PlotWidget):
@@ -75,8 +75,8 @@ class Histogram(pg.PlotWidget):
         self.setMinimumHeight(90)
         self.setAccessibleName("Histogram of the shown values")
         self.setToolTip("Frequency of each value. Drag the lines to set the limits of the colour range")
-        self._told = QTimer(self, singleShot=True, interval=0)
-        self._told.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
+        self._drag_timer = QTimer(self, singleShot=True, interval=0)
+        self._drag_timer.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
         self._region.sigRegionChanged.connect(self._drag)
         self._region.sigRegionChangeFinished.connect(self._drag)
 
@@ -94,14 +94,14 @@ class Histogram(pg.PlotWidget):
 
     def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
         """Draw the histogram of values (NaN is ignored) and place the two lines; do nothing while they are dragged."""
-        if self._told.isActive() or any(line.moving for line in self._region.lines):
+        if self._drag_timer.isActive() or any(line.moving for line in self._region.lines):
             return
         ends = self._on_axis(np.array(levels, float))
         known = np.zeros(0) if values is None else self._on_axis(values[np.isfinite(values)].astype(float))
         low, high = ends
         if known.size:
-            least, most = np.percentile(known, _SHOWN)
-            low, high = min(low, float(least)), max(high, float(most))
+            lowest, highest = np.percentile(known, _SHOWN)
+            low, high = min(low, float(lowest)), max(high, float(highest))
         margin = _MARGIN * (high - low)
         counts, edges = np.histogram(known, _BINS, (low - margin, high + margin))
         # a value of many pixels, such as 0, would dwarf all others
@@ -134,7 +134,7 @@ class Histogram(pg.PlotWidget):
         axis.setTickFont(font)
 
     def _on_axis(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.log10(np.maximum(values, _LEAST_LOG)) if self._logarithmic else values
+        return np.log10(np.maximum(values, _MIN_LOG_VALUE)) if self._logarithmic else values
 
     def _drag(self) -> None:
         if self._symmetric:
@@ -145,7 +145,7 @@ class Histogram(pg.PlotWidget):
                 self._region.setRegion((-far, far))
         low, high = self._region.getRegion()
         if low < high:
-            self._told.start()
+            self._drag_timer.start()
 
 
 # The panel: histogram with draggable levels, range mode, numbers, lock, colour map.
@@ -235,7 +235,7 @@ class RangePanel(QWidget):
                 number.setValue(level)
         self._allow(True, one.locked)
 
-    def show_nothing(self, title: str, reason: str) -> None:
+    def show_placeholder(self, title: str, reason: str) -> None:
         """Show why there is no range."""
         self._kind = ""
         self.title.setText(title)
@@ -296,21 +296,21 @@ class RangePanel(QWidget):
 _TITLE = "Range"
 
 
-class RangePart(Part):
+class ColourRangeFeature(Feature):
     """Colour range of the active view; one range for all depths, one for all differences and errors."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        workspace, views, actions = desk.workspace, desk.views, desk.actions
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, views, actions = context.workspace, context.views, context.actions
         actions.add(COMMANDS)
         self._lock = actions["lock_range"]
         self.panel = RangePanel(self._lock)
-        desk.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
+        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
         changed = workspace.session_changed, workspace.results_changed, workspace.error_changed
-        shown = views.rangeChanged, views.shownChanged, workspace.compared_changed, workspace.truth_changed
+        shown = views.rangeChanged, views.shownChanged, workspace.compared_changed, workspace.ground_truth_changed
         later = workspace.results_added, workspace.previews_changed
-        desk.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
-        actions["show_range"].triggered.connect(lambda: desk.panels.reveal(_TITLE))
+        context.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
+        actions["show_range"].triggered.connect(lambda: context.panels.reveal(_TITLE))
         self._lock.toggled.connect(self._set_lock)
         self.panel.modeChosen.connect(self._set_mode)
         self.panel.levelsSet.connect(self._set_levels)
@@ -318,9 +318,9 @@ class RangePart(Part):
 
     def show(self) -> None:
         """Show the range of the active view if the panel is visible; always show whether it is locked."""
-        views = self.desk.views
+        views = self.context.views
         cell, kind = views.ranged, views.ranged.painter.range_kind
-        there = self.desk.workspace.has_session and bool(kind) and cell.bar.levels is not None
+        there = self.context.workspace.has_session and bool(kind) and cell.bar.levels is not None
         with QSignalBlocker(self._lock):
             self._lock.setChecked(there and views.ranges.of(kind).locked)
         self._lock.setEnabled(there)
@@ -331,24 +331,24 @@ class RangePart(Part):
             values = cell.painter.values()
             self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
         else:
-            self.panel.show_nothing(cell.strip.title, "Click a view of depth, a difference or an error")
+            self.panel.show_placeholder(cell.strip.title, "Click a view of depth, a difference or an error")
 
     def _set_mode(self, mode: str) -> None:
-        cell = self.desk.views.ranged
+        cell = self.context.views.ranged
         kind, levels = cell.painter.range_kind, cell.bar.levels
-        self.desk.views.ranges.set(kind, mode, levels if mode == FIXED else None)
+        self.context.views.ranges.set(kind, mode, levels if mode == FIXED else None)
 
     def _set_levels(self, low: float, high: float) -> None:
-        views = self.desk.views
+        views = self.context.views
         if low < high:
             views.ranges.set(views.ranged.painter.range_kind, FIXED, (low, high))
         else:
-            self.desk.notes.tell("The lower limit of the colour range must be below the upper one.")
-            self.desk.refresh.mark("range")
+            self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
+            self.context.refresh.mark("range")
 
     def _set_lock(self, on: bool) -> None:
         """Fix the current range, or compute it again."""
-        views = self.desk.views
+        views = self.context.views
         kind, levels = views.ranged.painter.range_kind, views.ranged.bar.levels
         if kind:
             views.ranges.set(kind, views.ranges.of(kind).mode, levels if on else None, locked=on)

@@ -17,7 +17,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import Completion, PassBandRecord
 from ilf.drawing.colours import depth_spectrum
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ..base.commands import Command
@@ -28,8 +28,8 @@ from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
 from ..views.painter import ShownRun, Spectrum
 from ..views.presenter import ViewsPresenter, colour_table
-from ..work.latest_question import LatestQuestion
-from .context import Desk, Part
+from ..work.latest_request import LatestRequest
+from .context import Context, Feature
 
 # Commands on the contents of the views, and on the comparison of two depths.
 
@@ -83,7 +83,7 @@ class Comparison(QObject):
         self._presenter = presenter
         self._session: Session | None = None
         self._runs: tuple[ShownRun | None, ...] = ()
-        self._truth: object = None
+        self._ground_truth: object = None
         self._earlier: Completion | None = None
         self._has_other_blocks = False
 
@@ -91,13 +91,13 @@ class Comparison(QObject):
         """Pass ground truth and runs of the current frame to the views, unless they have them."""
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._session:
-            self._session, self._truth, self._runs = session, None, ()  # discarded with the previous frame
+            self._session, self._ground_truth, self._runs = session, None, ()  # discarded with the previous frame
         if session is None:
             self._earlier = None
             return
-        if session.frame.truth is not self._truth:
-            self._truth = session.frame.truth
-            self._views.set_truth(session.frame.truth)
+        if session.frame.ground_truth is not self._ground_truth:
+            self._ground_truth = session.frame.ground_truth
+            self._views.set_ground_truth(session.frame.ground_truth)
         earlier = earlier_run(session)
         self._earlier = None if earlier is None else earlier.completion  # keeps it from being composed again every time
         runs = [_shown(kept, session) for kept in session.compared]
@@ -106,33 +106,33 @@ class Comparison(QObject):
             self._runs = (*runs, before)
             self._views.set_runs(runs, before)
 
-    def look_at_a(self, on: bool) -> None:
+    def show_a_as_result(self, on: bool) -> None:
         """Show side A with the blocks of its run instead of the result, or go back."""
         session, side = self._session, self._views.sides.names[0]
-        kept = None if session is None else _kept(session, side)
+        kept = None if session is None else _stored_run(session, side)
         if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
             self._has_other_blocks = True
             self._presenter.show_other(kept.run.blocks, kept.completion.depth)
-        self._views.sides.look_at_a(on)
+        self._views.sides.show_a_as_result(on)
         if not on and self._has_other_blocks:
             self._has_other_blocks = False
             self._presenter.show_present()
 
 
-def earlier_run(session: Session) -> KeptRun | None:
+def earlier_run(session: Session) -> StoredRun | None:
     """The latest stored run whose results are not the current ones."""
     present = session.valid_results()
     return next(
         (
             kept
-            for kept in reversed(session.kept_runs)
+            for kept in reversed(session.run_history)
             if not all(kept.results.get(label) is result for label, result in present.items())
         ),
         None,
     )
 
 
-def _kept(session: Session, side: str) -> KeptRun | None:
+def _stored_run(session: Session, side: str) -> StoredRun | None:
     """The run of one side of the comparison; None if the side is no run."""
     if side == EARLIER:
         return earlier_run(session)
@@ -140,11 +140,11 @@ def _kept(session: Session, side: str) -> KeptRun | None:
     return session.compared[number] if number < len(session.compared) else None
 
 
-def _shown(kept: KeptRun, session: Session) -> ShownRun:
+def _shown(kept: StoredRun, session: Session) -> ShownRun:
     completion, labels = kept.completion, kept.run.blocks
-    guessed = completion.guessed if completion.guessed.any() else None
+    extrapolated = completion.extrapolated if completion.extrapolated.any() else None
     others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
-    return ShownRun(kept.name, completion.depth, guessed, kept.colour, others)
+    return ShownRun(kept.name, completion.depth, extrapolated, kept.colour, others)
 
 
 def _same_runs(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:
@@ -164,19 +164,19 @@ def _is_same(one: ShownRun, other: ShownRun) -> bool:
 
 _BANDS_SHOWN = 3.0
 """Shown extent of the spectrum, as a multiple of the pass band."""
-_LEAST_REACH = 24
+_MIN_EXTENT = 24
 """Minimum extent of the shown spectrum [wave numbers], where the grid has them."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _Request:
     """Request for derived data, computed in a worker thread; requests with the same key have the same result."""
 
     key: tuple[Any, ...]
     find: Callable[[], Any]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Question) and _same(self.key, other.key)
+        return isinstance(other, _Request) and _same(self.key, other.key)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -204,8 +204,8 @@ class _Derived(QObject):
         self.part = part
         self._show = show
         self._nothing = nothing
-        self._asked: _Question | None = None
-        self._questions = LatestQuestion[_Question, Any](lambda question: question.find(), self)
+        self._requested: _Request | None = None
+        self._questions = LatestRequest[_Request, Any](lambda question: question.find(), self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
 
@@ -214,26 +214,26 @@ class _Derived(QObject):
         """Whether a result is pending."""
         return self._questions.busy
 
-    def want(self, question: _Question | None, otherwise: Any = None) -> None:
+    def request(self, question: _Request | None, otherwise: Any = None) -> None:
         """Request the result unless it is there or pending; None shows `otherwise` at once."""
         if question is None:
-            self._asked = None
+            self._requested = None
             self._questions.forget()
             self._show(self._nothing if otherwise is None else otherwise)
-        elif question != self._asked:
-            self._asked = question
+        elif question != self._requested:
+            self._requested = question
             self._questions.ask(question)
 
     def shutdown(self) -> bool:
         """Stop permanently. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take(self, question: _Question, answer: Any) -> None:
-        if self._asked is not None and question == self._asked:
+    def _take(self, question: _Request, answer: Any) -> None:
+        if self._requested is not None and question == self._requested:
             self._show(answer)
 
-    def _fail(self, question: _Question, error: Exception) -> None:
-        if self._asked is not None and question == self._asked:
+    def _fail(self, question: _Request, error: Exception) -> None:
+        if self._requested is not None and question == self._requested:
             self.failed.emit(error)
 
 
@@ -272,16 +272,16 @@ class DerivedPresenter(QObject):
         if session is not self._session:
             self._session = session
             for one in self._all:
-                one.want(None)
+                one.request(None)
         if session is None:
             return
         frame, extraction = session.frame, session.notes.extraction or BlockParameters()
         if self._views.shows("edges"):
-            self._edges.want(_Question((frame, extraction), lambda: find_edges(frame, extraction)))
+            self._edges.request(_Request((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):
-            self._interpolated.want(_Question((frame,), lambda: linear(frame)))
+            self._interpolated.request(_Request((frame,), lambda: linear(frame)))
         # also while it is not visible: a run needs it, too
-        self._guide.want(None if frame.guide is None else _Question((frame,), lambda: _fitted(frame)))
+        self._guide.request(None if frame.guide is None else _Request((frame,), lambda: _fitted(frame)))
         if self._views.shows("spectrum"):
             self._ask_spectrum(session)
 
@@ -289,11 +289,11 @@ class DerivedPresenter(QObject):
         label = self._workspace.chosen
         result = session.valid_results().get(label)
         if not label:
-            self._spectrum.want(None, "Select a block")
+            self._spectrum.request(None, "Select a block")
         elif result is None or not result.history:
-            self._spectrum.want(None, f"{session.info(label).name} has not been run")
+            self._spectrum.request(None, f"{session.info(label).name} has not been run")
         elif not isinstance(last := result.history[-1], PassBandRecord):
-            self._spectrum.want(
+            self._spectrum.request(
                 None,
                 f"{session.info(label).name} has no pass band: select a preset of the paper and run it again",
             )
@@ -301,7 +301,7 @@ class DerivedPresenter(QObject):
             radii, name, padding = last.radii, session.info(label).name, result.parameters.padding
             depth = np.full(result.block.mask.shape, np.nan, np.float32)
             depth[result.block.mask] = result.depth
-            self._spectrum.want(_Question((result,), lambda: _spectrum(depth, padding, radii, name)))
+            self._spectrum.request(_Request((result,), lambda: _spectrum(depth, padding, radii, name)))
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
@@ -316,7 +316,7 @@ def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
 
 
 def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str) -> Spectrum:
-    reach = tuple(max(math.ceil(_BANDS_SHOWN * radius), _LEAST_REACH) for radius in radii)
+    reach = tuple(max(math.ceil(_BANDS_SHOWN * radius), _MIN_EXTENT) for radius in radii)
     text = f"{name}: band {radii[1]:.0f} across, {radii[0]:.0f} down [cycles/grid]"
     return Spectrum(depth_spectrum(depth, padding, (reach[0], reach[1])), radii, text)
 
@@ -324,30 +324,30 @@ def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, fl
 _NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
 
 
-class LookingPart(Part):
+class CompareFeature(Feature):
     """Contents of the views, and the commands of the comparison of two depths."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        workspace, views, actions = desk.workspace, desk.views, desk.actions
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, views, actions = context.workspace, context.views, context.actions
         actions.add(COMMANDS)
-        self.comparison = Comparison(workspace, views, desk.view_presenter)
+        self.comparison = Comparison(workspace, views, context.view_presenter)
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
-        self.derived.failed.connect(lambda error: desk.notes.report("View content", error))
-        compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
+        self.derived.failed.connect(lambda error: context.notes.report("View content", error))
+        compared = workspace.run_history_changed, workspace.compared_changed, workspace.ground_truth_changed
         results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
         turned, *later = results
-        desk.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
-        desk.refresh.add(
+        context.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
+        context.refresh.add(
             "derived",
             self.derived.show,
             (
                 *results,
                 *compared,
-                *(workspace.distrusted_changed, workspace.guide_changed),
+                *(workspace.invalid_mask_changed, workspace.guide_changed),
                 *(workspace.selection_changed, views.shownChanged),
             ),
             (workspace.results_added,),
@@ -361,29 +361,29 @@ class LookingPart(Part):
         for name, handler in handlers.items():
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         actions["swipe"].toggled.connect(self._swipe)
-        actions["blink"].toggled.connect(self.comparison.look_at_a)
+        actions["blink"].toggled.connect(self.comparison.show_a_as_result)
         views.layoutChanged.connect(self._follow_layout)
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
         for changed in (workspace.session_changed, workspace.guide_changed, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
         workspace.session_changed.connect(self._allow)
         self._allow()
 
     def _allow(self) -> None:
-        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
-        self.desk.actions.allow(no_frame, *_NEED_A_FRAME)
+        no_frame = "" if self.context.workspace.has_session else "Open a frame first."
+        self.context.actions.allow(no_frame, *_NEED_A_FRAME)
 
     def _follow_layout(self, name: str) -> None:
         """Switch swiping off in the side-by-side layout."""
         self._was_compared = False
-        self.desk.actions["compare_two"].setChecked(name == COMPARE)
+        self.context.actions["compare_two"].setChecked(name == COMPARE)
         if name == COMPARE:
-            self.desk.actions["swipe"].setChecked(False)
+            self.context.actions["swipe"].setChecked(False)
 
     def _swipe(self, on: bool) -> None:
         """Show the divider instead of both sides side by side, and show the result if no view does; switching off
         restores the former contents."""
-        views = self.desk.views
+        views = self.context.views
         if not on:
             views.sides.set_swiping(False)
             for cell, content in self._replaced.items():

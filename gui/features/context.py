@@ -18,7 +18,7 @@ from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
-from ..views.errors import ErrorPresenter
+from ..views.expected_error import ErrorPresenter
 from ..views.linked_views import LinkedViews
 from ..views.presenter import ViewsPresenter
 from ..widgets.docks import Docks
@@ -31,7 +31,7 @@ from .filter.panel import FilterPanel
 from .filter.presenter import FilterPresenter
 
 
-class UnderWay(NamedTuple):
+class PendingWork(NamedTuple):
     """Pending background work, whose result is lost if its frame is closed.
 
     Attributes
@@ -47,7 +47,7 @@ class UnderWay(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Desk:
+class Context:
     """Shared objects of the window: data, workers and widgets that a feature may use."""
 
     window: QMainWindow
@@ -69,27 +69,27 @@ class Desk:
     centre: Centre
     store: WorkStore
     recorder: Recorder
-    under_way: Callable[[], Sequence[UnderWay]]
+    pending_work: Callable[[], Sequence[PendingWork]]
     """Returns the pending work of all features, without the runs of frames."""
-    chosen_frames: Callable[[], Sequence[Entry]]
+    selected_frames: Callable[[], Sequence[Entry]]
     """Returns the frames whose rows are selected in the list."""
 
 
-class Part(QObject):
+class Feature(QObject):
     """One feature of the window with all that belongs to it.
 
     A feature creates its widgets, adds its panels to the context's docks, registers their updates with the context's
     refresh, and executes its own commands.
     """
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk.window)
-        self.desk = desk
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.window)
+        self.context = context
 
     def begin(self) -> None:
         """Called when the window has all features and menus, just before it is shown."""
 
-    def under_way(self) -> Sequence[UnderWay]:
+    def pending_work(self) -> Sequence[PendingWork]:
         """Pending background work that would be lost."""
         return ()
 

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
 from ilf.data.results import Completion
-from ilf.evaluation.edit_summary import Effect, edit_effect
+from ilf.evaluation.edit_summary import EditSummary, summarise_edit
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
@@ -24,7 +24,7 @@ from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.presenter import ViewsPresenter
 from ..work.frame_runs import RunState
-from ..work.latest_question import LatestQuestion
+from ..work.latest_request import LatestRequest
 from ..work.runs import RunController
 
 # One line under the views with the summary of the last edit.
@@ -35,19 +35,19 @@ _EQUAL = 0.05
 _MARGIN = 8
 
 
-class _Words(NamedTuple):
+class _Labels(NamedTuple):
     moved: str
     filled: str
-    by_truth: str
+    by_ground_truth: str
     expected: str
     held_out: str
 
 
-_LONG = _Words("{} px moved", "filled {}", "RMSE against ground truth {}", "expected error, RMS {}", "hold-out {}")
-_SHORT = _Words("{} px", "filled {}", "ground truth {}", "expected RMS {}", "hold-out {}")
+_LONG = _Labels("{} px moved", "filled {}", "RMSE against ground truth {}", "expected error, RMS {}", "hold-out {}")
+_SHORT = _Labels("{} px", "filled {}", "ground truth {}", "expected RMS {}", "hold-out {}")
 
 
-class EffectLine(QWidget):
+class EditSummaryLine(QWidget):
     """Line that shows the last edit and whether it reduced the error.
 
     It takes its space before the first edit, so that the images do not move under the pointer.
@@ -67,23 +67,23 @@ class EffectLine(QWidget):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
         layout.addWidget(self.label, 1)
-        self._said: tuple[str, Effect | None, str] | None = None
+        self._content: tuple[str, EditSummary | None, str] | None = None
         self._looks = False
         self._write()
 
-    def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
+    def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
         """Show the title of an edit, its effect as far as known, and a note."""
-        self._said = text, effect, note
+        self._content = text, effect, note
         self._write()
 
-    def mark_look(self, on: bool) -> None:
+    def mark_before(self, on: bool) -> None:
         """Show whether the views show the state before the edit."""
         self._looks = on
         self._write()
 
     def clear(self) -> None:
         """Show that there has been no edit."""
-        self._said = None
+        self._content = None
         self._write()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -96,11 +96,11 @@ class EffectLine(QWidget):
         self._write()
 
     def _write(self) -> None:
-        if self._said is None:
+        if self._content is None:
             tone = theme.colours(self.palette()).muted.name()
             self.label.setText(f'<span style="color:{tone}">The effect of your last edit appears here.</span>')
             return
-        text, effect, note = self._said
+        text, effect, note = self._content
         if self._looks:
             tone = theme.colours(self.palette()).accent.name()
             self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
@@ -110,14 +110,14 @@ class EffectLine(QWidget):
             words = self._words(_SHORT, text, effect, note)
         self.label.setText(words)
 
-    def _words(self, names: _Words, text: str, effect: Effect | None, note: str) -> str:
+    def _words(self, names: _Labels, text: str, effect: EditSummary | None, note: str) -> str:
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
             parts.append(names.moved.format(grouped(effect.moved)))
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
                 parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
-            for name in ("by_truth", "expected", "held_out"):
+            for name in ("by_ground_truth", "expected", "held_out"):
                 if (error := getattr(effect, name)) is not None:
                     parts.append(getattr(names, name).format(self._change(*error)))
         if note:
@@ -150,7 +150,7 @@ _UNKNOWN = "too little known depth nearby to evaluate it"
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _Request:
     """An edit, the run of the frame after it, and the completions before and after it."""
 
     patch: LabelPatch
@@ -161,7 +161,7 @@ class _Question:
     after: Completion | None
 
 
-class EffectPresenter(QObject):
+class EditSummaryPresenter(QObject):
     """Presenter of the line that summarises the last edit of the current frame.
 
     The effect on depth is computed in a worker thread once the edited blocks have been completed again.
@@ -173,7 +173,7 @@ class EffectPresenter(QObject):
     """
 
     def __init__(
-        self, workspace: Workspace, runs: RunController, views: ViewsPresenter, line: EffectLine, live: QAction
+        self, workspace: Workspace, runs: RunController, views: ViewsPresenter, line: EditSummaryLine, live: QAction
     ) -> None:
         super().__init__(line)
         self._workspace = workspace
@@ -189,15 +189,15 @@ class EffectPresenter(QObject):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        self._questions = LatestQuestion[_Question, Effect](_find, self)
+        self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
         workspace.replaced.connect(self._forget)
         workspace.guide_changed.connect(self._forget)
-        workspace.distrusted_changed.connect(self._take_distrusted)
-        workspace.truth_changed.connect(self._ask_again)
+        workspace.invalid_mask_changed.connect(self._take_invalid_mask)
+        workspace.ground_truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
             changed.connect(self._go_on)
 
@@ -208,7 +208,7 @@ class EffectPresenter(QObject):
 
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit (after it if it was undone), or go back."""
-        self._line.mark_look(on)
+        self._line.mark_before(on)
         if not on or not self._edited:
             self._views.show_present()
             return
@@ -225,17 +225,19 @@ class EffectPresenter(QObject):
         self._change, self._asked, self._edited = change, False, True
         self._before = self._present
         self._questions.forget()
-        self._line.say(_title(change), Effect(int(np.count_nonzero(change.patch.before != change.patch.after))))
+        self._line.show_message(
+            _title(change), EditSummary(int(np.count_nonzero(change.patch.before != change.patch.after)))
+        )
         self._go_on()
 
-    def _take_distrusted(self) -> None:
+    def _take_invalid_mask(self) -> None:
         """Handle a change of the invalid mask: the state before it can be viewed; it affects all blocks."""
         before = self._present
         self._forget()
         self._edited, self._before = True, before
         frame = self._workspace.session.frame
         count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
-        self._line.say("Invalid depth", note=f"{grouped(count)} px" if count else "none")
+        self._line.show_message("Invalid depth", note=f"{grouped(count)} px" if count else "none")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False
@@ -256,7 +258,7 @@ class EffectPresenter(QObject):
         self._asked = True
         run = session.run(self._workspace.parameters)
         change = self._change
-        self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
+        self._questions.ask(_Request(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
     def _ask_again(self) -> None:
         """Evaluate the edit again, because the ground truth has changed."""
@@ -269,18 +271,18 @@ class EffectPresenter(QObject):
     def _note_present(self) -> None:
         self._present = self._workspace.session.completion() if self._workspace.has_session else None
 
-    def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
+    def _say(self, question: _Request, effect: EditSummary | None, note: str = "") -> None:
         change = self._change
         if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
-            unknown = effect is not None and effect.held_out is None and effect.by_truth is None
-            self._line.say(_title(change), effect, note or (_UNKNOWN if unknown else ""))
+            unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
+            self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
 
 def _title(change: Change) -> str:
     return change.text if change.forward else f"Undone: {change.text}"
 
 
-def _find(question: _Question) -> Effect:
+def _find(question: _Request) -> EditSummary:
     """Compute the summary; called in a worker thread."""
     run, patch = question.run, question.patch
     labels = _labels_before(patch, question.forward, run.blocks)
@@ -288,7 +290,7 @@ def _find(question: _Question) -> Effect:
     there = set(np.unique(labels[patch.box]).tolist()) - {0}
     known = question.before is not None and there <= question.before.results.keys()
     completed = question.before if known else None  # blocks edited earlier and not run since have no result to compare
-    return edit_effect(before, run, patch, (completed, question.after))
+    return summarise_edit(before, run, patch, (completed, question.after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:

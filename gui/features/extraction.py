@@ -24,8 +24,8 @@ from ..views.layouts import LAYOUT_TEXTS
 from ..views.linked_views import LinkedViews
 from ..widgets.notices import Notes, error_text
 from ..widgets.parameter_form import ParameterForm
-from ..work.found_blocks import Found, describe_blocks, find
-from ..work.latest_question import LatestQuestion
+from ..work.found_blocks import FoundBlocks, describe_blocks, find
+from ..work.latest_request import LatestRequest
 
 # The panel of EBS: its parameters, their preview, and the button that extracts blocks again.
 
@@ -41,14 +41,14 @@ class ExtractionPanel(QWidget):
         The user has switched the preview on or off.
     keeping_switched(bool)
         The user has switched keeping of blocks made by hand on or off.
-    view_wished()
+    view_requested()
         The user has clicked the link of `offer_view` to see the result of the parameters.
     """
 
     edited = Signal(object)
     preview_switched = Signal(bool)
     keeping_switched = Signal(bool)
-    view_wished = Signal()
+    view_requested = Signal()
 
     def __init__(self, extract: QAction, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -71,7 +71,7 @@ class ExtractionPanel(QWidget):
         self._summary = QLabel()
         self._summary.setObjectName("summary")
         self._summary.setWordWrap(True)
-        self._summary.linkActivated.connect(lambda _: self.view_wished.emit())
+        self._summary.linkActivated.connect(lambda _: self.view_requested.emit())
         self._summary.hide()
         self._text = self._warning = self._layout = ""
         self.form = ParameterForm(BlockParameters)
@@ -127,7 +127,7 @@ class ExtractionPanel(QWidget):
 
 
 @dataclass(frozen=True)
-class Question:
+class StageRequest:
     """Request for the picture of one stage."""
 
     frame: RGBDFrame
@@ -136,11 +136,11 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class StageResult:
     """Picture returned by `stage_picture`, with the extraction that it shows."""
 
-    question: Question
-    found: Found
+    question: StageRequest
+    found: FoundBlocks
     picture: NDArray[np.uint8]
 
 
@@ -162,8 +162,8 @@ class ExtractionPreview(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._held: Found | None = None
-        self._questions = LatestQuestion[Question, Answer](self._find, self)
+        self._held: FoundBlocks | None = None
+        self._questions = LatestRequest[StageRequest, StageResult](self._find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
 
@@ -172,24 +172,24 @@ class ExtractionPreview(QObject):
         """Whether an answer is pending."""
         return self._questions.busy
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: StageRequest) -> None:
         """Request a picture; `found` follows."""
         self._questions.ask(question)
 
-    def hold(self, found: Found) -> None:
+    def hold(self, found: FoundBlocks) -> None:
         """Cache an extraction that was made elsewhere."""
         self._held = found
 
-    def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Found | None:
+    def held(self, frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks | None:
         """Return the cached extraction if it is of this frame with these parameters, else None."""
         held = self._held  # another thread may replace it meanwhile
-        return held if held is not None and held.answers(frame, parameters) else None
+        return held if held is not None and held.matches(frame, parameters) else None
 
-    def held_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
+    def cached_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
         """Return the parameters of the cached extraction if it is of this frame, else None."""
         return self._held.parameters if self._held is not None and self._held.frame is frame else None
 
-    def turn_to(self, frame: RGBDFrame | None) -> None:
+    def set_frame(self, frame: RGBDFrame | None) -> None:
         """Drop a cached extraction of another frame, and all pending requests."""
         if self._held is not None and self._held.frame is not frame:
             self._held = None
@@ -199,12 +199,12 @@ class ExtractionPreview(QObject):
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _find(self, question: Question) -> Answer:
+    def _find(self, question: StageRequest) -> StageResult:
         """Compute an answer; called in a worker thread."""
         found = self.held(question.frame, question.parameters) or find(question.frame, question.parameters)
-        return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
+        return StageResult(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
 
-    def _take(self, _: Question, answer: Answer) -> None:
+    def _take(self, _: StageRequest, answer: StageResult) -> None:
         self.hold(answer.found)
         self.found.emit(answer)
 
@@ -236,16 +236,16 @@ class StagePresenter(QObject):
         The output of `show` has changed: another stage, or the preview was switched.
     described()
         The output of `describe` has changed.
-    extraction_wished(object, object)
+    extraction_requested(object, object)
         Request to extract the blocks of a session; the Found of these parameters if it exists already, or None.
-    view_wished()
+    view_requested()
         Request to bring the linked views to the front.
     """
 
     changed = Signal()
     described = Signal()
-    extraction_wished = Signal(object, object)
-    view_wished = Signal()
+    extraction_requested = Signal(object, object)
+    view_requested = Signal()
 
     def __init__(
         self,
@@ -258,7 +258,7 @@ class StagePresenter(QObject):
         super().__init__(panel)
         self._workspace = workspace
         self._is_extracting = is_extracting
-        self._waits = False
+        self._is_waiting = False
         """Whether a request waits until the blocks have been extracted."""
         self._views = views
         self._panel = panel
@@ -268,7 +268,7 @@ class StagePresenter(QObject):
         self._preview.found.connect(self._take)
         self._preview.failed.connect(self._fail)
         self._frame: RGBDFrame | None = None
-        self._found: Found | None = None
+        self._found: FoundBlocks | None = None
         self._failure = ""
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
         self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
@@ -277,12 +277,12 @@ class StagePresenter(QObject):
         panel.edited.connect(workspace.set_extraction_parameters)
         panel.keeping_switched.connect(workspace.set_keeps_handmade)
         panel.preview_switched.connect(self._switch)
-        panel.view_wished.connect(self.show_view)
+        panel.view_requested.connect(self.show_view)
 
     @property
     def busy(self) -> bool:
         """Whether a picture is pending."""
-        return self._preview.busy or self._waits
+        return self._preview.busy or self._is_waiting
 
     def show(self) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
@@ -290,10 +290,10 @@ class StagePresenter(QObject):
         frame = self._workspace.session.frame if self._workspace.has_session else None
         if frame is not self._frame:
             self._frame = frame
-            self._preview.turn_to(frame)
+            self._preview.set_frame(frame)
             self._slow.stop()
             self._found, self._failure = None, ""
-        self._waits = False
+        self._is_waiting = False
         if frame is not None and self._views.shows_extraction:
             self._ask(frame)
             self._watch()
@@ -303,13 +303,13 @@ class StagePresenter(QObject):
         if self._panel.previews:
             parameters: BlockParameters | None = self._workspace.extraction_parameters
         else:
-            parameters = self._preview.held_parameters(frame) or self._workspace.session.notes.extraction
+            parameters = self._preview.cached_parameters(frame) or self._workspace.session.notes.extraction
         if parameters is None:
             self._board.show_message(_OFF)
             return
-        self._waits = self._is_extracting(self._workspace.session) and not self._preview.held(frame, parameters)
-        if not self._waits:
-            self._preview.ask(Question(frame, parameters, self._board.stage))
+        self._is_waiting = self._is_extracting(self._workspace.session) and not self._preview.held(frame, parameters)
+        if not self._is_waiting:
+            self._preview.ask(StageRequest(frame, parameters, self._board.stage))
 
     def describe(self) -> None:
         """Show the summary of the parameters' result in the panel, with the blocks that are kept."""
@@ -329,7 +329,7 @@ class StagePresenter(QObject):
         """Whether the frame's blocks were extracted with other parameters than the panel's."""
         return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
 
-    def _summary(self, found: Found) -> str:
+    def _summary(self, found: FoundBlocks) -> str:
         if self._panel.previews:
             title = "Preview"
         else:
@@ -347,7 +347,7 @@ class StagePresenter(QObject):
 
     def show_view(self) -> None:
         """Show the view of the extraction if it is not visible."""
-        self.view_wished.emit()
+        self.view_requested.emit()
         if not self._views.shows_extraction:
             self._views.set_content("extraction", "extraction")
             self._views.set_layout(LAYOUT)
@@ -361,16 +361,16 @@ class StagePresenter(QObject):
         """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
         session = self._workspace.session
         found = self._preview.held(session.frame, self._workspace.extraction_parameters)
-        self.extraction_wished.emit(session, found)
+        self.extraction_requested.emit(session, found)
 
-    def hold(self, found: Found) -> None:
+    def hold(self, found: FoundBlocks) -> None:
         """Reuse the extraction of a frame's blocks for the view."""
         self._preview.hold(found)
         self.changed.emit()
 
     def go_on(self) -> None:
         """Update if waiting, because an extraction of blocks has started or ended and may not deliver a result."""
-        if self._waits:
+        if self._is_waiting:
             self.changed.emit()
 
     def shutdown(self) -> None:
@@ -385,7 +385,7 @@ class StagePresenter(QObject):
         elif not self._slow.isActive():
             self._slow.start()
 
-    def _take(self, answer: Answer) -> None:
+    def _take(self, answer: StageResult) -> None:
         self._slow.stop()
         self._watch()
         if answer.question.frame is not self._frame:
@@ -401,7 +401,7 @@ class StagePresenter(QObject):
         self._failure = f"The extraction failed: {error_text(error)}"
         self._board.show_message("The extraction failed")
         self.described.emit()
-        self._notes.tell(self._failure)
+        self._notes.show_message(self._failure)
 
 
 def _describe_around(locked: int, by_hand: int) -> str:

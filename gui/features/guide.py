@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
 from ilf.completion.edge_aware.fitted_guide import FittedGuide, fit_guide
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
-from ilf.io.companions import load_guide
+from ilf.io.frame_additions import load_guide
 
 from ..base.commands import Command
 from ..state.session import Session
 from ..widgets.basics import PlainLabel, last_folder
-from ..work.latest_question import LatestQuestion
-from .context import Desk, Part
-from .documents.file_dialogs import ReadingDialog
+from ..work.latest_request import LatestRequest
+from .context import Context, Feature
+from .documents.file_dialogs import PreviewDialog
 from .documents.frame_files import GUIDE_FILES
 
 # Commands on the guide.
@@ -39,7 +39,7 @@ COMMANDS = (
 # The dialog that loads a guide: file, and the fit to the known depth.
 
 _FOLDER_KEY = "guide/folder"
-_NOTHING_CHOSEN = (
+_NOTHING_SELECTED = (
     "Choose depth or inverse depth of this frame, in any unit: from a network that predicts depth from colour, or "
     "from another sensor. Zero and NaN are ignored."
 )
@@ -52,37 +52,37 @@ class GuideSource(NamedTuple):
     path: str
 
 
-class Guided(NamedTuple):
+class GuidedFrame(NamedTuple):
     """The frame with its guide, and the guide fitted in metres."""
 
     frame: RGBDFrame
     fitted: FittedGuide
 
 
-def guided(source: GuideSource) -> Guided:
+def read_guided_frame(source: GuideSource) -> GuidedFrame:
     """Read the file and fit it to the known depth; called in a worker thread."""
     frame = source.frame.with_guide(load_guide(source.path, source.frame.shape))
     fitted = fit_guide(frame)
     assert fitted is not None
-    return Guided(frame, fitted)
+    return GuidedFrame(frame, fitted)
 
 
-class GuideDialog(ReadingDialog[GuideSource, Guided]):
+class GuideDialog(PreviewDialog[GuideSource, GuidedFrame]):
     """Dialog to choose a guide, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
-    questions : LatestQuestion
+    questions : LatestRequest
         Reads a `GuideSource` in a worker thread.
     """
 
     def __init__(
-        self, frame: RGBDFrame, questions: LatestQuestion[GuideSource, Guided], parent: QWidget | None = None
+        self, frame: RGBDFrame, questions: LatestRequest[GuideSource, GuidedFrame], parent: QWidget | None = None
     ) -> None:
         placeholder = "Depth or inverse depth: PNG, TIFF, PGM, NPY or NPZ"
         title = f"Load Guide for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Guide, fitted", _FOLDER_KEY, questions, parent)
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Guide, fitted", _FOLDER_KEY, questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the guide")
         self.load_button.setToolTip("Use this guide in the next runs")
@@ -100,82 +100,84 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
     def source(self, path: str) -> GuideSource:
         return GuideSource(self._frame, str(Path(path).expanduser().absolute()))
 
-    def show_found(self, found: Guided) -> None:
+    def show_found(self, found: GuidedFrame) -> None:
         self.preview.show_depth(found.fitted.depth)
-        self.message.say(described(found.fitted), "good" if found.fitted.belief else "warning")
+        self.message.show_message(describe_guide(found.fitted), "good" if found.fitted.belief else "warning")
 
     def browse(self) -> None:
         path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
         self.choose(path)
 
 
-def described(fitted: FittedGuide) -> str:
+def describe_guide(fitted: FittedGuide) -> str:
     """Describe the coverage of a guide and its belief."""
-    said = f"It covers {(fitted.confidence > 0).mean():.0%} of the pixels"
-    return f"{said}, and is {fitted.in_words()}."
+    coverage = f"It covers {(fitted.confidence > 0).mean():.0%} of the pixels"
+    return f"{coverage}, and is {fitted.to_text()}."
 
 
-class GuidePart(Part):
+class GuideFeature(Feature):
     """The commands on the guide."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        actions, workspace = desk.actions, desk.workspace
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        actions, workspace = context.actions, context.workspace
         actions.add(COMMANDS)
-        self._reader = LatestQuestion[GuideSource, Guided](guided, self)
+        self._reader = LatestRequest[GuideSource, GuidedFrame](read_guided_frame, self)
         actions["load_guide"].triggered.connect(lambda _=False: self.ask())
         actions["remove_guide"].triggered.connect(lambda _=False: self.remove())
         for changed in (workspace.session_changed, workspace.guide_changed):
             changed.connect(self._allow)
-        self._told: WeakSet[Session] = WeakSet()
+        self._reported: WeakSet[Session] = WeakSet()
         """Frames whose guide has been reported, or loaded here."""
         self._allow()
 
     def ask(self) -> None:
         """Load a guide for the current frame by the dialog."""
-        session = self.desk.workspace.session
-        dialog = GuideDialog(session.frame, self._reader, self.desk.window)
+        session = self.context.workspace.session
+        dialog = GuideDialog(session.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._take(session, dialog.found()))
         dialog.open()
 
     def load(self, path: str) -> bool:
         """Load the guide of the current frame from a file; return False, with a message, if that fails."""
-        session = self.desk.workspace.session
+        session = self.context.workspace.session
         try:
-            found = guided(GuideSource(session.frame, path))
+            found = read_guided_frame(GuideSource(session.frame, path))
         except IlfError as error:
-            self.desk.notes.report("Load guide", error)
+            self.context.notes.report("Load guide", error)
             return False
         self._take(session, found)
         return True
 
     def remove(self) -> None:
         """Complete the current frame without a guide."""
-        self.desk.workspace.set_guide(None, "Remove guide")
-        self.desk.notes.tell("Guide removed.")
+        self.context.workspace.set_guide(None, "Remove guide")
+        self.context.notes.show_message("Guide removed.")
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread of the feature is left."""
         return self._reader.shutdown()
 
-    def _take(self, session: Session, found: Guided) -> None:
-        workspace, guide = self.desk.workspace, found.frame.guide
+    def _take(self, session: Session, found: GuidedFrame) -> None:
+        workspace, guide = self.context.workspace, found.frame.guide
         if session not in workspace.sessions or guide is None:
             return
         workspace.show_session(session)  # another frame may have been opened meanwhile
-        self._told.add(session)
+        self._reported.add(session)
         workspace.set_guide(guide, "Load guide")
         name = "" if guide.path is None else f" {Path(guide.path).name}"
-        self.desk.notes.tell(f"Guide{name}: {described(found.fitted)}")
+        self.context.notes.show_message(f"Guide{name}: {describe_guide(found.fitted)}")
 
     def _allow(self) -> None:
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         no_frame = "" if workspace.has_session else "Open a frame first."
         has_guide = workspace.has_session and workspace.session.frame.guide is not None
-        if has_guide and workspace.session not in self._told:
-            self._told.add(workspace.session)
+        if has_guide and workspace.session not in self._reported:
+            self._reported.add(workspace.session)
             name = workspace.session.name
-            self.desk.notes.tell(f"{name} has a guide, which the runs use. To run without it: File > Remove guide.")
-        self.desk.actions.allow(no_frame, "load_guide")
-        self.desk.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")
+            self.context.notes.show_message(
+                f"{name} has a guide, which the runs use. To run without it: File > Remove guide."
+            )
+        self.context.actions.allow(no_frame, "load_guide")
+        self.context.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")

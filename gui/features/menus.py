@@ -19,10 +19,10 @@ from ..views.linked_views import LinkedViews
 from ..views.view_menus import SidesMenu
 
 BLOCK_MENU = (
-    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks looked_at | "
+    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
-_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
+_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_invalid"
 _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
@@ -30,17 +30,18 @@ _INSPECT = (
 _GOING = "next_frame previous_frame next_untouched note_frame"
 _MENUS = {
     "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
-    "save_project_as | load_truth remove_truth | load_guide remove_guide | load_blocks save_blocks | export batch "
+    "save_project_as | load_ground_truth remove_ground_truth | load_guide remove_guide | load_blocks "
+    "save_blocks | export batch "
     "report save_picture | close_frame quit",
-    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
-    "&Blocks": "extract | carry_next carry_previous carry_through | "
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | cancel_stroke",
+    "&Blocks": "extract | propagate_next propagate_previous propagate_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
-    "Re&view": "next_suspect previous_suspect leave_suspect looked_at | suggest_distrust",
+    "Re&view": "next_check previous_check ignore_check mark_checked | suggest_invalid",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
-    "share_values keep_values reset_values part_values | guess clear_results | "
-    "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
+    "share_parameters keep_own_parameters reset_to_shared separate_parameters | extrapolate clear_results | "
+    "hold_out_test sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 
 
@@ -58,7 +59,7 @@ class ToolBar(QToolBar):
         spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
-        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_check"))
 
     def show_options(self, on: bool) -> None:
         """Show or hide the tool's options; they are shown where the tool can be used."""
@@ -76,18 +77,19 @@ def fill_menu_bar(
         view,
         entries(
             actions,
-            "fit one_to_one zoom_block look_before | next_frame previous_frame next_untouched note_frame | full_screen",
+            "fit one_to_one zoom_block show_before_edit | next_frame previous_frame next_untouched note_frame | "
+            "full_screen",
         ),
     )
     view.addSeparator()
-    view.addAction(actions["fold_panels"])
+    view.addAction(actions["toggle_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
     _fill(view, entries(actions, "view_content reset_contents"))
     view.addMenu(_compare_menu(actions, views, view))
     view.addSeparator()
     _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
-    _fill(view, entries(actions, "cloud_beside cloud_raw cloud_chosen_only"))
+    _fill(view, entries(actions, "cloud_beside cloud_raw cloud_selected_only"))
     view.addSeparator()
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")

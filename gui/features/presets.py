@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from ilf.errors import IlfError
 from ilf.run.preset_files import (
-    OwnPreset,
+    UserPreset,
     delete_preset,
     import_preset,
     list_presets,
@@ -31,8 +31,8 @@ from ilf.run.preset_files import (
 )
 
 from ..base.commands import Command
-from ..widgets.basics import PlainLabel, as_it_is, last_folder
-from .context import Desk, Part
+from ..widgets.basics import PlainLabel, last_folder, literal_text
+from .context import Context, Feature
 
 # Commands on the user's presets.
 
@@ -100,16 +100,16 @@ _FOLDER_KEY = "presets/folder"
 _FILES = "Preset (*.json)"
 
 
-class PresetsPart(Part):
+class PresetsFeature(Feature):
     """The user's presets, listed in the filter panel beside the built-in ones."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        self._box = desk.filter_panel.presets
-        self._own: dict[str, OwnPreset] = {}
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._box = context.filter_panel.presets
+        self._own: dict[str, UserPreset] = {}
         self._box.chosen.connect(self._choose)
-        desk.actions.add(COMMANDS)
-        self._box.set_commands([desk.actions[command.name] for command in COMMANDS])
+        context.actions.add(COMMANDS)
+        self._box.set_commands([context.actions[command.name] for command in COMMANDS])
         for name, handler in {
             "save_preset": self.ask_save,
             "rename_preset": self.ask_rename,
@@ -117,7 +117,7 @@ class PresetsPart(Part):
             "import_preset": self.ask_import,
             "export_preset": self.ask_export,
         }.items():
-            desk.actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+            context.actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         self._box.names.currentIndexChanged.connect(lambda _: self._allow())
         self.read()
 
@@ -126,10 +126,10 @@ class PresetsPart(Part):
         found = list_presets()
         self._own = dict(found.presets)
         self._box.set_own({name: preset.parameters for name, preset in self._own.items()})
-        self.desk.refresh.mark("filter")
+        self.context.refresh.mark("filter")
         self._allow()
         for problem in found.problems:
-            self.desk.notes.tell(problem)
+            self.context.notes.show_message(problem)
 
     def save(self, name: str, with_extraction: bool = False, replace: bool = False) -> bool:
         """Save the parameters shown in the filter panel; return False, with a message, if that fails."""
@@ -160,7 +160,7 @@ class PresetsPart(Part):
     def ask_save(self) -> None:
         """Save a preset by the dialog."""
         present = self._box.present
-        dialog = SavePresetDialog(present if present in self._own else "", self.desk.window)
+        dialog = SavePresetDialog(present if present in self._own else "", self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
@@ -175,7 +175,7 @@ class PresetsPart(Part):
     def ask_rename(self) -> None:
         """Rename the selected preset by a dialog."""
         old = self._box.present
-        name, decided = QInputDialog.getText(self.desk.window, "Rename preset", f"New name for {old}", text=old)
+        name, decided = QInputDialog.getText(self.context.window, "Rename preset", f"New name for {old}", text=old)
         if decided and name.strip() not in ("", old):
             self.rename(old, name.strip())
 
@@ -187,14 +187,14 @@ class PresetsPart(Part):
 
     def ask_import(self) -> None:
         """Import a preset from a file that the user chooses."""
-        path, _ = QFileDialog.getOpenFileName(self.desk.window, "Import preset", last_folder(_FOLDER_KEY), _FILES)
+        path, _ = QFileDialog.getOpenFileName(self.context.window, "Import preset", last_folder(_FOLDER_KEY), _FILES)
         if not path:
             return
         QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
         try:
             name = read_preset(Path(path)).name
         except IlfError as error:
-            self.desk.notes.report("Import preset", error)
+            self.context.notes.report("Import preset", error)
             return
         there = name in self._own
         if not there or self._may(f"A preset {name} exists already. Replace it?", "Import preset"):
@@ -203,40 +203,42 @@ class PresetsPart(Part):
     def ask_export(self) -> None:
         """Write the current parameters to a file that the user chooses."""
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self._box.present}.json")
-        path, _ = QFileDialog.getSaveFileName(self.desk.window, "Export preset", proposed, _FILES)
+        path, _ = QFileDialog.getSaveFileName(self.context.window, "Export preset", proposed, _FILES)
         if path:
             QSettings().setValue(_FOLDER_KEY, str(Path(path).parent))
             self.write(Path(path) if Path(path).suffix else Path(path + ".json"))
 
-    def _shown(self, name: str, with_extraction: bool = False) -> OwnPreset:
+    def _shown(self, name: str, with_extraction: bool = False) -> UserPreset:
         present = self._box.present
         base = self._own[present].base if present in self._own else present
-        extraction = self.desk.workspace.extraction_parameters if with_extraction else None
-        return OwnPreset(name, self.desk.filter_presenter.shown, base=base, extraction=extraction)
+        extraction = self.context.workspace.extraction_parameters if with_extraction else None
+        return UserPreset(name, self.context.filter_presenter.shown, base=base, extraction=extraction)
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
         preset = self._own.get(name)
         if preset is not None and preset.extraction is not None:
-            self.desk.workspace.set_extraction_parameters(preset.extraction)
-            self.desk.notes.tell(f"{name} also sets the parameters of the extraction: extract blocks to use them.")
+            self.context.workspace.set_extraction_parameters(preset.extraction)
+            self.context.notes.show_message(
+                f"{name} also sets the parameters of the extraction: extract blocks to use them."
+            )
 
     def _allow(self) -> None:
         why_not = "" if self._box.present in self._own else "Select a preset of your own first."
-        self.desk.actions.allow(why_not, "rename_preset", "delete_preset")
+        self.context.actions.allow(why_not, "rename_preset", "delete_preset")
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
-        return QMessageBox.question(self.desk.window, title, as_it_is(text), yes | no, no) == yes
+        return QMessageBox.question(self.context.window, title, literal_text(text), yes | no, no) == yes
 
     def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> bool:
         try:
             action()
         except IlfError as error:
-            self.desk.notes.report(what, error)
+            self.context.notes.report(what, error)
             return False
         self.read()
         if chosen:
-            self.desk.filter_panel.note_base(chosen)
-        self.desk.notes.tell(text)
+            self.context.filter_panel.set_base_preset(chosen)
+        self.context.notes.show_message(text)
         return True

@@ -22,9 +22,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import PASSING, Entry, entries_of, keys_text, plain
+from ..base.commands import TEMPORARY, ActionEntry, action_entries, keys_text, plain
 from ..widgets.basics import Message, PlainLabel
-from .context import Desk, Part
+from .context import Context, Feature
 from .palette.matching import match
 
 # Keys of the commands: the defaults, and those set by the user.
@@ -53,7 +53,7 @@ class Keymap(QObject):
     ----------
     window : QMainWindow
         The window with the actions.
-    remembers : bool
+    persistent : bool
         Whether the user's keys are stored between program starts.
 
     Signals
@@ -64,22 +64,22 @@ class Keymap(QObject):
 
     changed = Signal()
 
-    def __init__(self, window: QMainWindow, remembers: bool) -> None:
+    def __init__(self, window: QMainWindow, persistent: bool) -> None:
         super().__init__(window)
         self._window = window
-        self._remembers = remembers
+        self._persistent = persistent
         self._defaults: dict[str, Keys] = {}
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, ActionEntry] = {}
         self.update()
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ActionEntry]:
         """All known actions."""
         return list(self._entries.values())
 
     def update(self) -> None:
         """Find the actions again, and apply the user's stored keys to new ones."""
-        found = {entry.key: entry for entry in entries_of(self._window) if not entry.action.property(PASSING)}
+        found = {entry.key: entry for entry in action_entries(self._window) if not entry.action.property(TEMPORARY)}
         for key, entry in found.items():
             known = self._entries.get(key)
             if known is not None and known.action is entry.action:
@@ -87,7 +87,7 @@ class Keymap(QObject):
             self._defaults[key] = entry.action.shortcuts()
             chosen = self._chosen(key)
             if chosen is not None:
-                _give(entry.action, chosen)
+                _assign(entry.action, chosen)
         self._entries = found
 
     def default(self, key: str) -> Keys:
@@ -110,7 +110,7 @@ class Keymap(QObject):
         does = _FIXED.get(first) or menus.get(first) or held.get(first)
         return f"{first} {does} and cannot be assigned to a command." if does else ""
 
-    def clashes(self, key: str, sequence: QKeySequence) -> list[Entry]:
+    def clashes(self, key: str, sequence: QKeySequence) -> list[ActionEntry]:
         """Return the other actions whose keys equal this sequence, or of which one is the start of the other."""
         return [
             entry
@@ -150,8 +150,8 @@ class Keymap(QObject):
         settings = QSettings()
         for key, keys in changes.items():
             if key in self._entries:
-                _give(self._entries[key].action, keys)
-            if not self._remembers:
+                _assign(self._entries[key].action, keys)
+            if not self._persistent:
                 continue
             if keys == self._defaults[key]:
                 settings.remove(f"{_KEY}/{_name(key)}")
@@ -160,7 +160,7 @@ class Keymap(QObject):
         self.changed.emit()
 
     def _chosen(self, key: str) -> Keys | None:
-        kept = QSettings().value(f"{_KEY}/{_name(key)}") if self._remembers else None
+        kept = QSettings().value(f"{_KEY}/{_name(key)}") if self._persistent else None
         if kept is None:
             return None
         # QSettings returns text with commas as a list
@@ -168,7 +168,7 @@ class Keymap(QObject):
         return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
 
 
-def _give(action: QAction, keys: Keys) -> None:
+def _assign(action: QAction, keys: Keys) -> None:
     """Set an action's keys, and show them in its tooltip if it has one of its own."""
     before, hint = keys_text(action.shortcuts()), action.toolTip()
     action.setShortcuts(keys)
@@ -328,7 +328,7 @@ class ShortcutsDialog(QDialog):
         current = self.list.currentItem()
         return "" if current is None else str(current.data(_COMMAND, Qt.ItemDataRole.UserRole))
 
-    def _entry(self) -> Entry | None:
+    def _entry(self) -> ActionEntry | None:
         key = self._key()
         return next((entry for entry in self._keymap.entries if entry.key == key), None)
 
@@ -369,23 +369,23 @@ class ShortcutsDialog(QDialog):
         self._keymap.swap(self._key(), self._wanted, other.key)
 
     def _say(self, text: str, tone: str = "muted", clash: bool = False, swap: bool = False) -> None:
-        self.message.say(text, tone)
+        self.message.show_message(text, tone)
         self.swap_button.setVisible(swap)
         self.take_button.setVisible(clash)
 
 
-class ShortcutsPart(Part):
+class ShortcutsFeature(Feature):
     """Applies the user's keyboard shortcuts, and opens the dialog to change them."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
         self.keymap: Keymap | None = None
-        desk.actions["shortcuts"].triggered.connect(self._ask)
+        context.actions["shortcuts"].triggered.connect(self._ask)
 
     def begin(self) -> None:
         """Create the keymap; all commands exist now."""
-        self.keymap = Keymap(self.desk.window, self.desk.panels.remembers)
+        self.keymap = Keymap(self.context.window, self.context.panels.persistent)
 
     def _ask(self) -> None:
         if self.keymap is not None:
-            ShortcutsDialog(self.keymap, self.desk.window).open()
+            ShortcutsDialog(self.keymap, self.context.window).open()

@@ -17,7 +17,7 @@ from ..state.session import Session
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..tools.kinds import TOOL_NAMES
-from ..widgets.basics import PlainLabel, as_it_is
+from ..widgets.basics import PlainLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
 from ..work.loading import FrameLoader
@@ -55,17 +55,17 @@ class StatusBar(QStatusBar):
         """
         progress = self.progress
         progress.setVisible(bool(text))
-        said = ""
+        suffix = ""
         if share is None:
             progress.setRange(0, 0)
         else:
             progress.setRange(0, 100)
             progress.setValue(round(100 * share))
-            said = f" {round(100 * share)} %" + (f", {left}" if left else "")
+            suffix = f" {round(100 * share)} %" + (f", {left}" if left else "")
         metrics = progress.fontMetrics()
-        room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(said)
-        progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + said)
-        progress.setToolTip(as_it_is(text + said))
+        room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(suffix)
+        progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + suffix)
+        progress.setToolTip(literal_text(text + suffix))
 
 
 _NO_FRAME = "Open a frame with the menu File, or drop its files here"
@@ -97,7 +97,7 @@ class StatusPresenter(QObject):
         self._documents = documents
         self._editor = editor
         self._pace = Pace()
-        self._paced: list[Session] = []
+        self._paced_sessions: list[Session] = []
         """Frames whose runs the pace was measured on."""
         self._bar = bar
         self._elsewhere = elsewhere
@@ -107,7 +107,7 @@ class StatusPresenter(QObject):
         hint = self._elsewhere() or self._editor.tool.hint
         idle = hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
-        self._bar.hint.setToolTip(as_it_is(idle))  # for windows that are too narrow for the text
+        self._bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def show_progress(self) -> None:
         """Show the progress of runs, opening and extraction with the remaining time, or that files are written."""
@@ -123,19 +123,19 @@ class StatusPresenter(QObject):
             text = "Exporting" if self._documents.exporting else ""
         if not text:
             self._pace.forget()
-            self._paced = []
+            self._paced_sessions = []
         bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
         """Return a text and the finished share of the current frame's run, or else of the other frames' runs."""
         runs, present = self._runs, not self._runs.free
-        if runs.state is RunState.GUESSING:
+        if runs.state is RunState.EXTRAPOLATING:
             return runs.state.value, None
         going = [self._workspace.session] if present else runs.running
         shares = [runs.of(session).share_done for session in going]
         share = sum(shares) / len(shares)
-        if going != self._paced:
-            self._paced = going
+        if going != self._paced_sessions:
+            self._paced_sessions = going
             self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
@@ -155,14 +155,14 @@ _FRAME_ACTIONS = (
     "brush_larger",
     "similar_only",
     "to_no_block",
-    "next_suspect",
-    "previous_suspect",
-    "suggest_distrust",
+    "next_check",
+    "previous_check",
+    "suggest_invalid",
     "fit",
     "one_to_one",
     *(f"stage_{name}" for name in STAGES),
 )
-_ANY_CHOSEN = "lock_blocks", "hide_blocks"
+_ANY_SELECTED = "lock_blocks", "hide_blocks"
 
 
 class CommandsPresenter(QObject):
@@ -188,38 +188,40 @@ class CommandsPresenter(QObject):
         no_frame = "" if session else "Open a frame first."
         busy = no_frame or ("" if free else "Wait until the work in progress has ended, or cancel it.")
         no_blocks = no_frame or ("" if counts else "There are no blocks: extract or draw some first.")
-        none_chosen = no_blocks or ("" if chosen else "Select a block first.")
-        locked = none_chosen or ("" if unlocked else "The selected blocks are locked: unlock them first.")
-        idle = "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING) else "Nothing is running."
+        none_selected = no_blocks or ("" if chosen else "Select a block first.")
+        locked = none_selected or ("" if unlocked else "The selected blocks are locked: unlock them first.")
+        idle = (
+            "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING) else "Nothing is running."
+        )
         no_results = no_frame or ("" if session and session.results.kept else "There are no results yet.")
         allow = actions.allow
         allow(no_frame, *_FRAME_ACTIONS)
         allow(busy, "extract", "load_blocks")
         allow(no_blocks, "save_blocks", "clean_up")
-        allow(none_chosen, "zoom_block")
+        allow(none_selected, "zoom_block")
         allow(locked, "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
         allow("" if len(unlocked) > 1 else no_blocks or "Select two or more unlocked blocks first.", "merge_blocks")
-        allow("" if session and session.selected else none_chosen or "Select a block first.", *_ANY_CHOSEN)
+        allow("" if session and session.selected else none_selected or "Select a block first.", *_ANY_SELECTED)
         allow(no_blocks or busy, "run", "run_all")
-        allow(none_chosen or busy, "run_selected")
+        allow(none_selected or busy, "run_selected")
         allow("" if paused else no_blocks or busy, "step")
         allow(idle, "pause", "cancel")
-        allow(no_results or busy or self._why_no_guess(session), "guess")
+        allow(no_results or busy or self._why_no_extrapolation(session), "extrapolate")
         allow(no_results, "clear_results")
         unseen = session is not None and not session.to_check.isdisjoint(chosen)
-        allow("" if unseen else none_chosen or "The selected blocks need no check.", "looked_at")
+        allow("" if unseen else none_selected or "The selected blocks need no check.", "mark_checked")
         none_own = "The selected blocks have no parameters of their own." if chosen.isdisjoint(own) else ""
-        allow(none_chosen or none_own, "reset_own")
+        allow(none_selected or none_own, "reset_own")
         can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own
         allow("" if can_copy else "Select a block with parameters of its own first, then other blocks.", "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")
 
     @staticmethod
-    def _why_no_guess(session: Session | None) -> str:
+    def _why_no_extrapolation(session: Session | None) -> str:
         if session is None or not session.valid_results():
             return "Run the blocks first."
-        return "The rest is extrapolated already." if session.guessed else ""
+        return "The rest is extrapolated already." if session.extrapolated else ""
 
 
 # Readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error.
@@ -253,42 +255,42 @@ class ReadoutPresenter(QObject):
         label = int(session.labels[y, x])
         block = session.info(label).name if label else "no block"
         depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
-        distrusted = np.isfinite(measured) and not np.isfinite(depth_in)
-        given = f"invalid {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
+        invalid_mask = np.isfinite(measured) and not np.isfinite(depth_in)
+        given = f"invalid {_metres(measured)}" if invalid_mask else f"in {_metres(depth_in)}"
         outside = session.frame.outside_view
         if outside is not None and outside[y, x]:
             given = "outside the depth camera's view"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        past, error = self._workspace.past, session.expected_error()
-        depth = session.present_depth() if past is None else past.depth
+        viewed_iteration, error = self._workspace.viewed_iteration, session.expected_error()
+        depth = session.current_depth() if viewed_iteration is None else viewed_iteration.depth
         if depth is not None:
             depth_out = float(depth[y, x])
             completion = session.completion()
-            guessed = completion is not None and completion.guessed[y, x]
-            if past is not None:
-                parts.append(f"after iteration {past.iteration} {_metres(depth_out)}")
+            extrapolated = completion is not None and completion.extrapolated[y, x]
+            if viewed_iteration is not None:
+                parts.append(f"after iteration {viewed_iteration.iteration} {_metres(depth_out)}")
             else:
-                parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if guessed else ''}")
+                parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if extrapolated else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
-        if past is None and error is not None and np.isfinite(error[y, x]):
+        if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
-            unvouched = session.unvouched()
-            if unvouched is not None and unvouched[y, x]:
+            unsupported = session.unsupported()
+            if unsupported is not None and unsupported[y, x]:
                 parts.append("unsupported")
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
-        return [*parts, *_judged(session, depth, x, y), *runs]
+        return [*parts, *_evaluated(session, depth, x, y), *runs]
 
 
-def _judged(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
+def _evaluated(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
     """Return ground truth and the error of completed depth as texts."""
-    truth = session.frame.truth
-    if truth is None or not np.isfinite(truth[y, x]):
+    ground_truth = session.frame.ground_truth
+    if ground_truth is None or not np.isfinite(ground_truth[y, x]):
         return []
-    parts = [f"ground truth {_metres(float(truth[y, x]))}"]
+    parts = [f"ground truth {_metres(float(ground_truth[y, x]))}"]
     if depth is not None and np.isfinite(depth[y, x]):
-        parts.append(f"error {1000 * float(depth[y, x] - truth[y, x]):+.1f} mm")
+        parts.append(f"error {1000 * float(depth[y, x] - ground_truth[y, x]):+.1f} mm")
     return parts
 
 

@@ -16,17 +16,17 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from ilf.data.blocks import Box
 from ilf.errors import IlfError
 from ilf.project.encoding import Encoder, frame_part
-from ilf.project.frame_state import FrameState, Looked
-from ilf.project.journal import JournalNote
+from ilf.project.frame_state import FrameState, InspectionState
+from ilf.project.journal import JournalHeader
 from ilf.project.project import Project
 from ilf.project.project_json import PROJECT, encode_project
-from ilf.project.run_history import Guess, KeptRun
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.project.thumbnail import thumbnail, thumbnail_part
 
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..work.jobs import Worker
-from .present import project_of
+from .current_project import project_of
 from .store import WorkStore
 
 # Copies of an array that changes in place, cheap to update.
@@ -70,10 +70,10 @@ class Tiles(Generic[T]):
 # A fast snapshot of an open frame, to be stored by another thread.
 
 
-class SessionCapture:
+class SessionSnapshot:
     """Takes snapshots of one session; only changes since the last one cost time.
 
-    No other code may call the session's `take_dirty`.
+    No other code may call the session's `pop_dirty_box`.
     """
 
     def __init__(self, session: Session) -> None:
@@ -84,7 +84,7 @@ class SessionCapture:
     def take(self) -> Callable[[], FrameState]:
         """Return a function that assembles the current state; it can be called in any thread."""
         session = self._session
-        dirty = session.take_dirty()
+        dirty = session.pop_dirty_box()
         labels = self._labels.update(session.labels, dirty)
         former = session.notes.drawn
         drawn = None if former is None else self._drawn.update(former, dirty)
@@ -92,8 +92,8 @@ class SessionCapture:
             self._drawn = Tiles()
         notes = replace(session.notes, infos=dict(session.notes.infos), own=dict(session.notes.own), drawn=None)
         results = dict(session.valid_results())
-        completion = session.completion() if session.guessed else None
-        runs = tuple(map(_left_alone, session.kept_runs))
+        completion = session.completion() if session.extrapolated else None
+        runs = tuple(map(_detached_copy, session.run_history))
         chains = tuple(tuple(chain) for chain in session.chains.chains)
         state = FrameState(
             session.id,
@@ -105,12 +105,12 @@ class SessionCapture:
             runs=runs,
             compared=tuple(kept.number for kept in session.compared),
             next_number=session.next_run,
-            dense=session.dense,
+            extrapolate=session.extrapolate,
             own_parameters=session.own_parameters,
             note=session.note,
             to_check=frozenset(session.to_check),
             selected=tuple(session.selected),
-            looked=Looked(session.line, session.region, chains, session.chains.reference),
+            looked=InspectionState(session.line, session.region, chains, session.chains.reference),
             view=dict(session.view),
         )
 
@@ -119,13 +119,13 @@ class SessionCapture:
                 state,
                 labels=labels(),
                 notes=replace(notes, drawn=None if drawn is None else drawn()),
-                guess=None if completion is None else Guess.of(completion),
+                extrapolation=None if completion is None else Extrapolation.of(completion),
             )
 
         return whole
 
 
-def _left_alone(kept: KeptRun) -> KeptRun:
+def _detached_copy(kept: StoredRun) -> StoredRun:
     """Return a copy that does not follow later changes of the run and does not hold its depth."""
     one = copy.copy(kept)
     one._composed = one._held = None
@@ -147,11 +147,11 @@ class _Batch:
     frames: dict[str, Callable[[], FrameState]] = field(default_factory=dict)
     project: Project | None = None
     then: list[Then] = field(default_factory=list)
-    again: bool = False
+    needs_retry: bool = False
     """Whether earlier changes could not be written to the journal."""
 
     def __bool__(self) -> bool:
-        return bool(self.frames or self.project or self.then or self.again)
+        return bool(self.frames or self.project or self.then or self.needs_retry)
 
 
 @dataclass(frozen=True)
@@ -185,29 +185,29 @@ class Recorder(QObject):
         self._workspace = workspace
         self._store = store
         self._encoder = Encoder()
-        self._captures: dict[Session, SessionCapture] = {}
+        self._captures: dict[Session, SessionSnapshot] = {}
         self._touched = WeakSet[Session]()
         self._project_touched = True
         self._frames: frozenset[str] = frozenset()
         """Ids of all frames."""
         self._waiting = _Batch()
-        self._under_way = _Batch()
-        self._begun = JournalNote()
+        self._current_batch = _Batch()
+        self._begun = JournalHeader()
         self._taken = 0.0
-        self._follows = False
+        self._automatic = False
         workspace.touched.connect(self._note_touched)
         workspace.project_touched.connect(self.note_project)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._take)
-        self._worker = Worker(self, finishes=True)
+        self._worker = Worker(self, must_finish=True)
         self._worker.finished.connect(self._finish)
         self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
 
     def start(self) -> None:
-        """Store changes automatically from now on, not only on `settle` and `keep`."""
-        self._follows = True
+        """Store changes automatically from now on, not only on `flush` and `keep`."""
+        self._automatic = True
 
-    def settle(self, then: Then) -> None:
+    def flush(self, then: Then) -> None:
         """Store all changes now. When they are in the journal, or in memory if it cannot be written, call `then` with
         None, or with the exception that prevented storing a frame."""
         self._waiting.then.append(then)
@@ -225,7 +225,7 @@ class Recorder(QObject):
             then()
             self.note_project()  # remove them from the journal, too
 
-        self.settle(drop)
+        self.flush(drop)
 
     def keep(self, session: Session) -> None:
         """Store a frame that is about to be closed: its state can be read from now on."""
@@ -236,7 +236,7 @@ class Recorder(QObject):
     def note_project(self) -> None:
         """Note a change of the list of frames, of the shared settings, or of the saved state."""
         self._project_touched = True
-        self._soon()
+        self._schedule()
 
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if the thread has ended."""
@@ -245,22 +245,22 @@ class Recorder(QObject):
 
     def _note_touched(self, session: Session) -> None:
         self._touched.add(session)
-        self._soon()
+        self._schedule()
 
-    def _soon(self) -> None:
-        if not self._follows:
+    def _schedule(self) -> None:
+        if not self._automatic:
             return
         wait = max(round(PACE_MS - (time.monotonic() - self._taken) * 1000), 0)
         if not self._timer.isActive() or self._timer.remainingTime() > wait:
             self._timer.start(wait)
 
     def _end_stroke(self) -> None:
-        if self._workspace.stroke_under_way:
+        if self._workspace.stroke_in_progress:
             self._workspace.prepare_change(self._workspace.session)
 
     def _take(self) -> None:
         """Take a snapshot of all changes; it is stored after the previous one."""
-        if self._workspace.stroke_under_way:  # a stroke is stored completely or not at all
+        if self._workspace.stroke_in_progress:  # a stroke is stored completely or not at all
             self._timer.start(_STROKE_MS)
             return
         self._timer.stop()
@@ -270,7 +270,7 @@ class Recorder(QObject):
         for session in there:
             if session in self._touched:
                 if session not in self._captures:
-                    self._captures[session] = SessionCapture(session)
+                    self._captures[session] = SessionSnapshot(session)
                 if session.id not in batch.frames:
                     self._store.expect(session.id)
                 batch.frames[session.id] = self._captures[session].take()
@@ -284,8 +284,8 @@ class Recorder(QObject):
     def _start(self) -> None:
         if self._worker.busy or not self._waiting:
             return
-        self._under_way, self._waiting = self._waiting, _Batch()
-        batch, frames = self._under_way, self._frames
+        self._current_batch, self._waiting = self._waiting, _Batch()
+        batch, frames = self._current_batch, self._frames
         unsaved = tuple(entry.id for entry in self._workspace.entries if entry.unsaved)
         note = replace(self._begun, project=self.project, unsaved=self.is_unsaved(), frames=unsaved)
 
@@ -299,15 +299,15 @@ class Recorder(QObject):
         self._worker.start(job)
 
     def _finish(self, outcome: _Outcome) -> None:
-        batch, self._under_way = self._under_way, _Batch()
+        batch, self._current_batch = self._current_batch, _Batch()
         for then in batch.then:
             then(outcome.encoding)
         error = outcome.encoding or outcome.writing
         if self._store.take_lost() or outcome.encoding is not None:
             self._touched.update(self._workspace.sessions)
-            self._soon()
+            self._schedule()
         if error is not None:
-            self._waiting.again = True
+            self._waiting.needs_retry = True
             self._timer.start(_RETRY_MS)
             self.failed.emit(error)
             return
@@ -317,7 +317,7 @@ class Recorder(QObject):
 
     # in the thread
 
-    def _store_batch(self, batch: _Batch, frames: Collection[str], note: JournalNote) -> _Outcome:
+    def _store_batch(self, batch: _Batch, frames: Collection[str], note: JournalHeader) -> _Outcome:
         store, encoder = self._store, self._encoder
         for decoded in store.take_read():
             encoder.learn(decoded.origins, decoded.names)

@@ -16,8 +16,8 @@ from ilf.errors import InputError
 from ilf.project.archive import Parts
 from ilf.project.decoding import Decoded, load_state
 from ilf.project.encoding import frame_part
-from ilf.project.journal import Journal, JournalNote
-from ilf.project.journals import SUFFIX
+from ilf.project.journal import Journal, JournalHeader
+from ilf.project.recovery import SUFFIX
 from ilf.project.sources import Places
 from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_source import FrameSource
@@ -47,19 +47,19 @@ class WorkStore:
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
-        self._passing: tempfile.TemporaryDirectory[str] | None = None
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
         self._lock = threading.RLock()
         self._arrival = threading.Condition(self._lock)
-        self._coming: Counter[str] = Counter()
+        self._pending: Counter[str] = Counter()
         """Frames with pending states, and the number of these."""
         self._journal: Journal | None = None
-        self._there: set[str] = set()
+        self._stored: set[str] = set()
         """Names of the parts in the journal."""
         self._waiting: dict[str, bytes] = {}
         """Parts to write to the journal."""
-        self._gone: set[str] = set()
+        self._removed: set[str] = set()
         """Names of parts to remove from the journal."""
-        self._refers: dict[str, frozenset[str]] = {}
+        self._references: dict[str, frozenset[str]] = {}
         """Frame -> names of the arrays that its stored state refers to."""
         self._lost = False
         """Whether parts were lost with a journal that became unreadable."""
@@ -74,7 +74,7 @@ class WorkStore:
     def has(self, frame_id: str) -> bool:
         """Whether a state of this frame is stored or pending."""
         with self._lock:
-            return frame_id in self._coming or self.has_part(frame_part(frame_id))
+            return frame_id in self._pending or self.has_part(frame_part(frame_id))
 
     def read(self, frame_id: str, source: FrameSource | None = None) -> Decoded:
         """Read the newest state of a frame; waits for it if it is pending.
@@ -85,7 +85,7 @@ class WorkStore:
             As `load_state` does.
         """
         with self._arrival:
-            self._arrival.wait_for(lambda: frame_id not in self._coming)
+            self._arrival.wait_for(lambda: frame_id not in self._pending)
         with self.held() as parts:
             decoded = load_state(frame_id, parts, source, self.places)
         with self._lock:
@@ -134,20 +134,20 @@ class WorkStore:
         """Return the names of all parts."""
         with self._lock:
             below = set() if self.project is None else set(self.project.names())
-            return below | (self._there - self._gone) | self._waiting.keys()
+            return below | (self._stored - self._removed) | self._waiting.keys()
 
     # for the autosave
 
     def expect(self, frame_id: str) -> None:
         """Announce a newer state of this frame: readers wait until it has `arrived`."""
         with self._lock:
-            self._coming[frame_id] += 1
+            self._pending[frame_id] += 1
 
     def arrived(self, frames: Iterable[str]) -> None:
         """End the wait for one state of each of these frames, stored or not."""
         with self._arrival:
-            self._coming.subtract(frames)
-            self._coming += Counter()  # removes frames without pending states
+            self._pending.subtract(frames)
+            self._pending += Counter()  # removes frames without pending states
             self._arrival.notify_all()
 
     def take_read(self) -> list[Decoded]:
@@ -160,10 +160,10 @@ class WorkStore:
         """Discard the newer states of these frames: those of the project file are the latest again."""
         with self._lock:
             for frame_id in frames:
-                self._refers.pop(frame_id, None)
+                self._references.pop(frame_id, None)
                 for name in (frame_part(frame_id), thumbnail_part(frame_id)):
                     self._waiting.pop(name, None)
-                    self._gone |= {name} & self._there
+                    self._removed |= {name} & self._stored
 
     def own_states(self) -> dict[str, bytes]:
         """Return the parts of frames that are stored here, not only in the project file."""
@@ -181,7 +181,7 @@ class WorkStore:
     def lacks(self, name: str) -> bool:
         """Whether a part is not stored here, but at most in the project file, which may be replaced or removed."""
         with self._lock:
-            return name not in self._waiting and (name not in self._there or name in self._gone)
+            return name not in self._waiting and (name not in self._stored or name in self._removed)
 
     def keep(self, put: Mapping[str, bytes], refers: Mapping[str, frozenset[str]]) -> None:
         """Store parts: readable at once, in the journal after the next `commit`.
@@ -194,8 +194,8 @@ class WorkStore:
         """
         with self._lock:
             self._waiting |= put
-            self._gone -= put.keys()
-            self._refers |= refers
+            self._removed -= put.keys()
+            self._references |= refers
 
     def tidy(self, frames: Collection[str]) -> set[str]:
         """Remove all other frames, and arrays that none refers to, unless parts are held at the moment.
@@ -208,24 +208,24 @@ class WorkStore:
         with self._lock:
             if self._held:
                 return set()
-            stored = (self._there - self._gone) | self._waiting.keys()
-            left = self._refers.keys() - set(frames) - self._coming.keys()
+            stored = (self._stored - self._removed) | self._waiting.keys()
+            left = self._references.keys() - set(frames) - self._pending.keys()
             for frame_id in left:
-                del self._refers[frame_id]
-            unused = {name for name in stored if name.startswith(ARRAYS)}.difference(*self._refers.values())
+                del self._references[frame_id]
+            unused = {name for name in stored if name.startswith(ARRAYS)}.difference(*self._references.values())
             going = unused | {name for id in left for name in (frame_part(id), thumbnail_part(id))}
             for name in going:
                 self._waiting.pop(name, None)
-            self._gone |= going & self._there
+            self._removed |= going & self._stored
             return unused
 
     @property
     def is_written(self) -> bool:
         """Whether the journal contains all stored parts."""
         with self._lock:
-            return self._journal is not None and not (self._waiting or self._gone)
+            return self._journal is not None and not (self._waiting or self._removed)
 
-    def commit(self, note: JournalNote) -> None:
+    def commit(self, note: JournalHeader) -> None:
         """Write all pending changes to the journal, in one step.
 
         Raises
@@ -235,36 +235,36 @@ class WorkStore:
         """
         with self._lock:
             journal = self._open()
-            put, drop = dict(self._waiting), set(self._gone)
+            put, drop = dict(self._waiting), set(self._removed)
         journal.commit(put, drop, note)
         with self._lock:
-            self._there = (self._there - drop) | put.keys()
-            self._gone -= drop
+            self._stored = (self._stored - drop) | put.keys()
+            self._removed -= drop
             self._waiting = {name: one for name, one in self._waiting.items() if put.get(name) is not one}
 
     def discard(self) -> None:
         """Delete the journal, after the work was saved or discarded."""
         with self._arrival:
-            self._coming.clear()
+            self._pending.clear()
             self._arrival.notify_all()
             if self._journal is not None:
                 self._journal.discard()
                 self._journal = None
-            if self._passing is not None:
-                self._passing.cleanup()
-                self._passing = None
+            if self._temporary is not None:
+                self._temporary.cleanup()
+                self._temporary = None
 
     def _open(self) -> Journal:
         """Return the journal; if its file was removed, a new one with its content, as far as it is still readable."""
         former = self._journal
         if former is not None and not former.is_there:
-            for name in self._there - self._gone - self._waiting.keys():
+            for name in self._stored - self._removed - self._waiting.keys():
                 try:
                     self._waiting[name] = former.read(name)
                 except InputError:
                     self._lost = True
             former.close()
-            self._journal, self._there, self._gone = None, set(), set()
+            self._journal, self._stored, self._removed = None, set(), set()
         if self._journal is None:
             name = f"{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}-{secrets.token_hex(4)}{SUFFIX}"
             self._journal = Journal(self._place() / name)
@@ -273,9 +273,9 @@ class WorkStore:
     def _place(self) -> Path:
         if self._folder is not None:
             return self._folder
-        if self._passing is None:
-            self._passing = tempfile.TemporaryDirectory(prefix="ilf-")
-        return Path(self._passing.name)
+        if self._temporary is None:
+            self._temporary = tempfile.TemporaryDirectory(prefix="ilf-")
+        return Path(self._temporary.name)
 
 
 class _Layers:

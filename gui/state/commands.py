@@ -17,10 +17,10 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
 from ilf.project.frame_state import BlockNotes, FrameState, OwnValues, own_values
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 
-from .results import Held
+from .results import FrameResults
 from .session import Session, touched_by
 
 Mask = NDArray[np.bool_]
@@ -64,7 +64,7 @@ class Change(NamedTuple):
         return touched_by(self.patch)
 
 
-class Notices(Protocol):
+class CommandHost(Protocol):
     """The object that a command notifies before and after it changes a session."""
 
     def prepare_change(self, session: Session) -> None:
@@ -83,7 +83,7 @@ class Notices(Protocol):
         """Results were removed or restored."""
         ...
 
-    def note_distrusted_changed(self, session: Session) -> None:
+    def note_invalid_mask_changed(self, session: Session) -> None:
         """The invalid mask has changed."""
         ...
 
@@ -92,9 +92,9 @@ class Notices(Protocol):
         ...
 
     def take_parameters(
-        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
+        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], transient: bool = False
     ) -> None:
-        """Set some of the common parameters and own parameters of blocks (None for none); with `passing`, undo does
+        """Set some of the common parameters and own parameters of blocks (None for none); with `transient`, undo does
         not lead back to the present ones."""
         ...
 
@@ -108,7 +108,7 @@ class EditLabels(QUndoCommand):
 
     def __init__(
         self,
-        notices: Notices,
+        host: CommandHost,
         session: Session,
         patch: LabelPatch,
         text: str,
@@ -116,7 +116,7 @@ class EditLabels(QUndoCommand):
         notes: BlockNotes | None = None,
     ) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._patch = patch
         self._done = done
@@ -134,18 +134,18 @@ class EditLabels(QUndoCommand):
     def redo(self) -> None:
         """Apply the change."""
         if not self._done:
-            self._notices.prepare_change(self._session)
+            self._host.prepare_change(self._session)
             self._session.apply(self._patch)
         self._done = False
-        self._tell(forward=True)
+        self._notify(forward=True)
 
     def undo(self) -> None:
         """Undo the change."""
-        self._notices.prepare_change(self._session)
+        self._host.prepare_change(self._session)
         self._session.apply(self._patch, forward=False)
-        self._tell(forward=False)
+        self._notify(forward=False)
 
-    def _tell(self, forward: bool) -> None:
+    def _notify(self, forward: bool) -> None:
         session, change = self._session, None
         session.to_check, self._other_to_check = self._other_to_check, session.to_check
         if self._other_notes is not None:
@@ -154,15 +154,17 @@ class EditLabels(QUndoCommand):
             box, before, after = self._drawn
             change = Change(session, self._patch, forward, self.text(), self._drawn)
             session.draw(box, after if forward else before, change.blocks)
-        self._notices.note_labels_changed(session, self._patch, change)
+        self._host.note_labels_changed(session, self._patch, change)
 
 
 class EditInfo(QUndoCommand):
     """A change of blocks' names, colours or locks."""
 
-    def __init__(self, notices: Notices, session: Session, changes: Mapping[int, Mapping[str, Any]], text: str) -> None:
+    def __init__(
+        self, host: CommandHost, session: Session, changes: Mapping[int, Mapping[str, Any]], text: str
+    ) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._before = {
             label: {name: getattr(session.info(label), name) for name in values} for label, values in changes.items()
@@ -180,7 +182,7 @@ class EditInfo(QUndoCommand):
     def _change(self, changes: Mapping[int, Mapping[str, Any]]) -> None:
         for label, values in changes.items():
             self._session.change_info(label, **values)
-        self._notices.note_infos_changed(self._session)
+        self._host.note_infos_changed(self._session)
 
 
 class EditParameters(QUndoCommand):
@@ -198,7 +200,7 @@ class EditParameters(QUndoCommand):
 
     def __init__(
         self,
-        notices: Notices,
+        host: CommandHost,
         session: Session,
         common: tuple[Parameters, Parameters] | None,
         own: OwnChange,
@@ -206,7 +208,7 @@ class EditParameters(QUndoCommand):
         text: str,
     ) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._common = common
         self._own = own
@@ -226,7 +228,7 @@ class EditParameters(QUndoCommand):
             self._common = self._common[0], common[1]
         self._own = {label: (self._own[label][0], own[label][1]) for label in own}
         self._time = now
-        self._take(1, passing=True)
+        self._take(1, transient=True)
         return True
 
     def redo(self) -> None:
@@ -237,43 +239,43 @@ class EditParameters(QUndoCommand):
         """Undo the change."""
         self._take(0)
 
-    def _take(self, which: int, passing: bool = False) -> None:
+    def _take(self, which: int, transient: bool = False) -> None:
         values = {} if self._common is None else self._common[which].to_dict()
-        self._notices.take_parameters(
+        self._host.take_parameters(
             self._session,
             {name: value for name, value in values.items() if name in self._names},
             {label: values[which] for label, values in self._own.items()},
-            passing,
+            transient,
         )
 
 
 class ClearResults(QUndoCommand):
     """Removal of all results of a frame. Undo restores them; results of later runs stay."""
 
-    def __init__(self, notices: Notices, session: Session) -> None:
+    def __init__(self, host: CommandHost, session: Session) -> None:
         super().__init__("Clear results")
-        self._notices = notices
+        self._host = host
         self._session = session
-        self._cleared = Held({})
+        self._cleared = FrameResults({})
 
     def redo(self) -> None:
         """Apply the change."""
-        self._cleared = self._session.swap_results(Held({}))
-        self._notices.note_results_changed(self._session)
+        self._cleared = self._session.swap_results(FrameResults({}))
+        self._host.note_results_changed(self._session)
 
     def undo(self) -> None:
         """Undo the change."""
-        newer = self._session.swap_results(Held({}))
+        newer = self._session.swap_results(FrameResults({}))
         self._session.swap_results(self._cleared.with_newer(newer))
-        self._notices.note_results_changed(self._session)
+        self._host.note_results_changed(self._session)
 
 
-class Distrust(QUndoCommand):
+class MarkInvalid(QUndoCommand):
     """A change of the frame's invalid mask."""
 
-    def __init__(self, notices: Notices, session: Session, frame: RGBDFrame, text: str) -> None:
+    def __init__(self, host: CommandHost, session: Session, frame: RGBDFrame, text: str) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._other = frame
 
@@ -282,26 +284,26 @@ class Distrust(QUndoCommand):
         former = self._session.frame
         self._session.take_frame(self._other)
         self._other = former
-        self._tell()
+        self._notify()
 
     undo = redo
 
-    def _tell(self) -> None:
-        self._notices.note_distrusted_changed(self._session)
+    def _notify(self) -> None:
+        self._host.note_invalid_mask_changed(self._session)
 
 
-class TakeGuide(Distrust):
+class TakeGuide(MarkInvalid):
     """A change or removal of the frame's guide."""
 
-    def _tell(self) -> None:
-        self._notices.note_guide_changed(self._session)
+    def _notify(self) -> None:
+        self._host.note_guide_changed(self._session)
 
 
 # Undoable commands on propagated blocks: take them over, mark them as checked.
 
 
-class CarryNotices(Notices, Protocol):
-    """`Notices` that also handle common parameters and blocks to check."""
+class PropagateNotices(CommandHost, Protocol):
+    """`CommandHost` that also handle common parameters and blocks to check."""
 
     def take_common(self, session: Session, common: Parameters, own: bool) -> None:
         """Set a frame's common parameters; `own`: they are its own while parameters are shared by all frames."""
@@ -312,18 +314,22 @@ class CarryNotices(Notices, Protocol):
         ...
 
 
-class CarryBlocks(QUndoCommand):
+class PropagateBlocks(QUndoCommand):
     """Transfer of propagated blocks to a frame, with all their attributes and parameters."""
 
-    def __init__(self, notices: CarryNotices, session: Session, carried: FrameState, text: str) -> None:
+    def __init__(self, host: PropagateNotices, session: Session, propagated: FrameState, text: str) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
-        self._patch = patch_between(session.labels, carried.labels)
-        notes = carried.notes
+        self._patch = patch_between(session.labels, propagated.labels)
+        notes = propagated.notes
         self._notes = replace(notes, infos=dict(notes.infos), own=dict(notes.own))
-        self._common, self._own, self._dense = carried.common, carried.own_parameters, carried.dense
-        self._to_check = set(carried.to_check)
+        self._common, self._own, self._extrapolate = (
+            propagated.common,
+            propagated.own_parameters,
+            propagated.extrapolate,
+        )
+        self._to_check = set(propagated.to_check)
 
     def redo(self) -> None:
         """Apply the change."""
@@ -335,47 +341,47 @@ class CarryBlocks(QUndoCommand):
 
     def _swap(self, forward: bool) -> None:
         session = self._session
-        self._notices.prepare_change(session)
+        self._host.prepare_change(session)
         if self._patch is not None:
             session.apply(self._patch, forward)
         self._notes = session.take_notes(self._notes)
         session.to_check, self._to_check = self._to_check, session.to_check
-        session.dense, self._dense = self._dense, session.dense
+        session.extrapolate, self._extrapolate = self._extrapolate, session.extrapolate
         common, own = session.common, session.own_parameters
-        self._notices.take_common(session, self._common, self._own)
+        self._host.take_common(session, self._common, self._own)
         self._common, self._own = common, own
-        self._notices.note_checked(session)
-        self._notices.note_labels_changed(session, self._patch)
+        self._host.note_checked(session)
+        self._host.note_labels_changed(session, self._patch)
 
 
-class LookAtBlocks(QUndoCommand):
+class MarkChecked(QUndoCommand):
     """Marking of propagated blocks as checked."""
 
-    def __init__(self, notices: CarryNotices, session: Session, blocks: Collection[int]) -> None:
+    def __init__(self, host: PropagateNotices, session: Session, blocks: Collection[int]) -> None:
         name = session.info(next(iter(blocks))).name if len(blocks) == 1 else counted(len(blocks), "block")
         super().__init__(f"Mark {name} as checked")
-        self._notices = notices
+        self._host = host
         self._session = session
         self._blocks = frozenset(blocks)
 
     def redo(self) -> None:
         """Apply the change."""
         self._session.to_check = self._session.to_check - self._blocks
-        self._notices.note_checked(self._session)
+        self._host.note_checked(self._session)
 
     def undo(self) -> None:
         """Undo the change."""
         self._session.to_check = self._session.to_check | self._blocks
-        self._notices.note_checked(self._session)
+        self._host.note_checked(self._session)
 
 
 # Undoable commands on the run history: delete runs, accept the results of a run.
 
 
-class KeptNotices(Notices, Protocol):
-    """`Notices` that also handle the run history."""
+class RunHistoryHost(CommandHost, Protocol):
+    """`CommandHost` that also handle the run history."""
 
-    def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
+    def take_run_history(self, session: Session, runs: list[StoredRun], compared: list[StoredRun]) -> None:
         """Replace the run history and the compared runs."""
         ...
 
@@ -383,9 +389,9 @@ class KeptNotices(Notices, Protocol):
 class DeleteRuns(QUndoCommand):
     """Deletion of runs from the history. Undo restores them; later runs stay."""
 
-    def __init__(self, notices: KeptNotices, session: Session, runs: Collection[KeptRun]) -> None:
+    def __init__(self, host: RunHistoryHost, session: Session, runs: Collection[StoredRun]) -> None:
         super().__init__(f"Delete {next(iter(runs)).name}" if len(runs) == 1 else f"Delete {len(runs)} runs")
-        self._notices = notices
+        self._host = host
         self._session = session
         self._runs = list(runs)
         self._compared = [kept for kept in session.compared if kept in runs]
@@ -393,31 +399,31 @@ class DeleteRuns(QUndoCommand):
     def redo(self) -> None:
         """Apply the change."""
         session, runs = self._session, self._runs
-        self._notices.take_kept_runs(
+        self._host.take_run_history(
             session,
-            [kept for kept in session.kept_runs if kept not in runs],
+            [kept for kept in session.run_history if kept not in runs],
             [kept for kept in session.compared if kept not in runs],
         )
 
     def undo(self) -> None:
         """Undo the change."""
         session = self._session
-        runs = sorted([*session.kept_runs, *self._runs], key=lambda kept: kept.number)
-        self._notices.take_kept_runs(session, runs, [*session.compared, *self._compared])
+        runs = sorted([*session.run_history, *self._runs], key=lambda kept: kept.number)
+        self._host.take_run_history(session, runs, [*session.compared, *self._compared])
 
 
 class AcceptRun(QUndoCommand):
     """Replacement of the current results by those of a stored run, with its parameters."""
 
     def __init__(
-        self, notices: Notices, session: Session, kept: KeptRun, results: Collection[BlockResult], text: str
+        self, host: CommandHost, session: Session, kept: StoredRun, results: Collection[BlockResult], text: str
     ) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._kept = kept
         self._results = list(results)
-        self._before, self._accepted = Held({}), Held({})
+        self._before, self._accepted = FrameResults({}), FrameResults({})
         common = kept.run.parameters
         self._common = session.common.to_dict(), common.to_dict()
         own = session.notes.own
@@ -430,17 +436,17 @@ class AcceptRun(QUndoCommand):
     def redo(self) -> None:
         """Apply the change."""
         self._take(1)
-        self._before = self._session.bring_back(self._results, self._kept.guess)
-        self._accepted = self._session.results.held()
-        self._notices.note_results_changed(self._session)
+        self._before = self._session.restore_results(self._results, self._kept.extrapolation)
+        self._accepted = self._session.results.snapshot()
+        self._host.note_results_changed(self._session)
 
     def undo(self) -> None:
         """Undo the change; later results stay."""
         self._take(0)
-        newer = self._session.swap_results(Held({})).without(self._accepted)
+        newer = self._session.swap_results(FrameResults({})).without(self._accepted)
         self._session.swap_results(self._before.with_newer(newer))
-        self._notices.note_results_changed(self._session)
+        self._host.note_results_changed(self._session)
 
     def _take(self, which: int) -> None:
         own: Mapping[int, OwnValues | None] = {label: values[which] for label, values in self._own.items()}
-        self._notices.take_parameters(self._session, self._common[which], own)
+        self._host.take_parameters(self._session, self._common[which], own)

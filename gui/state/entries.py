@@ -10,7 +10,7 @@ from typing import Self
 from PySide6.QtCore import QObject, Signal
 
 from ilf.data.results import Status
-from ilf.project.frame_state import is_carried
+from ilf.project.frame_state import is_propagated
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_source import FrameSource
 
@@ -34,7 +34,7 @@ class Entry:
         None while it is not open.
     has_state : bool
         Whether its state is stored and is opened instead of the source.
-    of_folder : bool
+    from_folder : bool
         Whether it was found in a folder that the user opened.
     changes : int
         How often it was changed while it was not open.
@@ -46,7 +46,7 @@ class Entry:
     source: FrameSource | None = None
     session: Session | None = None
     has_state: bool = False
-    of_folder: bool = False
+    from_folder: bool = False
     changes: int = 0
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
@@ -54,9 +54,9 @@ class Entry:
     _unsaved_words: str = ""
 
     @classmethod
-    def of(cls, source: FrameSource, of_folder: bool = False) -> Self:
+    def of(cls, source: FrameSource, from_folder: bool = False) -> Self:
         """Make an entry for a frame that has not been read; its name comes from its files."""
-        return cls(uuid.uuid4().hex, source.key, source.name, source, of_folder=of_folder)
+        return cls(uuid.uuid4().hex, source.key, source.name, source, from_folder=from_folder)
 
     @property
     def summary(self) -> FrameSummary:
@@ -77,10 +77,10 @@ class Entry:
         """Whether it has changes that are not in the project file."""
         return self._unsaved if self.session is None else self.session.unsaved
 
-    def unsaved_words(self) -> str:
+    def unsaved_summary(self) -> str:
         """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
         if self.session is not None:
-            return self.session.unsaved_words()
+            return self.session.unsaved_summary()
         return (self._unsaved_words or "changes") if self._unsaved else ""
 
     def set_unsaved(self, unsaved: bool) -> None:
@@ -183,7 +183,7 @@ class Entries(QObject):
 
     def detach(self, entry: Entry, stored: bool) -> None:
         """Detach a closed frame from its entry; `stored`: whether its state is stored."""
-        entry._unsaved_words = entry.unsaved_words()
+        entry._unsaved_words = entry.unsaved_summary()
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
         entry.session, entry.has_state = None, stored
@@ -209,14 +209,14 @@ class Entries(QObject):
 def summary_of(session: Session) -> FrameSummary:
     """Return the summary of an open frame."""
     results, blocks = session.valid_results(), session.counts()
-    hopeless = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
-    failed = bool(results) and len(hopeless) == len(results)
+    unrecoverable = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
+    failed = bool(results) and len(unrecoverable) == len(results)
     if failed:
         stage = Stage.FAILED
     elif results:
         stage = Stage.RUN
-    elif blocks and is_carried(session.notes, session.labels):
-        stage = Stage.CARRIED
+    elif blocks and is_propagated(session.notes, session.labels):
+        stage = Stage.PROPAGATED
     elif session.edited and blocks:
         stage = Stage.EDITED
     else:
@@ -229,6 +229,6 @@ def summary_of(session: Session) -> FrameSummary:
         len(blocks),
         len(results),
         len(session.to_check & blocks.keys()),
-        hopeless[0].message if failed else "",
+        unrecoverable[0].message if failed else "",
         session.own_parameters,
     )

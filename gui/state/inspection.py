@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf.data.blocks import Box
 from ilf.errors import InputError
-from ilf.evaluation.measuring import place_of
+from ilf.evaluation.measuring import point_in_space
 
 from .session import Chains, Point
 from .workspace import Workspace
@@ -54,9 +54,9 @@ class Measurements(QObject):
         if not self._workspace.has_session:
             return False
         session = self._workspace.session
-        depth = session.present_depth()
+        depth = session.current_depth()
         try:
-            place_of(session.frame.depth if depth is None else depth, (x, y), session.frame.intrinsics)
+            point_in_space(session.frame.depth if depth is None else depth, (x, y), session.frame.intrinsics)
         except InputError as error:
             self.refused.emit(str(error))
             return False
@@ -74,7 +74,7 @@ class Measurements(QObject):
         self._held.chains[chain][point] = to
         self._changed()
 
-    def take_back(self) -> bool:
+    def undo_last(self) -> bool:
         """Remove the last point of the open measurement; False if there is none."""
         held = self._held
         if not held.is_open:
@@ -154,7 +154,7 @@ class Inspection(QObject):
             return
         session = self._workspace.session
         session.line = line
-        self._workspace.touch(session, looked=True)
+        self._workspace.touch(session, viewing=True)
         self.line_changed.emit()
 
     @property

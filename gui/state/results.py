@@ -20,19 +20,19 @@ Preview = tuple[Block, NDArray[np.float32]]
 """A running block and its depth [m] so far, one value per pixel of the block."""
 
 
-class Kept(NamedTuple):
+class StoredBlockResult(NamedTuple):
     """A result with the invalid mask and the guide of its frame."""
 
     result: BlockResult
-    distrusted: NDArray[np.bool_] | None
+    invalid_mask: NDArray[np.bool_] | None
     guide: Guide | None = None
 
     @classmethod
     def of(cls, result: BlockResult, frame: RGBDFrame) -> Self:
         """Make it from a result and its frame."""
-        return cls(result, frame.distrusted, frame.guide)
+        return cls(result, frame.invalid_mask, frame.guide)
 
-    def is_of_state(self, other: Kept) -> bool:
+    def is_of_state(self, other: StoredBlockResult) -> bool:
         """Whether both have the same block pixels, drawn borders, edges, invalid mask and guide."""
         one, another = self.result, other.result
         return (
@@ -40,7 +40,7 @@ class Kept(NamedTuple):
             and one.block.box == another.block.box
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
-            and same_mask(self.distrusted, other.distrusted)
+            and same_mask(self.invalid_mask, other.invalid_mask)
             and same_guide(self.guide, other.guide)
         )
 
@@ -60,37 +60,39 @@ class Kept(NamedTuple):
             pixels == result.depth.size
             and result.edges == edge_parameters(result.parameters, extraction)
             and np.array_equal(labels[block.box] == block.label, block.mask)
-            and same_mask(self.distrusted, frame.distrusted)
+            and same_mask(self.invalid_mask, frame.invalid_mask)
             and same_guide(self.guide, frame.guide)
             and same_mask(result.drawn, drawn_of(block, drawn))
         )
 
 
-class Doubt(NamedTuple):
+class ErrorEstimate(NamedTuple):
     """The expected error [m] of a completion, float32 (H, W), and its unsupported pixels."""
 
     error: NDArray[np.float32]
-    unvouched: NDArray[np.bool_]
+    unsupported: NDArray[np.bool_]
 
 
-class Held(NamedTuple):
+class FrameResults(NamedTuple):
     """All results of a frame: of its blocks, the error estimate and the extrapolation of a completion."""
 
-    kept: dict[int, list[Kept]]
-    doubt: tuple[Completion, Doubt] | None = None
-    guess: tuple[Completion, Completion] | None = None
+    kept: dict[int, list[StoredBlockResult]]
+    error_estimate: tuple[Completion, ErrorEstimate] | None = None
+    extrapolation: tuple[Completion, Completion] | None = None
 
-    def with_newer(self, newer: Held) -> Held:
+    def with_newer(self, newer: FrameResults) -> FrameResults:
         """Return these results merged with newer ones, for example of a run after these were cleared."""
         labels = self.kept.keys() | newer.kept.keys()
         kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
-        return Held(kept, newer.doubt or self.doubt, newer.guess or self.guess)
+        return FrameResults(
+            kept, newer.error_estimate or self.error_estimate, newer.extrapolation or self.extrapolation
+        )
 
-    def without(self, others: Held) -> Held:
+    def without(self, others: FrameResults) -> FrameResults:
         """Return these results without those that are also in `others`."""
         theirs = {id(one) for kept in others.kept.values() for one in kept}
         left = {label: [one for one in kept if id(one) not in theirs] for label, kept in self.kept.items()}
-        return Held({label: kept for label, kept in left.items() if kept})
+        return FrameResults({label: kept for label, kept in left.items() if kept})
 
 
 class Results:
@@ -104,47 +106,53 @@ class Results:
         Label -> records so far of the running blocks, the one that started last at the end.
     previews : dict
         Label -> Preview of running blocks.
-    settled : set of Parameters
+    remembered : set of Parameters
         Parameters of blocks at the start or the end of an undo step.
     """
 
     def __init__(self) -> None:
-        self.kept: dict[int, list[Kept]] = {}
+        self.kept: dict[int, list[StoredBlockResult]] = {}
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
-        self.settled: set[Parameters] = set()
-        self._doubt: tuple[Completion, Doubt] | None = None
-        self._guess: tuple[Completion, Completion] | None = None
+        self.remembered: set[Parameters] = set()
+        self._error_estimate: tuple[Completion, ErrorEstimate] | None = None
+        self._extrapolation: tuple[Completion, Completion] | None = None
 
     @property
     def running(self) -> list[int]:
         """Blocks with records but no result in the current run, the one that started last at the end."""
         return list(self.live)
 
-    def doubt_of(self, completion: Completion | None) -> Doubt | None:
+    def error_estimate_of(self, completion: Completion | None) -> ErrorEstimate | None:
         """Return the error estimate of this completion object; None if it is not computed yet."""
-        return self._doubt[1] if self._doubt is not None and self._doubt[0] is completion else None
+        return (
+            self._error_estimate[1]
+            if self._error_estimate is not None and self._error_estimate[0] is completion
+            else None
+        )
 
-    def note_doubt(self, completion: Completion, doubt: Doubt) -> None:
+    def note_error_estimate(self, completion: Completion, error_estimate: ErrorEstimate) -> None:
         """Store the error estimate of a completion; it replaces that of any other."""
-        self._doubt = completion, doubt
+        self._error_estimate = completion, error_estimate
 
-    def guess_of(self, completion: Completion | None) -> Completion | None:
+    def extrapolation_of(self, completion: Completion | None) -> Completion | None:
         """Return the extrapolated version of this completion object; None if there is none."""
-        return self._guess[1] if self._guess is not None and self._guess[0] is completion else None
+        return (
+            self._extrapolation[1] if self._extrapolation is not None and self._extrapolation[0] is completion else None
+        )
 
     @property
-    def guess_base(self) -> Completion | None:
+    def extrapolation_base(self) -> Completion | None:
         """The completion that was extrapolated last."""
-        return None if self._guess is None else self._guess[0]
+        return None if self._extrapolation is None else self._extrapolation[0]
 
-    def forget_guess(self) -> None:
+    def forget_extrapolation(self) -> None:
         """Drop the stored extrapolation."""
-        self._guess = None
+        self._extrapolation = None
 
-    def note_guess(self, completion: Completion, guess: Completion) -> None:
+    def note_extrapolation(self, completion: Completion, extrapolation: Completion) -> None:
         """Store the extrapolation of what a completion leaves missing."""
-        self._guess = completion, guess
+        self._extrapolation = completion, extrapolation
 
     def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
         """Add records of a running block."""
@@ -158,37 +166,39 @@ class Results:
         """Store results of finished blocks; `frame` is the frame as it was when they started."""
         for result in results:
             label = result.block.label
-            self._keep(label, Kept.of(result, frame))
+            self._keep(label, StoredBlockResult.of(result, frame))
             self.live.pop(label, None)
             self.previews.pop(label, None)
 
-    def _keep(self, label: int, kept: Kept) -> None:
+    def _keep(self, label: int, kept: StoredBlockResult) -> None:
         """Store a result beside those that undo and redo may bring back; intermediate ones of a drag are dropped."""
-        stays = self.settled - {kept.result.parameters}
+        stays = self.remembered - {kept.result.parameters}
         others = self.kept.get(label, [])
         self.kept[label] = [one for one in others if one.result.parameters in stays or not one.is_of_state(kept)]
         self.kept[label].append(kept)
 
-    def end_run(self, previews_stay: bool = False) -> None:
-        """End the run; with `previews_stay`, another run of the same blocks starts next."""
+    def end_run(self, keep_previews: bool = False) -> None:
+        """End the run; with `keep_previews`, another run of the same blocks starts next."""
         self.live.clear()
-        if not previews_stay:
+        if not keep_previews:
             self.previews.clear()
 
-    def held(self) -> Held:
+    def snapshot(self) -> FrameResults:
         """Return a copy of the results, which later changes do not affect."""
-        return Held({label: list(kept) for label, kept in self.kept.items()}, self._doubt, self._guess)
+        return FrameResults(
+            {label: list(kept) for label, kept in self.kept.items()}, self._error_estimate, self._extrapolation
+        )
 
-    def swap(self, other: Held) -> Held:
+    def swap(self, other: FrameResults) -> FrameResults:
         """Replace the results and return the former ones."""
-        former = Held(self.kept, self._doubt, self._guess)
-        self.kept, self._doubt, self._guess = other
+        former = FrameResults(self.kept, self._error_estimate, self._extrapolation)
+        self.kept, self._error_estimate, self._extrapolation = other
         return former
 
 
 def same_guide(one: Guide | None, other: Guide | None) -> bool:
     """Return whether two guides are equal; None is no guide."""
-    return one is other or (one is not None and one.says_the_same(other))
+    return one is other or (one is not None and one.is_same_as(other))
 
 
 def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
@@ -299,7 +309,7 @@ def _whole(shape: tuple[int, ...]) -> Box:
 
 
 @dataclass(frozen=True, eq=False)
-class Past:
+class ViewedIteration:
     """The depth of the current frame after an earlier iteration of its last run.
 
     Attributes
@@ -370,7 +380,7 @@ class BlockTally:
 
 # Errors of the blocks of a frame.
 
-TRUTH, HIDDEN_DEPTH = "ground truth", "hold-out depth"
+GROUND_TRUTH, HOLD_OUT = "ground truth", "hold-out depth"
 
 
 @dataclass(frozen=True)
@@ -380,7 +390,7 @@ class BlockErrors:
     Attributes
     ----------
     source : str
-        `TRUTH` or `HIDDEN_DEPTH`; "" where no error is known.
+        `GROUND_TRUTH` or `HOLD_OUT`; "" where no error is known.
     rmse : mapping of int to float
         Block label -> root mean square error [m]; blocks without a known error are left out.
     """

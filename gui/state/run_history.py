@@ -8,16 +8,16 @@ from zlib import crc32
 
 import numpy as np
 
-from ilf.project.run_history import Colour, KeptRun
+from ilf.project.run_history import Colour, StoredRun
 from ilf.run.run import Run
 
-MOST_COMPARED = 4
+MAX_COMPARED = 4
 """Maximum number of runs that are compared at a time."""
 
-MOST_KEPT = 200
+MAX_STORED = 200
 """Maximum number of runs in a frame's history; beyond it, the oldest run without a note is removed."""
 
-MOST_MEMORY = 400 * 1024**2
+MAX_MEMORY = 400 * 1024**2
 """Maximum memory [bytes] of a history: label maps of a frame that is edited often add up."""
 
 _RECORD = 82
@@ -36,7 +36,7 @@ COLOURS: tuple[Colour, ...] = (
 """Colours of runs, distinct on light and dark backgrounds and from the blue of the current result."""
 
 
-def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
+def with_shared_arrays(run: Run, kept: Iterable[StoredRun]) -> Run:
     """Return the run, sharing label map and drawn borders with a stored run where they are equal."""
     checksum = crc32(run.blocks.data)
     for other in kept:
@@ -47,11 +47,11 @@ def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
     return run
 
 
-def memory_of(kept: Iterable[KeptRun]) -> int:
+def memory_of(kept: Iterable[StoredRun]) -> int:
     """Return the memory [bytes] of all runs together, without their frames."""
     sizes: dict[int, int] = {}
     for one in kept:
-        arrays = [one.run.blocks, one.run.drawn, *(one.guess[:2] if one.guess is not None else ())]
+        arrays = [one.run.blocks, one.run.drawn, *(one.extrapolation[:2] if one.extrapolation is not None else ())]
         sizes |= {id(array): array.nbytes for array in arrays if array is not None}
         sizes |= {
             id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
@@ -60,7 +60,7 @@ def memory_of(kept: Iterable[KeptRun]) -> int:
     return sum(sizes.values())
 
 
-def next_colour(kept: Collection[KeptRun]) -> Colour:
+def next_colour(kept: Collection[StoredRun]) -> Colour:
     """Return a colour that none of the latest runs has."""
     latest = [one.colour for one in kept][-len(COLOURS) + 1 :]
     return next(colour for colour in COLOURS if colour not in latest)

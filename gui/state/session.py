@@ -13,19 +13,19 @@ from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box, union
-from ilf.data.frame import RGBDFrame, TruthFile
+from ilf.data.frame import GroundTruthFile, RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.drawing.blocks import block_colour
 from ilf.project.frame_state import BlockInfo, BlockNotes, is_edited
-from ilf.project.run_history import Guess, KeptRun
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.key_frames import KeyFrames
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.reextraction import made_by_hand
 
-from .results import BlockCounts, BlockErrors, BlockTally, Held, Kept, Preview, Results, ShownDepth
+from .results import BlockCounts, BlockErrors, BlockTally, FrameResults, Preview, Results, ShownDepth, StoredBlockResult
 
 # Measured points of a frame.
 
@@ -88,8 +88,8 @@ class Session:
         self.results = Results()
         self.key_frames = KeyFrames()
         self.block_errors = BlockErrors()
-        self.kept_runs: list[KeptRun] = []
-        self.compared: list[KeptRun] = []
+        self.run_history: list[StoredRun] = []
+        self.compared: list[StoredRun] = []
         """The runs of the history that are compared with the current result."""
         self.next_run = 1
         """Number of the next run in the history."""
@@ -103,9 +103,9 @@ class Session:
         """Propagated blocks that the user should check."""
         self.view: dict[str, Any] = {}
         """The last state of the views, in JSON values."""
-        self.dense = False
+        self.extrapolate = False
         """Whether depth that is still missing after a run is extrapolated."""
-        self.again: Replay | None = None
+        self.record_replay: Replay | None = None
         """The record that the session was opened from."""
         self.common = Parameters()
         """Common parameters: those of all blocks without own parameters."""
@@ -126,20 +126,20 @@ class Session:
         self.undo_stack.indexChanged.connect(self.note_edit)
 
     @classmethod
-    def of(cls, run: Run, origin: object, key: str, again: Replay | None = None) -> Self:
+    def of(cls, run: Run, origin: object, key: str, record_replay: Replay | None = None) -> Self:
         """Make a session with the frame and blocks of a run; the workspace sets the parameters.
 
-        `again` is the record that the run was read from.
+        `record_replay` is the record that the run was read from.
         """
         session = cls(run.frame, origin, key)
         session.set_labels(run.blocks)
-        session.dense, session.again = run.dense, again
+        session.extrapolate, session.record_replay = run.extrapolate, record_replay
         session.notes.extraction, session.notes.network = run.extraction, run.network
         session.notes.drawn = None if run.drawn is None else run.drawn.copy()
         session.notes.extracted = None if run.edited else session.labels.copy()
         return session
 
-    def run(self, common: Parameters, only: Collection[int] | None = None, dense: bool = False) -> Run:
+    def run(self, common: Parameters, only: Collection[int] | None = None, extrapolate: bool = False) -> Run:
         """Return the run of the frame in its current state.
 
         Parameters
@@ -148,7 +148,7 @@ class Session:
             Of all blocks without own parameters.
         only : collection of int, optional
             Run only these blocks, in this order if the collection is ordered.
-        dense : bool
+        extrapolate : bool
             Whether missing depth is extrapolated.
         """
         notes = self.notes
@@ -158,7 +158,7 @@ class Session:
             common,
             {label: self.parameters_of(label, common) for label in notes.own if label in self.counts()},
             only,
-            dense=dense,
+            extrapolate=extrapolate,
             extraction=notes.extraction,
             edited=self.edited,
             network=notes.network,
@@ -185,13 +185,13 @@ class Session:
         """Whether there are changes that are not in the project file."""
         return not self.undo_stack.isClean() or self._others != self._others_saved
 
-    def unsaved_words(self) -> str:
+    def unsaved_summary(self) -> str:
         """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""
         if not self.unsaved:
             return ""
         clean = self.undo_stack.cleanIndex()
         edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
-        runs = sum(kept.number >= self._runs_saved for kept in self.kept_runs)
+        runs = sum(kept.number >= self._runs_saved for kept in self.run_history)
         counts = [counted(count, what) for count, what in ((edits, "edit"), (runs, "run")) if count]
         return ", ".join(counts) or "changes"
 
@@ -242,39 +242,41 @@ class Session:
 
     def take_notes(self, notes: BlockNotes) -> BlockNotes:
         """Replace the attributes of the blocks and return the former ones."""
-        self.settle_parameters()
+        self.remember_parameters()
         former, self.notes = self.notes, notes
         self._note_dirty()
         if former.extraction != notes.extraction:
-            self.results.forget_guess()  # it used the edges of the former extraction
+            self.results.forget_extrapolation()  # it used the edges of the former extraction
         self._forget_results()
         return former
 
     def take_frame(self, frame: RGBDFrame) -> None:
         """Replace the frame by itself with another invalid mask or guide; its ground truth stays."""
-        if frame.truth is not self.frame.truth:
-            frame = frame.with_truth(self.frame.truth, None if self.frame.inputs is None else self.frame.inputs.truth)
+        if frame.ground_truth is not self.frame.ground_truth:
+            frame = frame.with_ground_truth(
+                self.frame.ground_truth, None if self.frame.inputs is None else self.frame.inputs.ground_truth
+            )
         self.frame = frame
         self._tally = self._completion = None
         self._shown.take_frame(frame)
         self._forget_results()
 
-    def take_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
+    def take_ground_truth(self, ground_truth: NDArray[np.float32] | None, file: GroundTruthFile | None = None) -> None:
         """Set the ground truth [m], float32 (H, W), or None; results stay valid."""
-        self.frame = self.frame.with_truth(truth, file)
-        for kept in self.kept_runs:
-            kept.truth_error = None
+        self.frame = self.frame.with_ground_truth(ground_truth, file)
+        for kept in self.run_history:
+            kept.ground_truth_error = None
 
-    def settle_parameters(self) -> None:
+    def remember_parameters(self) -> None:
         """Remember the current parameters of the blocks, because undo may bring them back."""
-        self.results.settled.update(self.parameters_of(label, self.common) for label in self.counts())
+        self.results.remembered.update(self.parameters_of(label, self.common) for label in self.counts())
 
     def take_common(self, parameters: Parameters) -> None:
         """Set the common parameters."""
         self.common = parameters
         self._valid = None
 
-    def take_dirty(self) -> Box | None:
+    def pop_dirty_box(self) -> Box | None:
         """Return the box (rows, columns) where label map or drawn borders changed since the last call; None if none."""
         dirty, self._dirty = self._dirty, None
         return dirty
@@ -312,9 +314,9 @@ class Session:
         for label in blocks:  # during a stroke, results were looked up before its borders were known
             self._forget_result(label)
 
-    def add_guess(self, base: Completion, guess: Completion) -> None:
+    def add_extrapolation(self, base: Completion, extrapolation: Completion) -> None:
         """Store the extrapolation of a completion; valid while that completion is the current one."""
-        self.results.note_guess(base, guess)
+        self.results.note_extrapolation(base, extrapolation)
         self._shown.note_all()
 
     def add_previews(self, previews: Sequence[Preview]) -> None:
@@ -323,11 +325,11 @@ class Session:
         for block, _ in previews:
             self._shown.note(block.box)
 
-    def end_run(self, previews_stay: bool = False) -> None:
-        """End the run; with `previews_stay`, another run of the same blocks starts next."""
+    def end_run(self, keep_previews: bool = False) -> None:
+        """End the run; with `keep_previews`, another run of the same blocks starts next."""
         for block, _ in self.results.previews.values():
             self._shown.note(block.box)
-        self.results.end_run(previews_stay)
+        self.results.end_run(keep_previews)
 
     def add_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Store results of blocks; `frame` is the frame as it was when they started, if it has changed since."""
@@ -336,7 +338,7 @@ class Session:
         for result in results:
             self._forget_result(result.block.label)
 
-    def swap_results(self, other: Held) -> Held:
+    def swap_results(self, other: FrameResults) -> FrameResults:
         """Replace the results and return the former ones."""
         former = self.results.swap(other)
         self._shown.forget()
@@ -345,13 +347,17 @@ class Session:
         self._forget_results()
         return former
 
-    def bring_back(self, results: Sequence[BlockResult], guess: Guess | None) -> Held:
+    def restore_results(self, results: Sequence[BlockResult], extrapolation: Extrapolation | None) -> FrameResults:
         """Make earlier results, with their extrapolation, the latest again; return the former results."""
-        former = self.results.held()
+        former = self.results.snapshot()
         self.add_results(results)
         completion = self._blocks_completion()
-        if guess is not None and completion is not None and not completion.filled.ravel()[guess.pixels].any():
-            self.add_guess(completion, guess.added_to(completion))
+        if (
+            extrapolation is not None
+            and completion is not None
+            and not completion.filled.ravel()[extrapolation.pixels].any()
+        ):
+            self.add_extrapolation(completion, extrapolation.added_to(completion))
         return former
 
     def counts(self) -> dict[int, BlockCounts]:
@@ -403,9 +409,9 @@ class Session:
                 found[label] = next(same, fitting[0])
         return found
 
-    def still_fitting(self, kept: KeptRun) -> list[BlockResult]:
+    def fitting_results(self, kept: StoredRun) -> list[BlockResult]:
         """Return the results of a stored run whose blocks have not changed since."""
-        return [result for result in kept.results.values() if self._fits(Kept.of(result, kept.run.frame))]
+        return [result for result in kept.results.values() if self._fits(StoredBlockResult.of(result, kept.run.frame))]
 
     def changed_blocks(self) -> list[int]:
         """Return the blocks without an up-to-date result, in ascending order."""
@@ -428,16 +434,16 @@ class Session:
         None if there are no results; the same object until it changes.
         """
         completion = self._blocks_completion()
-        return self.results.guess_of(completion) or completion
+        return self.results.extrapolation_of(completion) or completion
 
     @property
-    def guessed(self) -> bool:
+    def extrapolated(self) -> bool:
         """Whether the current completion is extrapolated."""
-        return self.results.guess_of(self._blocks_completion()) is not None
+        return self.results.extrapolation_of(self._blocks_completion()) is not None
 
     def _blocks_completion(self) -> Completion | None:
         results = self.valid_results()
-        for known in (self._completion, self.results.guess_base):
+        for known in (self._completion, self.results.extrapolation_base):
             if known is not None and _same(known.results, results):
                 self._completion = known
                 return known
@@ -446,15 +452,15 @@ class Session:
 
     def expected_error(self) -> NDArray[np.float32] | None:
         """Return the expected error [m] of the current completion; None if it is not computed yet."""
-        doubt = self.results.doubt_of(self.completion())
-        return None if doubt is None else doubt.error
+        error_estimate = self.results.error_estimate_of(self.completion())
+        return None if error_estimate is None else error_estimate.error
 
-    def unvouched(self) -> NDArray[np.bool_] | None:
+    def unsupported(self) -> NDArray[np.bool_] | None:
         """Return the unsupported pixels of the current completion; None if they are not computed yet."""
-        doubt = self.results.doubt_of(self.completion())
-        return None if doubt is None else doubt.unvouched
+        error_estimate = self.results.error_estimate_of(self.completion())
+        return None if error_estimate is None else error_estimate.unsupported
 
-    def present_depth(self) -> NDArray[np.float32] | None:
+    def current_depth(self) -> NDArray[np.float32] | None:
         """Return the completed depth with the latest depth of running or changed blocks over it; None if there is
         neither. Changed in place."""
         self.update_depth()
@@ -478,7 +484,7 @@ class Session:
         result = self.valid_results().get(label)
         return () if result is None else result.history
 
-    def _fits(self, kept: Kept) -> bool:
+    def _fits(self, kept: StoredBlockResult) -> bool:
         count = self.counts().get(kept.result.block.label)
         notes = self.notes
         return count is not None and kept.fits(self.labels, count.pixels, self.frame, notes.drawn, notes.extraction)

@@ -18,36 +18,36 @@ from ilf.data.parameters import Parameters
 from .session import Session
 
 
-class Shared(NamedTuple):
+class SharedParameters(NamedTuple):
     """Whether parameters are shared by all frames, and the shared parameters."""
 
     on: bool
     values: Parameters
     """The next frame starts with these, whether they are shared or not."""
 
-    def reach(self, session: Session) -> bool:
+    def applies_to(self, session: Session) -> bool:
         """Whether a frame has the shared parameters."""
         return self.on and not session.own_parameters
 
-    def begin(self, session: Session) -> None:
+    def apply_to(self, session: Session) -> None:
         """Set the shared parameters in a restored frame, unless it has its own."""
-        if self.reach(session):
+        if self.applies_to(session):
             session.take_common(self.values)
 
-    def spread(self, sessions: Iterable[Session], passing: bool = False) -> None:
-        """Set the shared parameters in all frames without own ones; with `passing`, undo does not lead back."""
+    def apply_to_all(self, sessions: Iterable[Session], transient: bool = False) -> None:
+        """Set the shared parameters in all frames without own ones; with `transient`, undo does not lead back."""
         for session in sessions:
-            if self.reach(session) and session.common != self.values:
-                if not passing:
-                    session.settle_parameters()
+            if self.applies_to(session) and session.common != self.values:
+                if not transient:
+                    session.remember_parameters()
                 session.take_common(self.values)
 
 
-class ShareNotices(Protocol):
+class SharingHost(Protocol):
     """The object that applies a change of sharing."""
 
     @property
-    def shared(self) -> Shared:
+    def shared(self) -> SharedParameters:
         """Whether parameters are shared, and which."""
         ...
 
@@ -56,11 +56,11 @@ class ShareNotices(Protocol):
         """The open frames."""
         ...
 
-    def touch(self, session: Session, looked: bool = False) -> None:
-        """Note a change of project content; `looked`: it needs no saving."""
+    def touch(self, session: Session, viewing: bool = False) -> None:
+        """Note a change of project content; `viewing`: it needs no saving."""
         ...
 
-    def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
+    def take_shared(self, shared: SharedParameters, session: Session, common: Parameters, own: bool) -> None:
         """Set whether parameters are shared, the shared ones, and those of one frame."""
         ...
 
@@ -68,9 +68,9 @@ class ShareNotices(Protocol):
 class ShareParameters(QUndoCommand):
     """A change of sharing: for all frames, or for one only. Undo restores the parameters of the other frames."""
 
-    def __init__(self, notices: ShareNotices, session: Session, shared: Shared, own: bool, text: str) -> None:
+    def __init__(self, host: SharingHost, session: Session, shared: SharedParameters, own: bool, text: str) -> None:
         super().__init__(text)
-        self._notices = notices
+        self._host = host
         self._session = session
         self._shared = shared
         self._common, self._own = session.common if own or not shared.on else shared.values, own
@@ -78,30 +78,30 @@ class ShareParameters(QUndoCommand):
 
     def redo(self) -> None:
         """Apply the change."""
-        self._former = WeakKeyDictionary({session: session.common for session in self._notices.sessions})
+        self._former = WeakKeyDictionary({session: session.common for session in self._host.sessions})
         self._swap()
-        self._note_parted()
+        self._mark_separated()
 
     def undo(self) -> None:
         """Undo the change."""
         self._swap()
-        if not self._notices.shared.on:
-            there = self._notices.sessions
+        if not self._host.shared.on:
+            there = self._host.sessions
             for session, common in self._former.items():
                 if session in there and session.common != common:
-                    session.settle_parameters()
+                    session.remember_parameters()
                     session.take_common(common)
-        self._note_parted(looked=True)  # restoring an earlier state is no unsaved change
+        self._mark_separated(viewing=True)  # restoring an earlier state is no unsaved change
 
-    def _note_parted(self, looked: bool = False) -> None:
+    def _mark_separated(self, viewing: bool = False) -> None:
         """Mark frames that no longer share parameters as changed: their parameters are now stored with them."""
-        notices, was_shared = self._notices, self._shared.on
-        for session in notices.sessions if was_shared and not notices.shared.on else ():
+        host, was_shared = self._host, self._shared.on
+        for session in host.sessions if was_shared and not host.shared.on else ():
             if session is not self._session and not session.own_parameters:
-                notices.touch(session, looked)
+                host.touch(session, viewing)
 
     def _swap(self) -> None:
-        notices, session = self._notices, self._session
-        before = notices.shared, session.common, session.own_parameters
-        notices.take_shared(self._shared, session, self._common, self._own)
+        host, session = self._host, self._session
+        before = host.shared, session.common, session.own_parameters
+        host.take_shared(self._shared, session, self._common, self._own)
         self._shared, self._common, self._own = before

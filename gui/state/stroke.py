@@ -9,7 +9,7 @@ from ilf.data.blocks import Box
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
-class StrokeUnderWay:
+class StrokeInProgress:
     """The label map, int32 (H, W), before a stroke in progress, and the box that the stroke has changed."""
 
     def __init__(self, labels: NDArray[np.int32]) -> None:

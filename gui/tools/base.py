@@ -17,7 +17,7 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 from ..state.inspection import Inspection
 from ..state.session import Session
 from ..views.interaction import PointerEvent, Preview
-from .aid import Aid
+from .edge_data import EdgeData
 
 # Options of the tools, shared by all tools while the program runs.
 
@@ -60,7 +60,7 @@ class ToolOptions:
 
 
 Point = tuple[float, float]
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 _CLICK = 3
 """Maximum pointer movement during a click [screen pixels]."""
@@ -82,7 +82,7 @@ class Host(Protocol):
         ...
 
     @property
-    def aid(self) -> Aid | None:
+    def edge_data(self) -> EdgeData | None:
         """Edges and regions of the frame; None while they are being computed."""
         ...
 
@@ -106,7 +106,7 @@ class Host(Protocol):
         """Cancel the stroke; False if there was none."""
         ...
 
-    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, bool (H, W), as one undo step."""
         ...
 
@@ -114,11 +114,11 @@ class Host(Protocol):
         """Draw a preview over the views."""
         ...
 
-    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+    def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result; not after a label map change or `cancel`."""
         ...
 
-    def say(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         """Show a message to the user."""
         ...
 
@@ -166,7 +166,7 @@ class Tool:
         """Complete the action in progress; False if there is none."""
         return False
 
-    def take_back(self, host: Host) -> bool:
+    def undo_last(self, host: Host) -> bool:
         """Undo the last part of the action in progress; False if there is none."""
         return False
 
@@ -184,24 +184,24 @@ class Press:
         return self.drags
 
 
-def refuses(host: Host, label: int) -> bool:
+def warn_if_locked(host: Host, label: int) -> bool:
     """Return whether a block is locked; if so, show a message."""
     session = host.session
     if label in session.locked:
-        host.say(f"{session.info(label).name} is locked. Unlock it in the table of blocks.")
+        host.show_message(f"{session.info(label).name} is locked. Unlock it in the table of blocks.")
     return label in session.locked
 
 
-def refuses_one(host: Host, labels: Iterable[int]) -> bool:
+def warn_if_any_locked(host: Host, labels: Iterable[int]) -> bool:
     """Return whether any of these blocks is locked; if so, show a message about the first."""
-    return any(refuses(host, label) for label in sorted(labels))
+    return any(warn_if_locked(host, label) for label in sorted(labels))
 
 
-def knows_edges(host: Host) -> bool:
+def edges_ready(host: Host) -> bool:
     """Return whether the frame's edges are computed; if not, show a message."""
-    if host.aid is None:
-        host.say("The edges of the frame are still being computed. Try again in a moment.")
-    return host.aid is not None
+    if host.edge_data is None:
+        host.show_message("The edges of the frame are still being computed. Try again in a moment.")
+    return host.edge_data is not None
 
 
 def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
@@ -218,10 +218,10 @@ def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
 
 def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
     """Return a drawn line, moved to edges within the leash; `pixel` is the size of a screen pixel in image pixels."""
-    aid, leash = host.aid, min(host.options.leash * pixel, LARGEST_LEASH)
-    if aid is None or leash <= 0 or len(points) < 2:
+    edge_data, leash = host.edge_data, min(host.options.leash * pixel, LARGEST_LEASH)
+    if edge_data is None or leash <= 0 or len(points) < 2:
         return list(points)
-    return aid.snapper.snap(points, leash)
+    return edge_data.snapper.snap(points, leash)
 
 
 # Blocks that a line crosses or starts near, and parts too thin to be intended.

@@ -16,7 +16,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ..state.workspace import Workspace
 from .editor import Editor, sliver_size
 from .give import give_piece
-from .split import suggested_cut
+from .split import cut_suggested
 
 
 class BlockCommands(QObject):
@@ -37,7 +37,7 @@ class BlockCommands(QObject):
     def delete(self) -> None:
         """Delete the selected blocks."""
         session = self._workspace.session
-        if self._refuses_locked("delete"):
+        if self._warn_if_locked("delete"):
             return
         if self._edit(lambda: delete(session.labels, session.selected, session.locked), self._text("Delete")):
             self._workspace.select([])
@@ -45,7 +45,7 @@ class BlockCommands(QObject):
     def merge(self) -> None:
         """Merge the selected blocks into the largest of them."""
         session = self._workspace.session
-        if self._refuses_locked("merge"):
+        if self._warn_if_locked("merge"):
             return
         counts = session.counts()
         chosen = sorted(
@@ -70,9 +70,9 @@ class BlockCommands(QObject):
             text = self._text("Lock" if lock else "Unlock")
             self._workspace.edit_infos({label: {"locked": lock} for label in changed}, text)
 
-    def look_at(self) -> None:
+    def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
-        self._workspace.look_at(self._workspace.session.selected)
+        self._workspace.mark_checked(self._workspace.session.selected)
 
     def toggle_visibility(self) -> None:
         """Show the selected blocks in the overlay if any of them is hidden, otherwise hide them."""
@@ -120,7 +120,7 @@ class BlockCommands(QObject):
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
         """Grow, shrink or smooth all selected blocks, as one undo step."""
         session, amount = self._workspace.session, self._editor.options.amount
-        if self._refuses_locked(verb.lower()):
+        if self._warn_if_locked(verb.lower()):
             return
         text = f"{self._text(verb)} by {amount} px"
         if not self._edit_each(lambda label: change(session.labels, label, amount, session.locked), text):
@@ -138,7 +138,7 @@ class BlockCommands(QObject):
         self._editor.cancel()
         return self._workspace.edit_labels(edit(), text)
 
-    def _refuses_locked(self, verb: str) -> bool:
+    def _warn_if_locked(self, verb: str) -> bool:
         session = self._workspace.session
         locked = [label for label in session.selected if label in session.locked]
         if locked:
@@ -213,7 +213,7 @@ class ContextMenu(QObject):
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
                 (f"Merge {name} into {taker}", lambda: self._merge(before[0], label)),
             ]
-        return [*offers, (f"Split {name} along the suggested line", lambda: suggested_cut(self._editor, label))]
+        return [*offers, (f"Split {name} along the suggested line", lambda: cut_suggested(self._editor, label))]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         session = self._workspace.session
@@ -225,7 +225,7 @@ class ContextMenu(QObject):
         session = self._workspace.session
         for label in (taker, other):
             if label in session.locked:
-                self._editor.say(f"{session.info(label).name} is locked. Unlock it to merge it.")
+                self._editor.show_message(f"{session.info(label).name} is locked. Unlock it to merge it.")
                 return
         self._editor.commit(
             merge(session.labels, [taker, other], session.locked), f"Merge into {session.info(taker).name}"

@@ -13,10 +13,10 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..state.session import touched_by
 from ..views.interaction import PointerEvent, PointerKind
-from .base import Host, Point, Press, refuses, refuses_one
+from .base import Host, Point, Press, warn_if_any_locked, warn_if_locked
 from .line import LineTool
-from .outlook import Outlook, of_patch, say_apart
-from .select import choose
+from .line_preview import LinePreview, disconnected_text, preview_of_patch
+from .select import select_at
 
 
 class BorderTool(LineTool):
@@ -25,8 +25,8 @@ class BorderTool(LineTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag would do."""
-        if self._outlook is not None:
-            return f"Release: {self._outlook.text} | Shift: straight | Esc: cancel"
+        if self._line_preview is not None:
+            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
         return "Drag: redraw a border | Shift: straight | click: select a block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
@@ -41,16 +41,16 @@ class BorderTool(LineTool):
             if press.drags:
                 _redraw(line, host)
             else:
-                choose(press.point, event, host)
+                select_at(press.point, event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
         """Return a function that computes the change by the line."""
         return partial(redraw_border, host.session.labels.copy(), line)
 
-    def outlook(self, answer: LabelPatch | None, host: Host) -> Outlook:
+    def line_preview(self, answer: LabelPatch | None, host: Host) -> LinePreview:
         """Return the preview: pixels that change their block."""
-        return of_patch(host.session, answer)
+        return preview_of_patch(host.session, answer)
 
 
 def _redraw(line: list[Point], host: Host) -> None:
@@ -58,8 +58,10 @@ def _redraw(line: list[Point], host: Host) -> None:
     if host.commit(redraw_border(session.labels, line, session.locked), "Redraw border"):
         return
     swept = redraw_border(session.labels, line)
-    if swept is None or not refuses_one(host, touched_by(swept)):
-        host.say("The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give.")
+    if swept is None or not warn_if_any_locked(host, touched_by(swept)):
+        host.show_message(
+            "The line moves no border: draw it next to the border that it replaces. To cut off a part, use Give."
+        )
 
 
 # Outlining a block.
@@ -78,10 +80,10 @@ class OutlineTool(LineTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag, a click or a key would do."""
-        close = "close" if self._outlook is None else self._outlook.text
+        close = "close" if self._line_preview is None else self._line_preview.text
         if self._by_clicks:
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
-        if self._outlook is not None:
+        if self._line_preview is not None:
             return f"Release: {close} | Shift: straight | Esc: cancel"
         return "Drag or click corners: add the inside to the selected block | Ctrl: make a new block"
 
@@ -108,7 +110,7 @@ class OutlineTool(LineTool):
             return False
         line = self._pen.line
         if len(line) < 3:
-            host.say("An outline needs at least three corners.")
+            host.show_message("An outline needs at least three corners.")
             return True
         closing = self._pen.reach(line[0], False, self._snap(host))
         self.cancel(host)
@@ -121,9 +123,11 @@ class OutlineTool(LineTool):
         if host.commit(patch, f"Outline {name}"):
             host.select([label])
             if apart:
-                host.say(f"{say_apart(name, apart)} Hold Ctrl at the start of an outline to make a new block.")
+                host.show_message(
+                    f"{disconnected_text(name, apart)} Hold Ctrl at the start of an outline to make a new block."
+                )
         else:
-            host.say(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
+            host.show_message(f"The outline adds no pixels to {name}: they belong to it already, or to locked blocks.")
         return True
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
@@ -137,9 +141,9 @@ class OutlineTool(LineTool):
 
         return find
 
-    def outlook(self, answer: tuple[LabelPatch | None, int], host: Host) -> Outlook:
+    def line_preview(self, answer: tuple[LabelPatch | None, int], host: Host) -> LinePreview:
         """Return the preview: pixels that the block would get."""
-        return of_patch(host.session, *answer)
+        return preview_of_patch(host.session, *answer)
 
     def _target(self, host: Host) -> int:
         """Return the block that gets the inside; 0 for a new one."""
@@ -148,7 +152,7 @@ class OutlineTool(LineTool):
     def _begin(self, event: PointerEvent, host: Host) -> None:
         if not self._pen.down:
             self._new = event.ctrl
-            if not refuses(host, self._target(host)):
+            if not warn_if_locked(host, self._target(host)):
                 self._press = Press(event)
         elif self._closes(event):
             self.finish(host)

@@ -13,7 +13,7 @@ from ilf.segmentation.editing.snapping import Similar
 
 from ..state.stroke import around
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from .base import Host, Point, Tool, knows_edges, line_path, refuses, refuses_one
+from .base import Host, Point, Tool, edges_ready, line_path, warn_if_any_locked, warn_if_locked
 
 # Pixels that a brush has covered since the button was pressed.
 
@@ -77,9 +77,9 @@ class BrushTool(Tool):
 
     def cancel(self, host: Host) -> bool:
         """Restore the stroke's pixels."""
-        under_way, self._swept = self.busy, None
+        pending_work, self._swept = self.busy, None
         host.drop_stroke()
-        return under_way
+        return pending_work
 
     def _begin(self, event: PointerEvent, host: Host) -> None:
         session = host.session
@@ -87,8 +87,8 @@ class BrushTool(Tool):
         self._label = chosen[0] if chosen else session.label_at(event.x, event.y)
         self._erasing = self._erases != event.alt
         if self._label == 0:
-            host.say("Select a block first, or start a new one with Blocks > New block.")
-        elif not refuses(host, self._label) and self._look_around(event, host):
+            host.show_message("Select a block first, or start a new one with Blocks > New block.")
+        elif not warn_if_locked(host, self._label) and self._look_around(event, host):
             if chosen != [self._label]:
                 host.select([self._label])
             self._swept = Swept(session.labels.shape)
@@ -100,10 +100,10 @@ class BrushTool(Tool):
         self._similar = None
         if not host.options.similar_only:
             return True
-        aid = host.aid
-        if not knows_edges(host) or aid is None:
+        edge_data = host.edge_data
+        if not edges_ready(host) or edge_data is None:
             return False
-        self._similar = Similar(aid.frame, aid.strength, event.x, event.y)
+        self._similar = Similar(edge_data.frame, edge_data.strength, event.x, event.y)
         return True
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
@@ -124,7 +124,7 @@ class BrushTool(Tool):
         name = session.info(self._label).name
         if not self._erasing:
             if not host.end_stroke(f"Paint {name}"):
-                refuses_one(host, np.unique(session.labels[swept.mask]).tolist())
+                warn_if_any_locked(host, np.unique(session.labels[swept.mask]).tolist())
             return
         text = f"Erase from {name}"
         if host.options.to_no_block:
@@ -146,14 +146,14 @@ def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = N
 # Marking measured depth as invalid.
 
 
-class DistrustTool(Tool):
+class MarkInvalidTool(Tool):
     """The tool that marks measured depth as invalid by strokes: it counts as missing. Alt marks it valid again."""
 
     options = ("brush",)
 
     def __init__(self) -> None:
         self._swept: Swept | None = None
-        self._trusts = False
+        self._marks_valid = False
         self._points: list[Point] = []
 
     @property
@@ -170,7 +170,7 @@ class DistrustTool(Tool):
         """Collect pixels while the button is down; mark their depth on release."""
         point = event.x, event.y
         if event.kind is PointerKind.PRESS:
-            self._swept, self._trusts, self._points = Swept(host.session.frame.shape), event.alt, [point]
+            self._swept, self._marks_valid, self._points = Swept(host.session.frame.shape), event.alt, [point]
             self._sweep(self._swept, point, host)
         elif event.kind is PointerKind.MOVE and self._swept is not None:
             self._sweep(self._swept, point, host)
@@ -183,9 +183,9 @@ class DistrustTool(Tool):
 
     def cancel(self, host: Host) -> bool:
         """Cancel the stroke."""
-        under_way, self._swept = self.busy, None
+        pending_work, self._swept = self.busy, None
         host.show_preview(None)
-        return under_way
+        return pending_work
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
         stroke = brush_stroke(host.session.frame.shape, [self._points[-1], point], host.options.brush_radius)
@@ -195,16 +195,16 @@ class DistrustTool(Tool):
 
     def _commit(self, swept: Swept, host: Host) -> None:
         frame = host.session.frame
-        before = np.zeros(frame.shape, bool) if frame.distrusted is None else frame.distrusted
+        before = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
         measured = swept.mask & np.isfinite(frame.measured)
-        mask = before & ~measured if self._trusts else before | measured
-        text = "Mark depth valid" if self._trusts else "Mark depth invalid"
+        mask = before & ~measured if self._marks_valid else before | measured
+        text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
         if not np.array_equal(mask, before):
-            host.distrust(mask, text)
-        elif self._trusts:
-            host.say("There is no invalid depth here.")
+            host.mark_invalid(mask, text)
+        elif self._marks_valid:
+            host.show_message("There is no invalid depth here.")
         else:
-            host.say("There is no valid measured depth here.")
+            host.show_message("There is no valid measured depth here.")
 
     def _trail(self, radius: float) -> QPainterPath:
         stroker = QPainterPathStroker()

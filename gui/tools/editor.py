@@ -19,9 +19,9 @@ from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.linked_views import LinkedViews
-from ..work.latest_question import LatestQuestion
-from .aid import Aid, AidSource
-from .base import Found, Tool, ToolOptions
+from ..work.latest_request import LatestRequest
+from .base import Result, Tool, ToolOptions
+from .edge_data import EdgeData, EdgeDataSource
 from .kinds import CORRECTING, INSPECTING, make_tools
 
 _GUIDED = {"leash", "similar"}
@@ -61,9 +61,9 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.aids = AidSource(self)
-        self.aids.failed.connect(self.failed)
-        self._jobs = LatestQuestion[_Job, Any](lambda job: job.find(), self)
+        self.edge_data_source = EdgeDataSource(self)
+        self.edge_data_source.failed.connect(self.failed)
+        self._jobs = LatestRequest[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.inspection = Inspection(workspace, self)
@@ -115,7 +115,7 @@ class Editor(QObject):
     def cancel(self) -> bool:
         """Cancel the tool's action in progress; False if there is none."""
         self._jobs.forget()
-        return self._tell(self._workspace.has_session and self.tool.cancel(self))
+        return self._update_hint(self._workspace.has_session and self.tool.cancel(self))
 
     def escape(self) -> None:
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
@@ -129,11 +129,11 @@ class Editor(QObject):
 
     def finish(self) -> bool:
         """Complete the tool's action in progress; False if there is none."""
-        return self._tell(self._workspace.has_session and self.tool.finish(self))
+        return self._update_hint(self._workspace.has_session and self.tool.finish(self))
 
-    def take_back(self) -> bool:
+    def undo_last(self) -> bool:
         """Undo the last part of the tool's action in progress; False if there is none."""
-        return self._tell(self._workspace.has_session and self.tool.take_back(self))
+        return self._update_hint(self._workspace.has_session and self.tool.undo_last(self))
 
     def pointer(self, event: PointerEvent) -> bool:
         """Pass an event to the active tool; False if the tool does not use it."""
@@ -144,9 +144,9 @@ class Editor(QObject):
                 self.step_brush(event.steps)
             return "brush" in self.tool.options
         self._pointer = None if event.kind is PointerKind.LEAVE else event
-        return self._tell(self.tool.pointer(event, self))
+        return self._update_hint(self.tool.pointer(event, self))
 
-    def _tell(self, answer: bool) -> bool:
+    def _update_hint(self, answer: bool) -> bool:
         if self.tool.hint != self._hint:
             self._hint = self.tool.hint
             self.hint_changed.emit()
@@ -155,13 +155,13 @@ class Editor(QObject):
     def _turn(self) -> None:
         """Update after a change of the current frame."""
         self._pointer = None
-        self.aids.turn_to(self._workspace.session if self._workspace.has_session else None)
+        self.edge_data_source.turn_to(self._workspace.session if self._workspace.has_session else None)
         self._look_ahead()
 
     def _look_ahead(self) -> None:
         """Start computing the aid before it is needed."""
         if self._workspace.has_session and _GUIDED & set(self.tool.options):
-            _ = self.aid
+            _ = self.edge_data
 
     # options
 
@@ -193,10 +193,10 @@ class Editor(QObject):
         return self._workspace.session
 
     @property
-    def aid(self) -> Aid | None:
+    def edge_data(self) -> EdgeData | None:
         """Edges and regions of the current frame; None while they are being computed."""
         parameters = self.session.notes.extraction or self._workspace.extraction_parameters
-        return self.aids.of(self.session, parameters)
+        return self.edge_data_source.of(self.session, parameters)
 
     def select(self, labels: list[int]) -> None:
         """Select blocks."""
@@ -224,15 +224,15 @@ class Editor(QObject):
         """Cancel the stroke."""
         return self._workspace.drop_stroke()
 
-    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, as one undo step."""
         try:
-            return self._workspace.set_distrusted(mask, text)
+            return self._workspace.set_invalid_mask(mask, text)
         except InputError as error:
-            self.say(str(error))
+            self.show_message(str(error))
             return False
 
-    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+    def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """Call `find` in the background, then `take` with its result, unless the tool is cancelled before."""
         self._jobs.ask(_Job(find, take))
 
@@ -243,18 +243,18 @@ class Editor(QObject):
 
     def _take_answer(self, job: _Job, answer: object) -> None:
         job.take(answer)
-        self._tell(True)
+        self._update_hint(True)
 
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if the threads have ended."""
         ended = self._jobs.shutdown()
-        return self.aids.shutdown() and ended
+        return self.edge_data_source.shutdown() and ended
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""
         self._views.set_preview(preview)
 
-    def say(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         """Show a message to the user."""
         self.message.emit(message)
 

@@ -16,9 +16,9 @@ from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
-from .base import Host, Point, Press, around, crossed, is_thick, refuses
+from .base import Host, Point, Press, around, crossed, is_thick, warn_if_locked
 from .line import LineTool
-from .outlook import Outlook, of_patch, say_apart
+from .line_preview import LinePreview, disconnected_text, preview_of_patch
 
 
 class GiveTool(LineTool):
@@ -36,8 +36,8 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """Hint: what a click or a drag would do."""
-        if self._outlook is not None:
-            return f"Release: {self._outlook.text} | Shift: straight | Esc: cancel"
+        if self._line_preview is not None:
+            return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel"
         return "Click: give this piece to the selected block | Ctrl: this region | Shift: select | drag: cut off a part"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
@@ -68,12 +68,12 @@ class GiveTool(LineTool):
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
         """Return a function that computes what the line would cut off."""
         start = line[0] if self._press is None else self._press.point
-        takers = _takers(host, start, self._near)
+        takers = _receivers(host, start, self._near)
         return partial(_find_cut, host.session.labels.copy(), takers, line, self._near)
 
-    def outlook(self, answer: _Cut | None, host: Host) -> Outlook:
+    def line_preview(self, answer: _Cut | None, host: Host) -> LinePreview:
         """Return the preview: pixels that change their block."""
-        return of_patch(host.session, *((None,) if answer is None else (answer.patch, answer.apart)))
+        return preview_of_patch(host.session, *((None,) if answer is None else (answer.patch, answer.apart)))
 
     def _give(self, event: PointerEvent, host: Host) -> None:
         session = host.session
@@ -81,7 +81,7 @@ class GiveTool(LineTool):
         if event.shift or not session.selected:
             host.select([label] if label else [])
             if label:
-                host.say(f"{session.info(label).name} is selected: it gets the pieces that you click.")
+                host.show_message(f"{session.info(label).name} is selected: it gets the pieces that you click.")
             return
         piece = self._at(event, host)
         if piece is not None:
@@ -98,8 +98,8 @@ class GiveTool(LineTool):
 
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
         """Return the piece under the pointer; None outside the frame."""
-        aid = host.aid if event.ctrl else None
-        piece = piece_at(host.session.labels, event.x, event.y, None if aid is None else aid.regions)
+        edge_data = host.edge_data if event.ctrl else None
+        piece = piece_at(host.session.labels, event.x, event.y, None if edge_data is None else edge_data.regions)
         return piece if piece.any() else None
 
 
@@ -113,7 +113,7 @@ class _Cut:
     apart: int
 
 
-def _takers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]]:
+def _receivers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]]:
     """Return the blocks that a line from a point may be intended for, in this order; and those near its start."""
     session = host.session
     beside, chosen = around(session.labels, start, near), list(session.selected[:1])
@@ -146,20 +146,20 @@ def _find_cut(labels: Labels, takers: Sequence[Sequence[int]], line: list[Point]
 def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
     """Give a block the part that a line cuts off from another."""
     session = host.session
-    takers = _takers(host, start, near)
+    takers = _receivers(host, start, near)
     cut = _find_cut(session.labels, takers, line, near)
     if cut is not None:
-        if refuses(host, cut.taker) or refuses(host, cut.source):
+        if warn_if_locked(host, cut.taker) or warn_if_locked(host, cut.source):
             return
         name = session.info(cut.taker).name
         host.commit(cut.patch, f"Give a part of {session.info(cut.source).name} to {name}")
         if cut.apart:
-            host.say(say_apart(name, cut.apart))
+            host.show_message(disconnected_text(name, cut.apart))
     elif takers[0] and set(crossed(session.labels, line)) - set(takers[0][:1]):
         name = session.info(takers[0][0]).name
-        host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
+        host.show_message(f"The line cuts nothing off for {name}: draw it right across another block.")
     else:
-        host.say("Start the line in the block that gets the part, and draw it right across another block.")
+        host.show_message("Start the line in the block that gets the part, and draw it right across another block.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
@@ -168,11 +168,11 @@ def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:
     label = session.selected[0]
     for one in (label, source):
         if one in session.locked:
-            host.say(f"{session.info(one).name} is locked. Unlock it in the table of blocks.")
+            host.show_message(f"{session.info(one).name} is locked. Unlock it in the table of blocks.")
             return
     name = session.info(label).name
     if not host.commit(give(session.labels, piece, label, session.locked), f"Give a piece to {name}"):
-        host.say(f"This piece already belongs to {name}. Shift+click selects another block.")
+        host.show_message(f"This piece already belongs to {name}. Shift+click selects another block.")
 
 
 def piece_preview(piece: NDArray[np.bool_]) -> Preview:

@@ -23,19 +23,19 @@ class MeasureTool(Tool):
         self._press: Press | None = None
         self._held: tuple[int, int] | None = None
         self._before: Point = 0.0, 0.0
-        self._under_way = False
+        self._is_open = False
 
     @property
     def hint(self) -> str:
         """Hint: what a click would do."""
-        if self._under_way:
+        if self._is_open:
             return "Click: next point | Backspace: remove last | Enter or double-click: done"
         return "Click: measure from here | drag a point: move it"
 
     @property
     def busy(self) -> bool:
         """Whether a measurement is open."""
-        return self._under_way or self._press is not None
+        return self._is_open or self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Add a point by a click, move one by a drag, preview the next segment."""
@@ -53,8 +53,8 @@ class MeasureTool(Tool):
                 measurements.add_point(*at)
         elif event.kind is PointerKind.DOUBLE:
             self.finish(host)
-        self._under_way = measurements.is_open
-        shows = self._under_way and event.kind is PointerKind.HOVER
+        self._is_open = measurements.is_open
+        shows = self._is_open and event.kind is PointerKind.HOVER
         host.show_preview(Preview(line_path([measurements.chains[-1][-1], at]), dashed=True) if shows else None)
         return True
 
@@ -70,14 +70,14 @@ class MeasureTool(Tool):
         if press is not None and press.drags and self._held is not None:
             measurements.move_point(*self._held, self._before)
             return True
-        self._under_way = False
+        self._is_open = False
         return measurements.end() or press is not None
 
-    def take_back(self, host: Host) -> bool:
+    def undo_last(self, host: Host) -> bool:
         """Remove the last point."""
         host.show_preview(None)
-        done = host.inspection.measurements.take_back()
-        self._under_way = host.inspection.measurements.is_open
+        done = host.inspection.measurements.undo_last()
+        self._is_open = host.inspection.measurements.is_open
         return done
 
 
@@ -95,7 +95,7 @@ Shape = TypeVar("Shape")
 Grip = TypeVar("Grip")
 
 
-class DraggedTool(Tool, Generic[Shape, Grip]):
+class ShapeTool(Tool, Generic[Shape, Grip]):
     """A tool whose drag draws a new shape, or changes the existing one at the pressed handle; one shape per frame."""
 
     def __init__(self) -> None:
@@ -139,10 +139,10 @@ class DraggedTool(Tool, Generic[Shape, Grip]):
 
     def cancel(self, host: Host) -> bool:
         """Restore the former shape."""
-        under_way, self._press = self.busy, None
-        if under_way:
+        pending_work, self._press = self.busy, None
+        if pending_work:
             self.put(host.inspection, self._before)
-        return under_way
+        return pending_work
 
     def remove(self, host: Host) -> bool:
         """Remove the shape."""
@@ -154,7 +154,7 @@ class DraggedTool(Tool, Generic[Shape, Grip]):
 # The line along which depth is plotted.
 
 
-class ProfileTool(DraggedTool[Line, str]):
+class ProfileTool(ShapeTool[Line, str]):
     """The tool Profile line. A drag draws the line, or moves an end or all of it. Its ends are pixel centres."""
 
     @property
@@ -216,7 +216,7 @@ class _Sides:
     bottom: float
 
 
-class RectangleTool(DraggedTool[Box, frozenset[str]]):
+class RectangleTool(ShapeTool[Box, frozenset[str]]):
     """The tool Rectangle. A drag draws it; dragging a side or a corner resizes it, dragging its inside moves it."""
 
     @property

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QDockWidget, QLineEdit, QPlainTextEdit, QTextEdit, QWidget
 
-from ..base.commands import HELD
+from ..base.commands import HOLD_KEY
 from ..views.linked_views import LinkedViews
 from .editor import Editor
 
@@ -34,7 +34,7 @@ class ToolKeys(QObject):
         self._window = window
         self._editor = editor
         self._views = views
-        self._is_led = False
+        self._keyboard_focus = False
         """Whether the focus was last moved by keys."""
         application = QApplication.instance()
         if application is not None:
@@ -43,14 +43,14 @@ class ToolKeys(QObject):
     def hold(self, key: Qt.Key, action: QAction) -> None:
         """Check an action while a key is held."""
         self._held[key] = action
-        action.setProperty(HELD, QKeySequence(key).toString())
+        action.setProperty(HOLD_KEY, QKeySequence(key).toString())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle the keys of the tools. Called for every event of the program, so it must be fast."""
         if isinstance(event, QKeyEvent):
             return self._take(watched, event)
         if isinstance(event, QFocusEvent) and event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
-            self._is_led = event.reason() in _BY_KEYS
+            self._keyboard_focus = event.reason() in _BY_KEYS
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._views.set_space(False)
             for action in self._held.values():
@@ -61,7 +61,7 @@ class ToolKeys(QObject):
         """Handle a key event; True if it was for the tools and must not be passed on."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
             self._views.set_space(False)  # wherever the focus is now
-        if not isinstance(watched, QWidget) or not self._concerns(watched):
+        if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
         if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
             if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
@@ -75,7 +75,7 @@ class ToolKeys(QObject):
             if event.type() == QEvent.Type.KeyPress:
                 self._window.focusNextPrevChild(event.key() == _Key.Key_Tab)
             return True
-        if self._is_led and watched is not self._window and not self._views.isAncestorOf(watched):
+        if self._keyboard_focus and watched is not self._window and not self._views.isAncestorOf(watched):
             return False
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
@@ -83,13 +83,13 @@ class ToolKeys(QObject):
             return True
         return event.type() == QEvent.Type.KeyPress and self._press(event)
 
-    def _concerns(self, watched: QWidget) -> bool:
+    def _applies_to(self, watched: QWidget) -> bool:
         focus = QApplication.focusWidget() or self._window
         if watched is not focus or not self._editor.ready or QApplication.activePopupWidget() is not None:
             return False
         top = watched.window()
         panel = isinstance(top, QDockWidget) and top.parentWidget() is self._window  # a floating panel
-        return (top is self._window or panel) and not _takes_text(watched)
+        return (top is self._window or panel) and not _accepts_text(watched)
 
     def _override(self, event: QKeyEvent) -> bool:
         """Prevent Ctrl+Z from undoing the previous step while a stroke is in progress."""
@@ -111,10 +111,10 @@ class ToolKeys(QObject):
             return True
         if key in (_Key.Key_Return, _Key.Key_Enter) and plain:
             return editor.finish()
-        return key == _Key.Key_Backspace and plain and editor.take_back()
+        return key == _Key.Key_Backspace and plain and editor.undo_last()
 
 
-def _takes_text(widget: QWidget) -> bool:
+def _accepts_text(widget: QWidget) -> bool:
     if isinstance(widget, (QTextEdit, QPlainTextEdit)):
         return not widget.isReadOnly()
     return isinstance(widget, (QLineEdit, QAbstractSpinBox))

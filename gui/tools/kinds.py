@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from .base import Tool
 from .border import BorderTool, OutlineTool
-from .brush import BrushTool, DistrustTool
+from .brush import BrushTool, MarkInvalidTool
 from .give import GiveTool
 from .inspect import MeasureTool, ProfileTool, RectangleTool
 from .select import SelectTool
 from .split import SplitTool
 
-CORRECTING = ("select", "border", "outline", "split", "paint", "erase", "give", "distrust")
+CORRECTING = ("select", "border", "outline", "split", "paint", "erase", "give", "mark_invalid")
 INSPECTING = ("profile", "rectangle", "measure")
 TOOL_NAMES = (*CORRECTING, *INSPECTING)
 
@@ -25,7 +25,7 @@ def make_tools() -> dict[str, Tool]:
         BrushTool(erases=False),
         BrushTool(erases=True),
         GiveTool(),
-        DistrustTool(),
+        MarkInvalidTool(),
         ProfileTool(),
         RectangleTool(),
         MeasureTool(),

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, Tool, line_path, snapped
-from .outlook import Outlook
+from .line_preview import LinePreview
 
 # A line in progress: free, straight, or from click to click.
 
@@ -102,7 +102,7 @@ class Pen:
         end = self.corners[-1]
         return [end, straightened(end, point)] if straight else snap([end, point])
 
-    def take_back(self) -> None:
+    def undo_last(self) -> None:
         """Remove the last segment, or the start if there is none."""
         self._open = False
         if self._stretches:
@@ -173,14 +173,14 @@ class LineTool(Tool):
         self._by_clicks = False
         self._pixel = 1.0
         self._shown: list[Point] = []
-        self._outlook: Outlook | None = None
+        self._line_preview: LinePreview | None = None
         """Preview of the effect of the line, or of its shape a moment ago."""
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any] | None:
         """Return a function that computes the effect of a line, called in the background; None for no preview."""
         return None
 
-    def outlook(self, answer: Any, host: Host) -> Outlook:
+    def line_preview(self, answer: Any, host: Host) -> LinePreview:
         """Return the preview from the result of the function from `look_ahead`."""
         raise NotImplementedError
 
@@ -191,17 +191,17 @@ class LineTool(Tool):
 
     def cancel(self, host: Host) -> bool:
         """Cancel the line."""
-        under_way, self._press, self._by_clicks = self.busy, None, False
+        pending_work, self._press, self._by_clicks = self.busy, None, False
         self._pen.lift()
-        self._outlook = None
+        self._line_preview = None
         host.show_preview(None)
-        return under_way
+        return pending_work
 
-    def take_back(self, host: Host) -> bool:
+    def undo_last(self, host: Host) -> bool:
         """Remove what the last click added."""
         if not self._by_clicks:
             return False
-        self._pen.take_back()
+        self._pen.undo_last()
         if self._pen.down:
             self._show(host)
         else:
@@ -242,17 +242,17 @@ class LineTool(Tool):
         self._draw(host)
         find = self.look_ahead(line, host) if len(line) > 1 else None
         if find is not None:
-            host.work_out(find, partial(self._take_outlook, host))
+            host.run_in_background(find, partial(self._take_line_preview, host))
 
-    def _take_outlook(self, host: Host, answer: Any) -> None:
+    def _take_line_preview(self, host: Host, answer: Any) -> None:
         if self._pen.down:
-            self._outlook = self.outlook(answer, host)
+            self._line_preview = self.line_preview(answer, host)
             self._draw(host)
 
     def _draw(self, host: Host) -> None:
         corners = self._pen.corners if self._by_clicks else self._shown[:1]
-        path = None if self._outlook is None else self._outlook.path
-        host.show_preview(Preview(line_path(self._shown), corners, outlook=path))
+        path = None if self._line_preview is None else self._line_preview.path
+        host.show_preview(Preview(line_path(self._shown), corners, line_preview=path))
 
     @property
     def _near(self) -> float:

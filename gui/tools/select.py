@@ -37,7 +37,7 @@ class SelectTool(Tool):
             if event.shift:
                 self._press = Press(event)
                 return True
-            choose((event.x, event.y), event, host)
+            select_at((event.x, event.y), event, host)
         elif event.kind is PointerKind.MOVE and self._press is not None and self._press.follow(event):
             band = QPainterPath()
             band.addRect(_band(self._press, event))
@@ -48,17 +48,17 @@ class SelectTool(Tool):
             if press.drags:
                 add(_inside(_band(press, event), host), host)
             else:
-                choose(press.point, event, host)
+                select_at(press.point, event, host)
         return False
 
     def cancel(self, host: Host) -> bool:
         """Cancel the rectangle."""
-        under_way, self._press = self.busy, None
+        pending_work, self._press = self.busy, None
         host.show_preview(None)
-        return under_way
+        return pending_work
 
 
-def choose(point: Point, event: PointerEvent, host: Host) -> None:
+def select_at(point: Point, event: PointerEvent, host: Host) -> None:
     """Select only the block at a point; with Shift, add it; with Ctrl, add or remove it."""
     label = host.session.label_at(*point)
     chosen = list(host.session.selected)

@@ -55,7 +55,7 @@ class StagePicker(QWidget):
         self._box.currentIndexChanged.connect(lambda _: self.chosen.emit(self._box.currentData()))
         self._box.setToolTip("Stage of the extraction")
         self._box.setAccessibleName("Stage of the extraction")
-        self.set_room(0)
+        self.set_available_width(0)
 
     def show_stage(self, name: str) -> None:
         """Mark a stage as the current one, without a signal."""
@@ -69,7 +69,7 @@ class StagePicker(QWidget):
             self._buttons[name].setToolTip(hint)
             self._box.setItemData(self._box.findData(name), hint, Qt.ItemDataRole.ToolTipRole)
 
-    def set_room(self, width: int) -> None:
+    def set_available_width(self, width: int) -> None:
         """Set the width [px] available for the buttons."""
         wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons.values())
         for button in self._buttons.values():
@@ -77,7 +77,7 @@ class StagePicker(QWidget):
         self._box.setVisible(not wide)
 
 
-class StageBoard(QObject):
+class StageModel(QObject):
     """The stage shown in all extraction cells, and its picture.
 
     Signals
@@ -138,7 +138,7 @@ class StagePainter(Painter):
 
     uses = frozenset({"stage"})
 
-    def __init__(self, content: str, cell: ViewCell, material: Material, board: StageBoard) -> None:
+    def __init__(self, content: str, cell: ViewCell, material: Material, board: StageModel) -> None:
         super().__init__(content, cell, material)
         self._board = board
         self._table = strength_table()
@@ -146,7 +146,7 @@ class StagePainter(Painter):
         self._picker = StagePicker(cell.strip)
         self._picker.chosen.connect(board.set_stage)
         self._picker.setFont(cell.strip.font())
-        cell.strip.set_guest(self._picker)
+        cell.strip.set_title_widget(self._picker)
         cell.bar.set_table(self._table)
         # its blocks differ from those of the frame
         cell.view.has_lines = False
@@ -159,7 +159,7 @@ class StagePainter(Painter):
         cell.strip.set_text(board.text)
         if board.picture is None:
             self._drawn = None
-            self.show_nothing(board.message)
+            self.show_placeholder(board.message)
         elif board.picture is not self._drawn:
             self._drawn = board.picture
             indexed = board.picture.ndim == 2
@@ -173,7 +173,7 @@ class StagePainter(Painter):
         return None if index is None else (index - 1) / 254
 
     def leave(self) -> None:
-        self.cell.strip.set_guest(None)
+        self.cell.strip.set_title_widget(None)
         self.cell.strip.set_text("")
         self.cell.view.has_lines = True
 
@@ -182,7 +182,7 @@ class StagePainter(Painter):
 
 _BAND, _HALO = QColor(90, 230, 255), QColor(0, 0, 0, 170)
 _MARGIN = 8
-_LEAST_RADIUS = 3.0
+_MIN_RADIUS = 3.0
 """Minimum radius of a drawn pass band [screen px]."""
 
 
@@ -241,7 +241,7 @@ class SpectrumPicture(QWidget):
         height, width = spectrum.magnitude.shape
         # k = 0 is the sample in the middle, as from `fftshift`
         centre = place.topLeft() + QPointF((width // 2 + 0.5) * scale, (height // 2 + 0.5) * scale)
-        down, across = (max(radius * scale, _LEAST_RADIUS) for radius in spectrum.radii)
+        down, across = (max(radius * scale, _MIN_RADIUS) for radius in spectrum.radii)
         painter.setClipRect(place)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 from ..base import theme
 from ..base.theme import Colours
 from ..widgets.basics import PlainLabel
-from .analysis_painters import SpectrumPainter, StageBoard, StagePainter
+from .analysis_painters import SpectrumPainter, StageModel, StagePainter
 from .colour_painters import ColourPainter, MaskPainter, StrengthPainter
 from .contents import (
     COMPARABLE,
@@ -21,8 +21,8 @@ from .contents import (
     TITLES,
     capital,
     checked,
-    compared_by,
     difference_of,
+    operands_of,
     short_title,
 )
 from .depth_painters import DepthPainter, DifferencePainter, ExpectedErrorPainter
@@ -34,10 +34,10 @@ from .view_cell import EventHandler, ViewCell
 # The painter of each content.
 
 
-class Studio:
+class PainterFactory:
     """Factory of painters that share one material, one block overlay and one stage board."""
 
-    def __init__(self, material: Material, overlay: BlockOverlay, board: StageBoard) -> None:
+    def __init__(self, material: Material, overlay: BlockOverlay, board: StageModel) -> None:
         self.material = material
         self._overlay = overlay
         self._board = board
@@ -51,25 +51,25 @@ class Studio:
             return StagePainter(content, cell, material, self._board)
         if content in COMPARABLE:
             return DepthPainter(content, cell, material)
-        if compared_by(content):
+        if operands_of(content):
             return DifferencePainter(content, cell, material)
-        return _OTHERS[content](content, cell, material)
+        return _PAINTERS[content](content, cell, material)
 
 
-_OTHERS: dict[str, type[Painter]] = {
+_PAINTERS: dict[str, type[Painter]] = {
     "expected-error": ExpectedErrorPainter,
     "strength": StrengthPainter,
     "creases": StrengthPainter,
-    "guessed": MaskPainter,
-    "distrusted": MaskPainter,
+    "extrapolated": MaskPainter,
+    "invalid_mask": MaskPainter,
     "spectrum": SpectrumPainter,
 }
 
 
 # The menu of a cell's title: all contents, with the current one checked.
 
-_UNMADE = {
-    "truth": "This frame has no ground truth",
+_UNAVAILABLE_TEXTS = {
+    "ground_truth": "This frame has no ground truth",
     "guide": "This frame has no guide: File > Load guide…",
     "error": "This frame has no ground truth to compare the result with",
 }
@@ -88,17 +88,17 @@ class ContentMenu(QMenu):
         for depth in RUNS:
             if depth in material.names:
                 self._add(self, depth, f"Run: {material.names[depth]}")
-        self._add(self, "truth", TITLES["truth"], material.truth is not None)
+        self._add(self, "ground_truth", TITLES["ground_truth"], material.ground_truth is not None)
         self._add(self, "guide", TITLES["guide"], material.guide is not None)
         self.addSeparator()
-        first, second = compared_by(material.concrete(DIFFERENCE)) or ("", "")
+        first, second = operands_of(material.concrete(DIFFERENCE)) or ("", "")
         pair = f"{short_title(first, material.names)} \N{MINUS SIGN} {short_title(second, material.names)}"
         self._add(self, DIFFERENCE, f"Difference ({pair})")
         self._add_differences(material)
-        self._add(self, "error", TITLES["error"], material.truth is not None)
+        self._add(self, "error", TITLES["error"], material.ground_truth is not None)
         self._add(self, "expected-error", TITLES["expected-error"])
         self.addSeparator()
-        for name in ("strength", "creases", "extraction", "guessed", "distrusted", "spectrum"):
+        for name in ("strength", "creases", "extraction", "extrapolated", "invalid_mask", "spectrum"):
             self._add(self, name, TITLES[name])
         self.addSeparator()
         for side, depth in zip(SIDES, material.sides, strict=True):
@@ -120,7 +120,7 @@ class ContentMenu(QMenu):
         action.setChecked(content == self._content)
         action.setEnabled(there)
         if not there:
-            action.setToolTip(_UNMADE[content])
+            action.setToolTip(_UNAVAILABLE_TEXTS[content])
         return action
 
 
@@ -142,7 +142,7 @@ class Cell(ViewCell):
 
     chosen = Signal(str)
 
-    def __init__(self, content: str, on_event: EventHandler, studio: Studio) -> None:
+    def __init__(self, content: str, on_event: EventHandler, studio: PainterFactory) -> None:
         super().__init__(on_event)
         self.content = content
         """Name of the content; `concrete` is the content that it currently resolves to."""
@@ -150,11 +150,11 @@ class Cell(ViewCell):
         self._studio = studio
         self._painter: Painter | None = None
         self._theme: tuple[Colours, QBrush] | None = None
-        self._is_late = False
+        self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
         self._menu = content_menu(self)
         self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
-        self.strip.menuWished.connect(self.open_menu)
+        self.strip.menuRequested.connect(self.open_menu)
         self.strip.doubleClicked.connect(self._menu.close)
         self.follow()
 
@@ -191,12 +191,12 @@ class Cell(ViewCell):
         self._painter = self._studio.painter(concrete, self)
         if self._theme is not None:
             self._painter.set_colours(*self._theme)
-            self._draw_if_seen()
+            self._draw_if_visible()
 
     def redraw(self, parts: Set[str]) -> None:
         """Redraw if the painter uses any of these changed parts of the material."""
         if not self.painter.uses.isdisjoint(parts):
-            self._draw_if_seen()
+            self._draw_if_visible()
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
@@ -205,36 +205,36 @@ class Cell(ViewCell):
         self._show_value()
 
     def _show_value(self) -> None:
-        pixel = None if self._is_late or self.bar.isHidden() else self._pixel
+        pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
         self.bar.set_value(None if pixel is None else self.painter.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
         """Open the content menu."""
         self._menu.offer(self._studio.material, self.content)
-        self._menu.popup(self.strip.menu_place() if place is None else place)
+        self._menu.popup(self.strip.menu_position() if place is None else place)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours."""
         super().set_colours(colours, hatch)
         self._theme = colours, hatch
         self.painter.set_colours(colours, hatch)
-        self._draw_if_seen()
+        self._draw_if_visible()
 
-    def _draw_if_seen(self) -> None:
-        self._is_late = not self.isVisible()
-        if not self._is_late:
+    def _draw_if_visible(self) -> None:
+        self._needs_draw = not self.isVisible()
+        if not self._needs_draw:
             self.painter.draw()
             self._show_value()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        if self._is_late:
-            self._draw_if_seen()
+        if self._needs_draw:
+            self._draw_if_visible()
 
 
 # The area of the linked views: which cells are visible, how large and where.
 
-_LEAST_ROOM = QSize(256, 192)
+_MIN_SIZE = QSize(256, 192)
 
 
 class Sheet(QWidget):
@@ -259,7 +259,7 @@ class Sheet(QWidget):
     def __init__(self, cells: Mapping[str, Cell]) -> None:
         super().__init__()
         self.setObjectName("sheet")
-        self.setMinimumSize(_LEAST_ROOM)
+        self.setMinimumSize(_MIN_SIZE)
         self._cells = cells
         self._aspect = 1.0
         self.layout_name = self.lasting = LAYOUTS[0]

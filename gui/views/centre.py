@@ -74,7 +74,7 @@ class Centre(QTabWidget):
         if self.indexOf(self._cloud) >= 0:
             self.setCurrentWidget(self._cloud)
 
-    def set_beside(self, on: bool) -> None:
+    def set_side_by_side(self, on: bool) -> None:
         """Put the cloud beside the images, or back into its tab; it stays visible."""
         if on:
             self.removeTab(self.indexOf(self._cloud))

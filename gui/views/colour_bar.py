@@ -15,7 +15,7 @@ from ..base.theme import Colours
 _BAR = 8
 _PAD = 5
 _TICK = 3
-_VEIL = 190
+_PLATE_ALPHA = 190
 """Opacity (0-255) of the plate between the picture and the ticks."""
 
 
@@ -116,7 +116,7 @@ class ColourBar(QWidget):
         painter.setFont(self.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         plate = QColor(colours.background)
-        plate.setAlpha(_VEIL)
+        plate.setAlpha(_PLATE_ALPHA)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
         painter.drawRoundedRect(self.rect(), 4, 4)
@@ -129,8 +129,8 @@ class ColourBar(QWidget):
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))
-        most = max(bar.height() // (3 * line), 2)
-        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, most):
+        max_ticks = max(bar.height() // (3 * line), 2)
+        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, max_ticks):
             y = _height_at(bar, share)
             painter.setPen(colours.muted)
             painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
@@ -183,29 +183,29 @@ def _significant(value: float) -> str:
     return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
 
 
-def linear_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
+def linear_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]]:
     """Texts of ticks at round numbers, and their positions on the bar, 0-1 from below."""
-    ticks, step = round_ticks(low, high, most)
+    ticks, step = round_ticks(low, high, max_ticks)
     return [(tick_text(tick, step), (tick - low) / (high - low)) for tick in ticks]
 
 
-def log_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
+def log_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]]:
     """The same for a logarithmic bar: ticks at 1, 2, 5 times powers of ten; fewer factors if there are too many."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     slack = 1 + 1e-6
     for factors in ((1, 2, 5), (1, 3), (1,)):
         ticks = [factor * 10.0**decade for decade in decades for factor in factors]
         ticks = [tick for tick in ticks if low / slack <= tick <= high * slack]
-        if len(ticks) <= most:
+        if len(ticks) <= max_ticks:
             break
     length = math.log(high / low)
     return [(tick_text(tick, min(tick, 1.0)), math.log(tick / low) / length) for tick in ticks]
 
 
-def round_ticks(low: float, high: float, most: int) -> tuple[list[float], float]:
+def round_ticks(low: float, high: float, max_ticks: int) -> tuple[list[float], float]:
     """Multiples of 1, 2 or 5 times a power of ten between the ends, about as many as allowed, and their step."""
-    power = 10.0 ** math.floor(math.log10((high - low) / most))
-    step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= most)
+    power = 10.0 ** math.floor(math.log10((high - low) / max_ticks))
+    step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= max_ticks)
     slack = step * 1e-6
     first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
     return [index * step for index in range(first, last + 1)], step

@@ -36,7 +36,7 @@ class ColourPainter(Painter):
         self._draw_sides()
 
     def _draw_sides(self) -> None:
-        column, blocks = self.material.swiped_at, self.material.side_blocks
+        column, blocks = self.material.swipe_column, self.material.side_blocks
         width = 0 if self.material.rgb is None else self.material.rgb.shape[1]
         spans = [(0, width), (width, width)] if column is None else [(0, column), (column, width)]
         own = [0, width]
@@ -50,7 +50,7 @@ class ColourPainter(Painter):
         self._item.set_span((own[0], own[1]) if own != [0, width] else None)
 
     def leave(self) -> None:
-        self._overlay.drop_item(self._item)
+        self._overlay.remove_item(self._item)
         for item in (self._item, *self._sides):
             self.cell.view.remove(item)
         self.cell.view.shows_missing = False
@@ -58,14 +58,14 @@ class ColourPainter(Painter):
 
 # Extrapolated and invalid pixels over the dimmed colour image.
 
-_COLOURS = {"guessed": (90, 200, 255), "distrusted": (255, 144, 32)}
+_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32)}
 
 
 class MaskPainter(Painter):
     """Painter of a mask (extrapolated or invalid pixels), with its share of the frame."""
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.uses = frozenset({"frame", "distrust" if content == "distrusted" else "result"})
+        self.uses = frozenset({"frame", "mark_invalid" if content == "invalid_mask" else "result"})
         super().__init__(content, cell, material)
         self._drawn: Mask | None = None
 
@@ -75,24 +75,24 @@ class MaskPainter(Painter):
             self._drawn = None
             self.cell.strip.set_text("")
             self.cell.set_legend([])
-            self.show_nothing(self._reason())
+            self.show_placeholder(self._reason())
         elif mask is not self._drawn:
             self._drawn = mask
             colour = _COLOURS[self.content]
             share = np.count_nonzero(mask) / mask.size
             self.cell.view.set_picture(marked_picture(rgb, mask, colour))
             self.cell.strip.set_text(f"{share:.1%} of the frame")
-            if self.content == "guessed":  # invalid depth has stripes, which have a legend already
+            if self.content == "extrapolated":  # invalid depth has stripes, which have a legend already
                 self.cell.set_legend([(QBrush(QColor(*colour)), "extrapolated")])
 
     def _mask(self) -> Mask | None:
-        if self.content == "distrusted":
-            return self.material.distrusted
+        if self.content == "invalid_mask":
+            return self.material.invalid_mask
         layer = self.material.layer("result")
-        return None if layer is None else layer.guessed
+        return None if layer is None else layer.extrapolated
 
     def _reason(self) -> str:
-        if self.content == "distrusted":
+        if self.content == "invalid_mask":
             return "No invalid depth"
         return NO_RESULT if self.material.result is None else "Nothing is extrapolated"
 
@@ -117,7 +117,7 @@ class StrengthPainter(Painter):
         strength = None if edges is None else edges.crease if self.content == "creases" else edges.strength
         if strength is None:
             self._drawn = None
-            self.show_nothing(self._message)
+            self.show_placeholder(self._message)
         elif strength is not self._drawn:
             self._drawn = strength
             table = strength_table()

@@ -57,7 +57,7 @@ class ColourRanges(QObject):
             one.levels = float(levels[0]), float(levels[1])
         elif mode != FIXED and not one.locked:
             one.levels = None
-        self.find_depth()
+        self.update_depth_range()
         self.changed.emit()
 
     def set_depth_map(self, name: str) -> None:
@@ -66,21 +66,21 @@ class ColourRanges(QObject):
         self._material.depth_map = name
         self.changed.emit()
 
-    def turn_to_another_frame(self) -> None:
+    def reset_for_frame(self) -> None:
         """Update all ranges except locked ones for the current frame."""
         for one in self._material.ranges.values():
-            one.turn_to_another_frame()
-        self.find_depth()
+            one.reset_for_frame()
+        self.update_depth_range()
 
-    def follow_result(self) -> None:
+    def update_for_result(self) -> None:
         """Update the full range of depth for a changed result."""
         before = self.depth
         if self.of("depth").mode == FULL:
-            self.find_depth()
+            self.update_depth_range()
             if self.depth != before:
                 self.changed.emit()
 
-    def find_depth(self) -> None:
+    def update_depth_range(self) -> None:
         """Update the range of all depths from depth in; the full range also from the result."""
         depth_in, result = self._material.depth_in, self._material.result
         if depth_in is None:

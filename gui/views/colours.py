@@ -92,7 +92,7 @@ class Range:
             self.levels = full() if self.mode == FULL else robust()
         return self.levels
 
-    def turn_to_another_frame(self) -> None:
+    def reset_for_frame(self) -> None:
         """Drop the fixed values of the last frame, unless they are locked."""
         if not self.locked:
             self.levels = None

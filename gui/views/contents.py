@@ -11,19 +11,19 @@ RUNS = ("run-1", "run-2", "run-3", "run-4")
 """Depths of the runs ticked for comparison, in their order."""
 EARLIER, INTERPOLATED = "earlier", "interpolated"
 """Depth of the stored run before the current result, and depth in with interpolated holes: to compare with."""
-DEPTHS = ("depth-in", "result", *RUNS, "truth", "guide")
+DEPTHS = ("depth-in", "result", *RUNS, "ground_truth", "guide")
 """Depths that a cell can show."""
 COMPARABLE = (*DEPTHS, EARLIER, INTERPOLATED)
 """Depths that a difference can be of."""
 
-DIFFERENCE, JUDGEMENT = "difference", "judgement"
+DIFFERENCE, EVALUATION = "difference", "evaluation"
 SIDES = ("a", "b")
 
 TITLES = {
     "colour": "Colour + blocks",
     "depth-in": "Depth in",
     "result": "Depth out",
-    "truth": "Ground truth",
+    "ground_truth": "Ground truth",
     "guide": "Guide, fitted",
     DIFFERENCE: "Difference",
     "error": "Error: result \N{MINUS SIGN} ground truth",
@@ -31,8 +31,8 @@ TITLES = {
     "strength": "Edge strength",
     "creases": "Creases",
     "extraction": "Extraction",
-    "guessed": "Extrapolated",
-    "distrusted": "Invalid",
+    "extrapolated": "Extrapolated",
+    "invalid_mask": "Invalid",
     "spectrum": "Spectrum",
 }
 """Titles of the contents with a fixed title."""
@@ -40,7 +40,7 @@ TITLES = {
 _SHORT = {
     "depth-in": "depth in",
     "result": "result",
-    "truth": "ground truth",
+    "ground_truth": "ground truth",
     "guide": "guide",
     INTERPOLATED: "interpolated",
 }
@@ -57,26 +57,26 @@ def difference_of(first: str, second: str) -> str:
     return f"{DIFFERENCE}:{first}:{second}"
 
 
-def compared_by(content: str) -> tuple[str, str] | None:
+def operands_of(content: str) -> tuple[str, str] | None:
     """The two depths of a difference; None for other contents.
 
     Examples
     --------
-    >>> compared_by("difference:truth:result")
+    >>> operands_of("difference:ground_truth:result")
     ('truth', 'result')
-    >>> compared_by("error")
+    >>> operands_of("error")
     ('result', 'truth')
     """
     if content == "error":
-        return "result", "truth"
+        return "result", "ground_truth"
     kind, *depths = content.split(":")
     return (depths[0], depths[1]) if kind == DIFFERENCE and len(depths) == 2 else None
 
 
 def checked(content: str) -> str:
     """Return the name; raise ValueError if it is not a content's."""
-    pair = compared_by(content)
-    if content in (*TITLES, *DEPTHS, JUDGEMENT, *SIDES) or (pair and set(pair) <= set(COMPARABLE)):
+    pair = operands_of(content)
+    if content in (*TITLES, *DEPTHS, EVALUATION, *SIDES) or (pair and set(pair) <= set(COMPARABLE)):
         return content
     raise ValueError(f"a cell cannot show {content!r}; it can show {', '.join((*TITLES, *RUNS, *SIDES))}")
 

@@ -11,10 +11,10 @@ from ilf.drawing.colours import log_indices, robust_difference_level, robust_err
 
 from ..base.theme import Colours
 from .colours import Levels, difference_table, error_table
-from .contents import EARLIER, INTERPOLATED, RUNS, TITLES, capital, compared_by, short_title
+from .contents import EARLIER, INTERPOLATED, RUNS, TITLES, capital, operands_of, short_title
 from .painter import NO_GUIDE, NO_RESULT, Depth, Layer, Mask, Material, Painter, levels_of, mark_table, number_at
 from .pixel_items import changed_box, union
-from .scene_items import hatch_brush, mix
+from .scene_items import blend, hatch_brush
 from .view_cell import ViewCell
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -35,7 +35,7 @@ class DepthPainter(Painter):
         self.uses = self._own_parts
         super().__init__(content, cell, material)
         # from below: the hatch of missing depth, extrapolated depth, stripes over it, and the rest of the depth
-        self._guesses = cell.view.add_layer(-0.8)
+        self._extrapolations = cell.view.add_layer(-0.8)
         self._stripes = cell.view.add_hatch(-0.6)
         self._stripes.setVisible(False)
         self._swatch = QBrush()
@@ -43,38 +43,38 @@ class DepthPainter(Painter):
         # the drawn arrays: copies, since the originals may be changed in place
         self._depth: Depth | None = None
         self._stale: Mask = np.zeros((0, 0), bool)
-        self._guessed: Mask | None = None
+        self._extrapolated: Mask | None = None
         self._levels: Levels = (0.0, 0.0)
         self._table = np.zeros((256, 4), np.uint8)
 
     @property
     def title(self) -> str:
         looked_at = self.content
-        if looked_at == "result" and self.material.looks_at_a:
+        if looked_at == "result" and self.material.shows_a_as_result:
             looked_at = self.material.sides[0]
-        if looked_at == "result" and self.material.swiped_at is not None:
+        if looked_at == "result" and self.material.swipe_column is not None:
             first, second = (short_title(side, self.material.names) for side in self.material.sides)
             return f"A: {first} | B: {second}"
         return TITLES.get(looked_at) or capital(short_title(looked_at, self.material.names))
 
     def draw(self) -> None:
         if self.content == "result":  # divided, or with side A in its place, it may be any depth
-            others = self.material.swiped_at is not None or self.material.looks_at_a
+            others = self.material.swipe_column is not None or self.material.shows_a_as_result
             sides = {_PARTS.get(side, "runs") for side in self.material.sides} if others else set()
             self.uses = self._own_parts | sides
         run = self.material.run(self.content)
         self.cell.strip.set_title(self.title, None if run is None else run.colour)
-        in_past = self.content == "result" and not self.material.looks_at_a
+        in_past = self.content == "result" and not self.material.shows_a_as_result
         self.cell.strip.set_text(self.material.moment if in_past else "")
         layer = self._layer()
         if layer is None:
-            self._depth = self._guessed = None
+            self._depth = self._extrapolated = None
             self._stale = np.zeros((0, 0), bool)
-            self._guesses.clear()
-            self.show_nothing(self._reason())
+            self._extrapolations.clear()
+            self.show_placeholder(self._reason())
         else:
             self._draw_layer(layer)
-        self._stripes.setVisible(layer is not None and layer.guessed is not None)
+        self._stripes.setVisible(layer is not None and layer.extrapolated is not None)
         self._write_legend()
 
     def _layer(self) -> Layer | None:
@@ -82,7 +82,7 @@ class DepthPainter(Painter):
         measured = self.material.measured
         if self.content == "depth-in":
             return None if measured is None else Layer(measured)
-        column = self.material.swiped_at
+        column = self.material.swipe_column
         if self.content == "result" and column is not None:
             swiped = self.material.swiped(column)
             if swiped is not None:
@@ -90,7 +90,7 @@ class DepthPainter(Painter):
         return self.material.layer(self.content)
 
     def _reason(self) -> str:
-        if self.content == "truth":
+        if self.content == "ground_truth":
             return "This frame has no ground truth"
         if self.content == "guide":
             return NO_GUIDE
@@ -100,14 +100,16 @@ class DepthPainter(Painter):
         return reasons.get(self.content, "")
 
     def _draw_layer(self, layer: Layer) -> None:
-        depth, guessed = layer.depth, layer.guessed
+        depth, extrapolated = layer.depth, layer.extrapolated
         levels, table = self.material.ranges["depth"].levels or (0.0, 1.0), self.material.depth_table
         stale = np.zeros(depth.shape, bool) if layer.stale is None else layer.stale
-        same = levels == self._levels and guessed is self._guessed is None and np.array_equal(table, self._table)
+        same = (
+            levels == self._levels and extrapolated is self._extrapolated is None and np.array_equal(table, self._table)
+        )
         if same and self._depth is not None and self._depth.shape == depth.shape:
             self._draw_changes(self._depth, depth, stale)
         else:
-            self._levels, self._table, self._guessed = levels, table, guessed
+            self._levels, self._table, self._extrapolated = levels, table, extrapolated
             self._depth, self._stale = depth.copy(), stale.copy()
             self._draw_all(depth)
 
@@ -121,10 +123,10 @@ class DepthPainter(Painter):
         self.cell.bar.set_table(self._table)
         self.cell.bar.set_levels(self._levels)
         indices = to_indices(depth, *self._levels)
-        self._guesses.clear()
-        if self._guessed is not None:
-            self._guesses.set_indices(np.where(self._guessed, indices, 0).astype(np.uint8), self._table)
-            indices = np.where(self._guessed, 0, indices).astype(np.uint8)
+        self._extrapolations.clear()
+        if self._extrapolated is not None:
+            self._extrapolations.set_indices(np.where(self._extrapolated, indices, 0).astype(np.uint8), self._table)
+            indices = np.where(self._extrapolated, 0, indices).astype(np.uint8)
         self.cell.view.set_picture(indices, self._table, self._stale)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
@@ -133,9 +135,9 @@ class DepthPainter(Painter):
         self._stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), _STRIPE))
 
     def _write_legend(self) -> None:
-        guessed = [(self._swatch, "extrapolated")] if self._stripes.isVisible() else []
+        extrapolated = [(self._swatch, "extrapolated")] if self._stripes.isVisible() else []
         stale = [(QBrush(_STALE), "stale")] if self._stale.any() else []
-        self.cell.set_legend([*guessed, *stale, (self._hatch, "missing")])
+        self.cell.set_legend([*extrapolated, *stale, (self._hatch, "missing")])
 
     def value_at(self, x: int, y: int) -> float | None:
         return number_at(self._depth, x, y)
@@ -144,11 +146,17 @@ class DepthPainter(Painter):
         return None if self._depth is None else sample(self._depth)
 
     def leave(self) -> None:
-        self.cell.view.remove(self._guesses)
+        self.cell.view.remove(self._extrapolations)
         self.cell.view.remove(self._stripes)
 
 
-_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: INTERPOLATED}
+_PARTS = {
+    "depth-in": "mark_invalid",
+    "result": "result",
+    "ground_truth": "ground_truth",
+    "guide": "guide",
+    INTERPOLATED: INTERPOLATED,
+}
 """Part of the material of each depth; the others are runs."""
 
 
@@ -164,11 +172,11 @@ class DifferencePainter(Painter):
     unit = "mm"
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self._pair = compared_by(content) or ("result", "depth-in")
+        self._pair = operands_of(content) or ("result", "depth-in")
         self.uses = frozenset({"levels", "runs", *(_PARTS.get(depth, "runs") for depth in self._pair)})
         super().__init__(content, cell, material)
-        self._one_only = cell.view.add_layer(-0.5)
-        self._drawn: tuple[_Operand, _Operand] | None = None
+        self._single_depth = cell.view.add_layer(-0.5)
+        self._drawn: tuple[_DrawnDepth, _DrawnDepth] | None = None
         self._level = 0.0
         self._marks = self._table = np.zeros((256, 4), np.uint8)
         self._one_only_brushes = [QBrush(), QBrush()]
@@ -185,19 +193,19 @@ class DifferencePainter(Painter):
     def draw(self) -> None:
         material = self.material
         self.cell.strip.set_title(self.title)
-        if material.looks_at_a and material.sides[0] in self._pair and self._drawn is not None:
+        if material.shows_a_as_result and material.sides[0] in self._pair and self._drawn is not None:
             return  # while A is shown in place of the result, their difference stays visible
         layers = [material.layer(depth) for depth in self._pair]
-        self._say("")
+        self._show_note("")
         if layers[0] is None or layers[1] is None:
             missing = self._pair[0] if layers[0] is None else self._pair[1]
             self._clear(self._reason(missing))
             return
         first, second = layers[0].depth, layers[1].depth
-        few = (sample(first) - sample(second)) * _MM
-        if not np.nanmax(np.abs(few), initial=0.0) > 0 and self._are_equal(first, second):
+        sampled = (sample(first) - sample(second)) * _MM
+        if not np.nanmax(np.abs(sampled), initial=0.0) > 0 and self._are_equal(first, second):
             return
-        level = self._find_level(few, first, second)
+        level = self._find_level(sampled, first, second)
         if self._drawn is not None and self._level == level and self._drawn[0].depth.shape == first.shape:
             self._draw_changes(self._drawn, first, second)
         else:
@@ -206,7 +214,7 @@ class DifferencePainter(Painter):
     def _reason(self, depth: str) -> str:
         if depth == "result":
             return NO_RESULT
-        if depth == "truth":
+        if depth == "ground_truth":
             return "This frame has no ground truth"
         if depth == "guide":
             return NO_GUIDE
@@ -220,49 +228,49 @@ class DifferencePainter(Painter):
         if np.array_equal(np.isfinite(first), np.isfinite(second)):
             self._clear("No difference")
             return True
-        self._say("no difference" if both.any() else "no pixel has both")
+        self._show_note("no difference" if both.any() else "no pixel has both")
         return False
 
-    def _say(self, text: str) -> None:
+    def _show_note(self, text: str) -> None:
         """Show a text about the difference, and the iteration of the result."""
         moment = self.material.moment if "result" in self._pair else ""
         self.cell.strip.set_text(", ".join(part for part in (text, moment) if part))
 
     def _clear(self, message: str) -> None:
         self._drawn = None
-        self._one_only.clear()
+        self._single_depth.clear()
         self.cell.set_legend([])
-        self.show_nothing(message)
+        self.show_placeholder(message)
 
-    def _find_level(self, few: NDArray[np.float32], first: Depth, second: Depth) -> float:
+    def _find_level(self, sampled: NDArray[np.float32], first: Depth, second: Depth) -> float:
         """Range of the difference; equal pixels, such as most measured ones, are ignored."""
 
         def robust() -> tuple[float, float]:
-            level = robust_difference_level(few[few != 0])
+            level = robust_difference_level(sampled[sampled != 0])
             return -level, level
 
         low, high = levels_of(self.material, "signed", robust, lambda: (first - second) * _MM)
         return max(abs(low), abs(high))
 
-    def _draw_changes(self, drawn: tuple[_Operand, _Operand], first: Depth, second: Depth) -> None:
+    def _draw_changes(self, drawn: tuple[_DrawnDepth, _DrawnDepth], first: Depth, second: Depth) -> None:
         box = union(drawn[0].take(first), drawn[1].take(second))
         if box is not None:
             indices, one_only = _difference(first[box], second[box], self._level)
-            self._one_only.update_indices(box, one_only)
+            self._single_depth.update_indices(box, one_only)
             self.cell.view.image.update_indices(box, indices)
 
     def _draw_all(self, first: Depth, second: Depth, level: float) -> None:
-        self._drawn, self._level = (_Operand(first), _Operand(second)), level
+        self._drawn, self._level = (_DrawnDepth(first), _DrawnDepth(second)), level
         indices, one_only = _difference(first, second, level)
-        self._one_only.set_indices(one_only, self._marks)
+        self._single_depth.set_indices(one_only, self._marks)
         self.cell.view.set_picture(indices, self._table)
         self.cell.bar.set_table(self._table)
         self.cell.bar.set_levels((-level, level))
         self._write_legend()
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        first = mix(colours.background, colours.good, 0.55)
-        second = mix(colours.background, colours.warning, 0.55)
+        first = blend(colours.background, colours.good, 0.55)
+        second = blend(colours.background, colours.warning, 0.55)
         self._marks = mark_table(first, second)
         self._table = difference_table(colours.is_dark)
         self._one_only_brushes = [QBrush(first), QBrush(second)]
@@ -290,10 +298,10 @@ class DifferencePainter(Painter):
         return (first - second) * _MM
 
     def leave(self) -> None:
-        self.cell.view.remove(self._one_only)
+        self.cell.view.remove(self._single_depth)
 
 
-class _Operand:
+class _DrawnDepth:
     """Copy of a depth as drawn, since the result is changed in place."""
 
     def __init__(self, depth: Depth) -> None:
@@ -319,21 +327,21 @@ def _difference(first: Depth, second: Depth, level: float) -> tuple[NDArray[np.u
 #
 # Unsupported pixels have stripes over the picture.
 
-_LEAST_MM = 0.01
+_MIN_MM = 0.01
 _ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
 
 
 class ExpectedErrorPainter(Painter):
     """Painter of the expected error. Neither depth in nor the error is changed in place."""
 
-    uses = frozenset({"distrust", "expected-error", "levels", "moment"})
+    uses = frozenset({"mark_invalid", "expected-error", "levels", "moment"})
     range_kind = "expected"
     unit = "mm"
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         super().__init__(content, cell, material)
         self._measured = cell.view.add_layer(-0.5)
-        cell.view.shows_unvouched = True
+        cell.view.shows_unsupported = True
         self._drawn: tuple[Depth, Depth, Levels] | None = None
         self._marks = mark_table(QColor())
         self._table = error_table()
@@ -342,16 +350,16 @@ class ExpectedErrorPainter(Painter):
     def draw(self) -> None:
         depth, error, drawn = self.material.depth_in, self.material.expected, self._drawn
         outdated = error is not None and self.material.error_is_outdated
-        of_present = "of the current result" if error is not None and self.material.moment else ""
-        self.cell.strip.set_text("of the previous result" if outdated else of_present)
+        note = "of the current result" if error is not None and self.material.moment else ""
+        self.cell.strip.set_text("of the previous result" if outdated else note)
         if depth is None or error is None:
             self._drawn = None
             self._measured.clear()
-            self.show_nothing(_ESTIMATING if self.material.error_is_outdated else NO_RESULT)
+            self.show_placeholder(_ESTIMATING if self.material.error_is_outdated else NO_RESULT)
             return
-        few = sample(error) * _MM
-        low, high = levels_of(self.material, "expected", lambda: robust_error_levels(few), lambda: error * _MM)
-        levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
+        sampled = sample(error) * _MM
+        low, high = levels_of(self.material, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
+        levels = max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))
         self._drawn = depth, error, levels
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
             box = changed_box(drawn[1], error)
@@ -363,7 +371,7 @@ class ExpectedErrorPainter(Painter):
         self.cell.bar.set_levels(levels, logarithmic=True)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        measured = mix(colours.background, colours.text, 0.2 if colours.is_dark else 0.14)
+        measured = blend(colours.background, colours.text, 0.2 if colours.is_dark else 0.14)
         self._marks = mark_table(measured)
         self.cell.set_legend([(QBrush(measured), "measured"), (hatch, "missing")])
         self._drawn = None
@@ -376,4 +384,4 @@ class ExpectedErrorPainter(Painter):
 
     def leave(self) -> None:
         self.cell.view.remove(self._measured)
-        self.cell.view.shows_unvouched = False
+        self.cell.view.shows_unsupported = False

@@ -23,9 +23,9 @@ from .screen_items import Sampling, ScreenItem
 
 FIT_MARGIN = 2
 """Screen pixels left free on each side of a fitted frame."""
-SMALLEST_SHARE = 0.25
+MIN_ZOOM_SHARE = 0.25
 """Minimum zoom: scale as a share of the fitted one."""
-CLOSEST_PIXELS = 8
+MIN_PIXELS_ACROSS = 8
 """Maximum zoom: image pixels across the view."""
 
 
@@ -97,8 +97,8 @@ class ViewTransform:
 
     def set_scale(self, scale: float) -> None:
         """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
-        lowest = self._fit_scale() * SMALLEST_SHARE
-        self.scale = max(min(scale, max(self._view[0] / CLOSEST_PIXELS, lowest)), lowest)
+        lowest = self._fit_scale() * MIN_ZOOM_SHARE
+        self.scale = max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
         self.fitted = False
 
     def _fit_scale(self) -> float:
@@ -116,7 +116,7 @@ class ViewTransform:
 
 # Names of blocks, each at a point well inside its block.
 
-_LEAST_ROOM = 5.0
+_MIN_NAME_RADIUS = 5.0
 """Minimum radius of the inscribed circle on the screen [px] for a block to show its name."""
 _PAD = 3.0
 
@@ -150,7 +150,7 @@ class NamesItem(ViewItem):
         painter.setFont(self._font)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for text, (x, y, radius) in self._texts:
-            if radius * scale < _LEAST_ROOM:
+            if radius * scale < _MIN_NAME_RADIUS:
                 continue
             plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
             plate.moveCenter(transform.map(QPointF(x, y)))
@@ -163,7 +163,7 @@ class NamesItem(ViewItem):
 
 
 _CROSS_GAP = 9
-_SHARE_FOR_NAMES = 0.5
+_MIN_SHARE_FOR_NAMES = 0.5
 
 
 class ImageView(pg.GraphicsView):
@@ -211,7 +211,7 @@ class ImageView(pg.GraphicsView):
         """Whether lines around blocks are drawn on this picture."""
         self.shows_missing = False
         """Whether missing depth is striped over this picture when switched on."""
-        self.shows_unvouched = False
+        self.shows_unsupported = False
         """Whether unsupported depth is striped over this picture."""
         self.sampling: Sampling | None = None
         """Mapping of the frame to device pixels; None until known."""
@@ -220,10 +220,10 @@ class ImageView(pg.GraphicsView):
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
         self._cursor: tuple[int, int] | None = None
         self._overlays: list[ViewItem] = []
-        self._over = QGraphicsRectItem()
-        self._over.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
-        self._over.setZValue(4)
-        self.addItem(self._over)
+        self._overlay_parent = QGraphicsRectItem()
+        self._overlay_parent.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
+        self._overlay_parent.setZValue(4)
+        self.addItem(self._overlay_parent)
         for item in (self.stripes, self.lines, self.names, self.preview, *self._cross):
             self.add_overlay(item)
 
@@ -234,7 +234,7 @@ class ImageView(pg.GraphicsView):
     def add_overlay(self, item: ViewItem) -> None:
         """Add an item over the picture, visible while there is a picture."""
         item.set_pixel_size(self._pixel_size)
-        item.setParentItem(self._over)
+        item.setParentItem(self._overlay_parent)
         self._overlays.append(item)
 
     def add_hatch(self, z: float) -> Hatch:
@@ -284,8 +284,8 @@ class ImageView(pg.GraphicsView):
 
     def _show_layers(self) -> None:
         """Show overlays only with a picture, and names only in large views."""
-        self._over.setVisible(self.image.image is not None)
-        self.names.setVisible(self.share > _SHARE_FOR_NAMES)
+        self._overlay_parent.setVisible(self.image.image is not None)
+        self.names.setVisible(self.share > _MIN_SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
         """Set the text in the middle of the view while it has no picture."""

@@ -82,7 +82,7 @@ class Preview:
         Whether the line is only a suggestion.
     area : QPainterPath, optional
         Shaded and hatched.
-    outlook : QPainterPath, optional
+    line_preview : QPainterPath, optional
         Predicted result, drawn dashed beside the line.
     """
 
@@ -90,7 +90,7 @@ class Preview:
     corners: Sequence[tuple[float, float]] = ()
     dashed: bool = False
     area: QPainterPath | None = None
-    outlook: QPainterPath | None = None
+    line_preview: QPainterPath | None = None
 
 
 class PreviewItem(ViewItem):
@@ -107,7 +107,7 @@ class PreviewItem(ViewItem):
             self.set_extent(None)
             return
         extent = preview.line.controlPointRect()
-        for path in (preview.area, preview.outlook):
+        for path in (preview.area, preview.line_preview):
             if path is not None:
                 extent = extent.united(path.controlPointRect())
         for x, y in preview.corners:
@@ -123,8 +123,8 @@ class PreviewItem(ViewItem):
             painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
         # straight lines along the pixels' edges are clearer without; others are not
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if preview.outlook is not None:
-            _draw(painter, preview.outlook, dashed=True)
+        if preview.line_preview is not None:
+            _draw(painter, preview.line_preview, dashed=True)
         _draw(painter, preview.line, preview.dashed)
         self._draw_corners(painter, preview)
 

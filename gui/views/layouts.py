@@ -13,7 +13,7 @@ CELLS = {
     "extraction": ("Extraction", "extraction"),
     "a": ("Side A", "a"),
     "b": ("Side B", "b"),
-    "judgement": ("Error", "judgement"),
+    "evaluation": ("Error", "evaluation"),
 }
 """Cells: name -> title of the layout with this cell alone, and the default content."""
 
@@ -26,7 +26,7 @@ GRIDS = {
     "grid-difference": ((*_FIRST_THREE, "difference"), 2),
     "grid-extraction": (("colour", "depth-in", "extraction", "depth-out"), 2),
     "row": ((*_FIRST_THREE, "expected-error"), 4),
-    COMPARE: (("a", "b", "difference", "judgement"), 2),
+    COMPARE: (("a", "b", "difference", "evaluation"), 2),
 }
 """Layouts of several views of one size: name -> views, row by row, and the number per row."""
 
@@ -99,18 +99,18 @@ def correct_places(small: int, width: int, height: int, aspect: float, strip: in
     """
     low, high = _SMALL_SHARES
     shares = [low + (high - low) * step / (_SHARES_TRIED - 1) for step in range(_SHARES_TRIED)]
-    choices = [beside(small, width, height, share) for beside in (_at_the_right, _below) for share in shares]
+    choices = [beside(small, width, height, share) for beside in (_small_at_right, _small_below) for share in shares]
     return max(choices, key=lambda places: sum(place.picture_area(aspect, strip) for place in places))
 
 
-def _at_the_right(small: int, width: int, height: int, share: float) -> list[Place]:
+def _small_at_right(small: int, width: int, height: int, share: float) -> list[Place]:
     column = round(share * width)
     left = width - column
     stacked = grid_places(small, 1, column, height)
     return [Place(0, 0, left - _GAP, height), *(place._replace(left=left) for place in stacked)]
 
 
-def _below(small: int, width: int, height: int, share: float) -> list[Place]:
+def _small_below(small: int, width: int, height: int, share: float) -> list[Place]:
     row = round(share * height)
     top = height - row
     return [

@@ -15,8 +15,8 @@ from ilf.drawing.blocks import InnerPoint, inner_points
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base import theme
-from .analysis_painters import StageBoard
-from .cells import Cell, EmptyHint, Sheet, Studio
+from .analysis_painters import StageModel
+from .cells import Cell, EmptyHint, PainterFactory, Sheet
 from .colour_ranges import ColourRanges
 from .colours import FIXED
 from .image_view import ImageView, ViewTransform
@@ -27,10 +27,10 @@ from .painter import Layer, Material, ShownRun, Spectrum
 from .pixel_items import BlockOverlay
 from .scene_items import missing_brush
 from .screen_layers import ScreenLayers
-from .two_sides import TwoSides
+from .side_comparison import SideComparison
 
 _ALL = (
-    *("frame", "distrust", "result", "moment", "expected-error", "truth", "guide", "runs"),
+    *("frame", "mark_invalid", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
     *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material (names for `uses` of painters)."""
@@ -52,8 +52,8 @@ class LinkedViews(QWidget):
     material : Material
         Data of the frame shown.
     ranges : ColourRanges
-    sides : TwoSides
-    extraction : StageBoard
+    sides : SideComparison
+    extraction : StageModel
 
     Signals
     -------
@@ -83,8 +83,8 @@ class LinkedViews(QWidget):
         self._names: Mapping[int, str] | None = None
         self._shows_missing = False
         self._overlay = BlockOverlay(1)
-        self.extraction = StageBoard(self)
-        studio = Studio(self.material, self._overlay, self.extraction)
+        self.extraction = StageModel(self)
+        studio = PainterFactory(self.material, self._overlay, self.extraction)
         self.cells = {name: Cell(content, self._handle, studio) for name, (_, content) in CELLS.items()}
         self._views = [cell.view for cell in self.cells.values()]
         self._layers = ScreenLayers()
@@ -92,12 +92,12 @@ class LinkedViews(QWidget):
         self._last_levels: tuple[float, float] | None = None
         self.ranges = ColourRanges(self.material, self)
         self.ranges.changed.connect(self._follow_ranges)
-        self.sides = TwoSides(self.material, self._views, self._content_of, self)
+        self.sides = SideComparison(self.material, self._views, self._content_of, self)
         self.sides.changed.connect(self._follow_sides)
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
-        self._sheet.placed.connect(self._take_places)
+        self._sheet.placed.connect(self._update_places)
         self._sheet.layoutChanged.connect(self.layoutChanged)
         self._sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
@@ -108,14 +108,14 @@ class LinkedViews(QWidget):
         layout.addWidget(self._pages)
 
         for name, cell in self.cells.items():
-            cell.view.resized.connect(self._fit_to_room)
+            cell.view.resized.connect(self._fit_views)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.extraction.changed.connect(lambda: self._changed("stage"))
         self._navigation.cursorMoved.connect(self._move_cursor)
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
         self._navigation.transformChanged.connect(self._show_transform)
         self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
-        self._take_theme()
+        self._apply_theme()
 
     # the frame and its result
 
@@ -129,7 +129,7 @@ class LinkedViews(QWidget):
         rgb : ndarray
             Colour, uint8 (H, W, 3).
         measured : ndarray
-            Depth [m], float32 (H, W), NaN = missing; `set_distrusted` sets the invalid mask.
+            Depth [m], float32 (H, W), NaN = missing; `set_invalid_mask` sets the invalid mask.
         outside_view : ndarray, optional
             Pixels that the depth camera could not see, bool (H, W).
 
@@ -149,7 +149,7 @@ class LinkedViews(QWidget):
         for view in self._views:
             view.set_frame_size(width, height)
         self.sides.set_frame(width, height)
-        self.ranges.turn_to_another_frame()
+        self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
         self._changed(*_ALL)
@@ -169,10 +169,10 @@ class LinkedViews(QWidget):
         self._overlay.clear()
         self._layers.set_blocks(None)
         self.set_selected(())
-        self.set_doubtful(())
+        self.set_to_check(())
         self._layers.set_outside(None)
-        self._layers.set_distrusted(None)
-        self._layers.set_unvouched(None)
+        self._layers.set_invalid_mask(None)
+        self._layers.set_unsupported(None)
         self._write_names()
         self.set_preview(None)
         self.extraction.show_message("")
@@ -180,13 +180,13 @@ class LinkedViews(QWidget):
     def set_result(
         self,
         depth_out: NDArray[np.float32] | None,
-        guessed: NDArray[np.bool_] | None = None,
+        extrapolated: NDArray[np.bool_] | None = None,
         stale: NDArray[np.bool_] | None = None,
     ) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
 
-        The masks `guessed` and `stale`, bool (H, W), mark extrapolated pixels and pixels from an older state of their
-        block. Only changes since the last call are redrawn; the arrays may be the same ones, changed in place.
+        The masks `extrapolated` and `stale`, bool (H, W), mark extrapolated pixels and pixels from an older state of
+        their block. Only changes since the last call are redrawn; the arrays may be the same ones, changed in place.
 
         Raises
         ------
@@ -194,8 +194,8 @@ class LinkedViews(QWidget):
             If there is no frame or the shape is not its shape.
         """
         self._check(depth_out, "a result")
-        self.material.result = None if depth_out is None else Layer(depth_out, guessed, stale)
-        self.ranges.follow_result()
+        self.material.result = None if depth_out is None else Layer(depth_out, extrapolated, stale)
+        self.ranges.update_for_result()
         self._changed("result")
 
     def set_moment(self, text: str) -> None:
@@ -204,7 +204,7 @@ class LinkedViews(QWidget):
             self.material.moment = text
             self._changed("moment")
 
-    def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
+    def set_invalid_mask(self, mask: NDArray[np.bool_] | None) -> None:
         """Set the invalid mask, bool (H, W): measured depth there is wrong and counts as missing; None for none.
 
         Raises
@@ -221,9 +221,9 @@ class LinkedViews(QWidget):
             material.depth_in = measured
         else:
             material.depth_in = np.where(wrong, np.float32(np.nan), measured)
-        material.distrusted = wrong
-        self._layers.set_distrusted(wrong)
-        self._changed("distrust")
+        material.invalid_mask = wrong
+        self._layers.set_invalid_mask(wrong)
+        self._changed("mark_invalid")
         self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:
@@ -237,17 +237,19 @@ class LinkedViews(QWidget):
         self._layers.set_missing(missing)
         for cell in self.cells.values():
             stripes = cell.view.shows_missing and missing is not None
-            cell.set_marks(
+            cell.set_stripe_legend(
                 missing=stripes,
                 outside=outside is not None and (stripes or not cell.view.shows_missing),
-                distrusted=self.material.distrusted is not None,
-                unvouched=cell.view.shows_unvouched and self.material.unvouched is not None,
+                invalid_mask=self.material.invalid_mask is not None,
+                unsupported=cell.view.shows_unsupported and self.material.unsupported is not None,
             )
 
-    def set_expected_error(self, error: NDArray[np.float32] | None, unvouched: NDArray[np.bool_] | None = None) -> None:
+    def set_expected_error(
+        self, error: NDArray[np.float32] | None, unsupported: NDArray[np.bool_] | None = None
+    ) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
 
-        Pixels in `unvouched`, bool (H, W), are unsupported by measurements and striped.
+        Pixels in `unsupported`, bool (H, W), are unsupported by measurements and striped.
 
         Raises
         ------
@@ -256,8 +258,8 @@ class LinkedViews(QWidget):
         """
         self._check(error, "an expected error")
         self.material.expected = error
-        self.material.unvouched = unvouched if unvouched is not None and unvouched.any() else None
-        self._layers.set_unvouched(self.material.unvouched)
+        self.material.unsupported = unsupported if unsupported is not None and unsupported.any() else None
+        self._layers.set_unsupported(self.material.unsupported)
         self._changed("expected-error")
         self._show_marks()
 
@@ -267,11 +269,11 @@ class LinkedViews(QWidget):
             self.material.error_is_outdated = outdated
             self._changed("expected-error")
 
-    def set_truth(self, truth: NDArray[np.float32] | None) -> None:
+    def set_ground_truth(self, ground_truth: NDArray[np.float32] | None) -> None:
         """Set the ground truth [m], float32 (H, W), NaN = unknown; None for none."""
-        self._check(truth, "ground truth")
-        self.material.truth = truth
-        self._changed("truth")
+        self._check(ground_truth, "ground truth")
+        self.material.ground_truth = ground_truth
+        self._changed("ground_truth")
 
     def set_guide(self, depth: NDArray[np.float32] | None) -> None:
         """Set the frame's fitted guide [m], float32 (H, W), NaN = missing; None for none."""
@@ -314,7 +316,7 @@ class LinkedViews(QWidget):
             cell.follow()
             cell.redraw(set(parts))
         if not {"runs", "result"}.isdisjoint(parts):
-            self.sides.write_labels()
+            self.sides.update_labels()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
             self._last_levels = levels
@@ -441,9 +443,9 @@ class LinkedViews(QWidget):
         """Draw a wider line around these blocks in all views."""
         self._layers.set_selected(labels)
 
-    def set_doubtful(self, labels: Iterable[int]) -> None:
+    def set_to_check(self, labels: Iterable[int]) -> None:
         """Outline blocks that need checking, in a colour of their own, in all views."""
-        self._layers.set_doubtful(labels)
+        self._layers.set_to_check(labels)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw the preview of a tool in all views; None removes it."""
@@ -532,16 +534,16 @@ class LinkedViews(QWidget):
         """Show a layout, or return to the last lasting one if it is shown."""
         self._sheet.toggle_layout(name)
 
-    def _take_places(self) -> None:
+    def _update_places(self) -> None:
         """Update cursor and sizes after cells were moved or others are shown."""
         for cell in self.cells.values():
             if cell not in self._sheet.shown:
                 cell.point_at(None)
-        self._fit_to_room()
+        self._fit_views()
         for cell in self._sheet.shown:
             cell.point_at(self._navigation.pixel)
 
-    def _fit_to_room(self) -> None:
+    def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
         views = [cell.view for cell in self._sheet.shown]
         sizes = [view.viewport().size() for view in views]
@@ -592,7 +594,7 @@ class LinkedViews(QWidget):
         for view in self._views:
             view.write_names(names, points)
 
-    def _take_theme(self) -> None:
+    def _apply_theme(self) -> None:
         colours = theme.colours(self.palette())
         missing = missing_brush(colours)
         self._hint.set_colours(colours)
@@ -607,5 +609,5 @@ class LinkedViews(QWidget):
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
-            self._take_theme()
+            self._apply_theme()
         super().changeEvent(event)

@@ -13,7 +13,7 @@ from ilf.segmentation.edges.frame_edges import FrameEdges
 
 from ..base.theme import Colours
 from .colours import KINDS, Levels, Range, depth_table
-from .contents import COMPARABLE, DIFFERENCE, EARLIER, INTERPOLATED, JUDGEMENT, RUNS, SIDES, TITLES, difference_of
+from .contents import COMPARABLE, DIFFERENCE, EARLIER, EVALUATION, INTERPOLATED, RUNS, SIDES, TITLES, difference_of
 from .view_cell import ViewCell
 
 # The data of the linked views, shared by all cells. No Qt.
@@ -32,7 +32,7 @@ class ShownRun(NamedTuple):
 
     name: str
     depth: Depth
-    guessed: Mask | None = None
+    extrapolated: Mask | None = None
     colour: tuple[int, int, int] | None = None
     blocks: Blocks | None = None
 
@@ -41,7 +41,7 @@ class Layer(NamedTuple):
     """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
 
     depth: Depth
-    guessed: Mask | None = None
+    extrapolated: Mask | None = None
     stale: Mask | None = None
 
 
@@ -72,9 +72,9 @@ class Material:
         The stored run before the current result.
     chosen_sides : (str, str)
         Selected depths to compare; "" for automatic.
-    looks_at_a : bool
+    shows_a_as_result : bool
         Whether side A is shown in place of the result.
-    swiped_at : int or None
+    swipe_column : int or None
         Column of the frame that divides side A from side B in the result; None while it is not divided.
     ranges : dict
         Kind of `KINDS` -> Range.
@@ -85,7 +85,7 @@ class Material:
         self.depth_map = "turbo"
         self.depth_table = depth_table(self.depth_map)
         self.chosen_sides = ("", "")
-        self.swiped_at: int | None = None
+        self.swipe_column: int | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -93,40 +93,40 @@ class Material:
         self.rgb: NDArray[np.uint8] | None = None
         self.measured: Depth | None = None
         self.depth_in: Depth | None = None
-        self.distrusted: Mask | None = None
+        self.invalid_mask: Mask | None = None
         self.outside_view: Mask | None = None
-        self.truth: Depth | None = None
+        self.ground_truth: Depth | None = None
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()
         self.earlier: ShownRun | None = None
         self.interpolated: Depth | None = None
         self.edges: FrameEdges | None = None
         self.spectrum: Spectrum | str = ""
-        self.forget_result()
+        self.clear_result()
 
-    def forget_result(self) -> None:
+    def clear_result(self) -> None:
         """Drop the result and its errors."""
         self.result: Layer | None = None
         self.moment = ""
         self.expected: Depth | None = None
-        self.unvouched: Mask | None = None
+        self.unsupported: Mask | None = None
         self.error_is_outdated = False
-        self.looks_at_a = False
+        self.shows_a_as_result = False
 
     def layer(self, depth: str) -> Layer | None:
         """Depth by its name; None if it is not available."""
         if depth == "result":
-            return self.layer(self.sides[0]) if self.looks_at_a and self.sides[0] != "result" else self.result
+            return self.layer(self.sides[0]) if self.shows_a_as_result and self.sides[0] != "result" else self.result
         if depth == "depth-in":
             return _plain(self.depth_in)
-        if depth == "truth":
-            return _plain(self.truth)
+        if depth == "ground_truth":
+            return _plain(self.ground_truth)
         if depth == "guide":
             return _plain(self.guide)
         if depth == INTERPOLATED:
             return _plain(self.interpolated)
         run = self.run(depth)
-        return None if run is None else Layer(run.depth, run.guessed)
+        return None if run is None else Layer(run.depth, run.extrapolated)
 
     def swiped(self, column: int) -> Layer | None:
         """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
@@ -136,7 +136,7 @@ class Material:
         depth = second.depth.copy()
         depth[:, :column] = first.depth[:, :column]
         marks: list[Mask | None] = []
-        for left, right in ((first.guessed, second.guessed), (first.stale, second.stale)):
+        for left, right in ((first.extrapolated, second.extrapolated), (first.stale, second.stale)):
             both = None
             if left is not None or right is not None:
                 both = np.zeros(depth.shape, bool) if right is None else right.copy()
@@ -172,10 +172,10 @@ class Material:
         """Resolve a content to the concrete one that it currently stands for."""
         if content in SIDES:
             return self.sides[SIDES.index(content)]
-        if content == JUDGEMENT:
-            return "expected-error" if self.truth is None else "error"
+        if content == EVALUATION:
+            return "expected-error" if self.ground_truth is None else "error"
         if content == DIFFERENCE:
-            return difference_of("result", self._other(("run-1", EARLIER, "truth"), INTERPOLATED))
+            return difference_of("result", self._other(("run-1", EARLIER, "ground_truth"), INTERPOLATED))
         return content
 
     def comparable(self) -> list[str]:
@@ -243,7 +243,7 @@ class Painter:
     def leave(self) -> None:
         """Remove this content's own items from the cell."""
 
-    def show_nothing(self, message: str) -> None:
+    def show_placeholder(self, message: str) -> None:
         """Show a message in place of the picture."""
         self.cell.view.set_message(message)
         self.cell.view.set_picture(None)

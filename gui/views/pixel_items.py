@@ -46,7 +46,7 @@ class PixelItem(ViewItem):
     image : ndarray or None
         Source of the picture: colour (H, W, 3), indices (H, W) or `packed` colours; None for no picture.
     pixels : ndarray of uint32, shape (H, W)
-        Pixels drawn. Call `note_change` after a change in place.
+        Pixels drawn. Call `notify_change` after a change in place.
     """
 
     def __init__(self, z: float) -> None:
@@ -78,7 +78,7 @@ class PixelItem(ViewItem):
         if self.image is not None:
             self.image[box] = indices
             self.pixels[box] = self._coloured(indices, faded)
-            self.note_change(box)
+            self.notify_change(box)
 
     def _coloured(self, indices: NDArray[np.uint8], faded: NDArray[np.bool_] | None) -> Pixels:
         colours = self._table[indices]
@@ -96,7 +96,7 @@ class PixelItem(ViewItem):
             self._span = span
             self.update()
 
-    def note_change(self, box: Box) -> None:
+    def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
         rows, columns = box
         self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
@@ -168,7 +168,7 @@ class BlockOverlay:
         self._show(item)
         return item
 
-    def drop_item(self, item: PixelItem) -> None:
+    def remove_item(self, item: PixelItem) -> None:
         """Stop showing the fills in an item."""
         self._items.remove(item)
 
@@ -217,7 +217,7 @@ class BlockOverlay:
         if self.pixels is not None:
             self.pixels[box] = self._fills[labels]
             for item in self._items:
-                item.note_change(box)
+                item.notify_change(box)
 
     def clear(self) -> None:
         """Draw nothing."""

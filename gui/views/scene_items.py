@@ -29,14 +29,14 @@ class ViewItem(QGraphicsItem):
 
     def set_extent(self, extent: QRectF | None, margin: float = 0.0) -> None:
         """Set the rectangle drawn in, plus `margin` screen pixels around it; None for nothing."""
-        self._leave()
+        self._repaint_old_area()
         self._extent, self._margin = extent, margin
         self.update()
 
     def set_pixel_size(self, pixel_size: float) -> None:
         """Set the image pixels per screen pixel, for the margin."""
         if pixel_size != self._pixel_size:
-            self._leave()
+            self._repaint_old_area()
             self._pixel_size = pixel_size
 
     def boundingRect(self) -> QRectF:
@@ -45,7 +45,7 @@ class ViewItem(QGraphicsItem):
         reach = self._margin * self._pixel_size
         return self._extent.adjusted(-reach, -reach, reach, reach)
 
-    def _leave(self) -> None:
+    def _repaint_old_area(self) -> None:
         """Repaint the area where the item is drawn now.
 
         Qt repaints the area where it last painted the item, but only later: if part of the view is painted before,
@@ -118,10 +118,10 @@ def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
 
 def missing_brush(colours: Colours) -> QBrush:
     """Brush of the stripes that are visible where depth is missing."""
-    return hatch_brush(mix(colours.background, colours.text, 0.12), mix(colours.background, colours.text, 0.3))
+    return hatch_brush(blend(colours.background, colours.text, 0.12), blend(colours.background, colours.text, 0.3))
 
 
-def mix(first: QColor, second: QColor, share: float) -> QColor:
+def blend(first: QColor, second: QColor, share: float) -> QColor:
     """Blend two colours; `share` is the weight of the second."""
     pairs = zip(_rgb(first), _rgb(second), strict=True)
     return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))

@@ -122,7 +122,7 @@ class ScreenItem(ViewItem):
         self._place = QPointF(sampling.left, sampling.top) / ratio
         self.set_extent(QRectF(0, 0, *sampling.frame))
 
-    def note_change(self, box: Box) -> None:
+    def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box of the array."""
         where = self._sampling
         if where is not None:

@@ -19,9 +19,9 @@ from .screen_items import Argb, Rims, Sampling
 
 _LINE = 0xC0C0C0C0
 _HALO = 0x58000000
-_CHOSEN = 0xFFFFFFFF
+_SELECTED = 0xFFFFFFFF
 _RIM_HALO = 0xDC000000
-_DOUBTFUL = 0xFFFFA020
+_TO_CHECK = 0xFFFFA020
 _REACH = 4
 """Distance [device px at ratio 1] up to which a label affects its own and its neighbours' lines."""
 _SQUARE = np.ones((3, 3), np.uint8)
@@ -42,8 +42,8 @@ class BlockLines:
         self._shown = np.zeros(1, np.int32)
         self._lines = np.zeros(1, np.uint32)
         self._selected: tuple[int, ...] = ()
-        self._doubtful_ones: tuple[int, ...] = ()
-        self._chosen = self._doubtful = np.zeros(1, np.uint8)
+        self._labels_to_check: tuple[int, ...] = ()
+        self._marked_selected = self._marked_to_check = np.zeros(1, np.uint8)
 
     def set_colours(self, colours: NDArray[np.uint8]) -> None:
         """Set the colours of blocks, RGBA uint8 (N + 1, 4) by label; alpha 0 means no line."""
@@ -61,11 +61,11 @@ class BlockLines:
         self._mark()
         return sorted(set(before) ^ set(self._selected))
 
-    def set_doubtful(self, labels: Iterable[int]) -> list[int]:
+    def set_to_check(self, labels: Iterable[int]) -> list[int]:
         """Set the blocks that need checking; return the labels that changed."""
-        before, self._doubtful_ones = self._doubtful_ones, tuple(labels)
+        before, self._labels_to_check = self._labels_to_check, tuple(labels)
         self._mark()
-        return sorted(set(before) ^ set(self._doubtful_ones))
+        return sorted(set(before) ^ set(self._labels_to_check))
 
     def mask_of(self, here: NDArray[np.int32], labels: Iterable[int]) -> NDArray[np.bool_]:
         """Mask of an array of labels: where it has any of these labels (with a colour)."""
@@ -74,7 +74,7 @@ class BlockLines:
         return wanted[here]
 
     def _mark(self) -> None:
-        self._chosen, self._doubtful = self._marked(self._selected), self._marked(self._doubtful_ones)
+        self._marked_selected, self._marked_to_check = self._marked(self._selected), self._marked(self._labels_to_check)
 
     def _marked(self, labels: Iterable[int]) -> NDArray[np.uint8]:
         """Label -> whether it is one of these."""
@@ -133,7 +133,10 @@ class BlockLines:
         drawn[cv2.dilate(line, _SQUARE, iterations=ratio) > 0] = _HALO
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
-        for marked, colour in ((self._doubtful & self._shown.astype(bool), _DOUBTFUL), (self._chosen, _CHOSEN)):
+        for marked, colour in (
+            (self._marked_to_check & self._shown.astype(bool), _TO_CHECK),
+            (self._marked_selected, _SELECTED),
+        ):
             if marked.any():
                 self._draw_rim(marked[here], rims, drawn, colour, ratio)
         return drawn
@@ -158,8 +161,8 @@ _PERIOD = 8
 _WIDTH = 2
 
 MISSING = np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1
-DISTRUSTED = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
-UNVOUCHED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
+INVALID_DEPTH = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
+UNSUPPORTED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
 OUTSIDE = np.uint32(0xFF3C8CDC), np.uint32(0x961E4678), -1
 """Colours of a stripe and of the dark one beside it, and the direction of their slope."""
 Style = tuple[np.uint32, np.uint32, int]
@@ -196,8 +199,8 @@ class ScreenLayers:
         self._labels: NDArray[np.int32] | None = None
         self._missing: Mask | None = None
         self._outside: Mask | None = None
-        self._distrusted: Mask | None = None
-        self._unvouched: Mask | None = None
+        self._invalid_mask: Mask | None = None
+        self._unsupported: Mask | None = None
         self._lines: dict[Sampling, _Lines] = {}
         self._stripes: dict[tuple[Sampling, bool, bool], Argb | None] = {}
 
@@ -236,9 +239,9 @@ class ScreenLayers:
         """Set the selected blocks."""
         self._redraw_blocks(self._blocks.set_selected(labels))
 
-    def set_doubtful(self, labels: Iterable[int]) -> None:
+    def set_to_check(self, labels: Iterable[int]) -> None:
         """Set the blocks that need checking."""
-        self._redraw_blocks(self._blocks.set_doubtful(labels))
+        self._redraw_blocks(self._blocks.set_to_check(labels))
 
     def _redraw_blocks(self, others: Sequence[int]) -> None:
         for sampling, lines in self._lines.items():
@@ -251,7 +254,7 @@ class ScreenLayers:
         drawn = self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
         for view in self._views:
             if view.sampling == sampling:
-                view.lines.note_change(drawn)
+                view.lines.notify_change(drawn)
 
     def set_in_colours(self, on: bool) -> None:
         """Set whether lines have the colours of their blocks."""
@@ -270,14 +273,14 @@ class ScreenLayers:
         self._outside = mask
         self._draw_stripes()
 
-    def set_distrusted(self, mask: Mask | None) -> None:
+    def set_invalid_mask(self, mask: Mask | None) -> None:
         """Set the pixels, bool (H, W), striped as invalid in all views; None for none."""
-        self._distrusted = mask
+        self._invalid_mask = mask
         self._draw_stripes()
 
-    def set_unvouched(self, mask: Mask | None) -> None:
+    def set_unsupported(self, mask: Mask | None) -> None:
         """Set the pixels, bool (H, W), striped as unsupported in views that show it; None for none."""
-        self._unvouched = mask
+        self._unsupported = mask
         self._draw_stripes()
 
     def _draw_lines(self) -> None:
@@ -307,7 +310,7 @@ class ScreenLayers:
         sampling = view.sampling
         if sampling is None:
             return
-        key = sampling, view.shows_missing, view.shows_unvouched
+        key = sampling, view.shows_missing, view.shows_unsupported
         if key not in self._stripes:
             self._stripes[key] = self._striped(sampling, view)
         drawn = self._stripes[key]
@@ -321,8 +324,8 @@ class ScreenLayers:
         masks = (
             (self._missing if view.shows_missing else None, MISSING),
             (self._outside if self._missing is not None or not view.shows_missing else None, OUTSIDE),
-            (self._unvouched if view.shows_unvouched else None, UNVOUCHED),
-            (self._distrusted, DISTRUSTED),
+            (self._unsupported if view.shows_unsupported else None, UNSUPPORTED),
+            (self._invalid_mask, INVALID_DEPTH),
         )
         for mask, style in masks:
             if mask is not None and mask.shape == sampling.frame[::-1]:

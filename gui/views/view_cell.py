@@ -17,9 +17,9 @@ from .image_view import ImageView
 _PAD = 6
 _SWATCH = 10
 _ARROW = 7
-_LEAST_TITLE = 40
+_MIN_TITLE_WIDTH = 40
 """Minimum width of the title [px], however long the text at the right is."""
-_FOR_TEXT = 110
+_MIN_TEXT_WIDTH = 110
 """Width [px] that a guest widget leaves for the text at the right."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -33,13 +33,13 @@ class TitleStrip(QWidget):
     titled(str)
         The title changed.
     doubleClicked()
-    menuWished(QPoint)
+    menuRequested(QPoint)
         The title was clicked: open the menu at this position on the screen.
     """
 
     titled = Signal(str)
     doubleClicked = Signal()
-    menuWished = Signal(QPoint)
+    menuRequested = Signal(QPoint)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -48,7 +48,7 @@ class TitleStrip(QWidget):
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
         self._colours: Colours | None = None
-        self._guest: QWidget | None = None
+        self._title_widget: QWidget | None = None
         self._hovered = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
@@ -69,16 +69,16 @@ class TitleStrip(QWidget):
             self.title, self._swatch = title, colour
             self.setAccessibleName(f"View: {title}")
             self.titled.emit(title)
-            self._place_guest()
+            self._place_title_widget()
             self.update()
 
     @property
-    def caption_end(self) -> int:
+    def title_end(self) -> int:
         """Right end of the title [px from the left], where other items may begin."""
         swatch = _SWATCH + _PAD if self._swatch is not None else 0
         wanted = 2 * _PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + _PAD
         text = self.fontMetrics().horizontalAdvance(self._text) + 2 * _PAD if self._text else 0
-        return min(wanted, max(self.width() - text, _LEAST_TITLE + swatch))
+        return min(wanted, max(self.width() - text, _MIN_TITLE_WIDTH + swatch))
 
     def set_text(self, text: str) -> None:
         """Set the text about the picture, at the right."""
@@ -91,23 +91,24 @@ class TitleStrip(QWidget):
         self._legend = legend
         self.update()
 
-    def set_guest(self, guest: QWidget | None) -> None:
-        """Put a widget with a method `set_room(width)` beside the title and delete the former one; None for none."""
-        if self._guest is not None:
-            self._guest.hide()
-            self._guest.setParent(None)
-            self._guest.deleteLater()
-        self._guest = guest
+    def set_title_widget(self, guest: QWidget | None) -> None:
+        """Put a widget with a method `set_available_width(width)` beside the title and delete the former one; None
+        for none."""
+        if self._title_widget is not None:
+            self._title_widget.hide()
+            self._title_widget.setParent(None)
+            self._title_widget.deleteLater()
+        self._title_widget = guest
         if guest is not None:
             guest.show()
-            self._place_guest()
+            self._place_title_widget()
 
-    def _place_guest(self) -> None:
-        if self._guest is not None:
-            self._guest.set_room(self.width() - self.caption_end - _FOR_TEXT)  # type: ignore[attr-defined]
-            self._guest.setGeometry(self.caption_end, 1, self._guest.sizeHint().width(), self.height() - 2)
+    def _place_title_widget(self) -> None:
+        if self._title_widget is not None:
+            self._title_widget.set_available_width(self.width() - self.title_end - _MIN_TEXT_WIDTH)  # type: ignore[attr-defined]
+            self._title_widget.setGeometry(self.title_end, 1, self._title_widget.sizeHint().width(), self.height() - 2)
 
-    def menu_place(self) -> QPoint:
+    def menu_position(self) -> QPoint:
         """Screen position at which the menu of the title opens."""
         return self.mapToGlobal(QPoint(0, self.height()))
 
@@ -124,7 +125,7 @@ class TitleStrip(QWidget):
         if self._text:
             right -= metrics.horizontalAdvance(self._text) + _PAD + 2
         # other items in the strip are right of the title
-        taken = max(self.caption_end, self.childrenRect().right() + _PAD)
+        taken = max(self.title_end, self.childrenRect().right() + _PAD)
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text)
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
@@ -137,7 +138,7 @@ class TitleStrip(QWidget):
 
     def _paint_title(self, painter: QPainter) -> None:
         assert self._colours is not None
-        left, end = _PAD, self.caption_end
+        left, end = _PAD, self.title_end
         if self._swatch is not None:
             painter.fillRect(left, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH, self._swatch)
             left += _SWATCH + _PAD
@@ -161,14 +162,14 @@ class TitleStrip(QWidget):
             self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._set_hovered(event.position().x() < self.caption_end)
+        self._set_hovered(event.position().x() < self.title_end)
 
     def leaveEvent(self, event: QEvent) -> None:
         self._set_hovered(False)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.caption_end:
-            self.menuWished.emit(self.menu_place())
+        if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.title_end:
+            self.menuRequested.emit(self.menu_position())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
@@ -176,22 +177,22 @@ class TitleStrip(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._place_guest()
+        self._place_title_widget()
 
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
-_DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
+_INVALID_DEPTH = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
 _OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
-_UNVOUCHED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
+_UNSUPPORTED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
 """Maximum height of the colour bar, as a share of the picture's."""
 _BAR_HEIGHTS = (84, 240)
 """Minimum and maximum height of the colour bar; a smaller view has none."""
 
-_BAR_ROOM = 260
+_MIN_WIDTH_FOR_BAR = 260
 """Width of a view [px] below which a bar would cover too much of the picture."""
 
 
@@ -214,7 +215,7 @@ class ViewCell(QWidget):
         layout.addWidget(self.view, 1)
         self.bar.raise_()
         self._legend: list[tuple[QBrush, str]] = []
-        self._overlaid: list[tuple[QBrush, str]] = []
+        self._stripe_legend: list[tuple[QBrush, str]] = []
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours."""
@@ -225,17 +226,17 @@ class ViewCell(QWidget):
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Set the meaning of the picture's own colours."""
         self._legend = legend
-        self.strip.set_legend([*self._overlaid, *legend])
+        self.strip.set_legend([*self._stripe_legend, *legend])
 
-    def set_marks(self, missing: bool, outside: bool, distrusted: bool, unvouched: bool) -> None:
+    def set_stripe_legend(self, missing: bool, outside: bool, invalid_mask: bool, unsupported: bool) -> None:
         """Set which stripes lie over the picture, for the legend."""
         marks = (
             (missing, _MISSING, "missing"),
             (outside, _OUTSIDE, "outside view"),
-            (distrusted, _DISTRUSTED, "invalid"),
-            (unvouched, _UNVOUCHED, "unsupported"),
+            (invalid_mask, _INVALID_DEPTH, "invalid"),
+            (unsupported, _UNSUPPORTED, "unsupported"),
         )
-        self._overlaid = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
+        self._stripe_legend = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
         self.set_legend(self._legend)
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
@@ -252,9 +253,9 @@ class ViewCell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
-        least, most = _BAR_HEIGHTS
+        min_height, max_height = _BAR_HEIGHTS
         room = self.view.height() - 2 * _BAR_MARGIN
-        height = min(max(round(_BAR_SHARE * room), least), most)
-        self.bar.setVisible(height <= room and self.width() >= _BAR_ROOM)
+        height = min(max(round(_BAR_SHARE * room), min_height), max_height)
+        self.bar.setVisible(height <= room and self.width() >= _MIN_WIDTH_FOR_BAR)
         self.bar.move(self.width() - self.bar.width() - _BAR_MARGIN, strip + _BAR_MARGIN)
         self.bar.setFixedHeight(height)

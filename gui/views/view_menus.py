@@ -8,7 +8,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QActionGroup, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QSlider, QToolButton, QWidget
 
-from ..base.commands import PASSING
+from ..base.commands import TEMPORARY
 from ..widgets.basics import PlainLabel
 from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
@@ -98,7 +98,7 @@ class SidesMenu(QMenu):
         for depth in ("", *material.comparable()):
             text = short_title(depth, material.names) if depth else "automatic"
             action = self.addAction(capital(text).replace("&", "&&"))
-            action.setProperty(PASSING, True)
+            action.setProperty(TEMPORARY, True)
             action.setCheckable(True)
             action.setChecked(material.chosen_sides[self._side] == depth)
             group.addAction(action)

@@ -24,7 +24,7 @@ class PlainLabel(QLabel):
         self.setTextFormat(Qt.TextFormat.PlainText)
 
 
-def as_it_is(text: str) -> str:
+def literal_text(text: str) -> str:
     """Return text for message boxes and tool tips that Qt shows literally: escaped if it looks like rich text."""
     if "<" not in text and "&lt;" not in text:
         return text
@@ -42,7 +42,7 @@ class Message(PlainLabel):
         self.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
         self._paint()
 
-    def say(self, text: str, tone: str = "muted") -> None:
+    def show_message(self, text: str, tone: str = "muted") -> None:
         """Show `text` in the colour named `tone` in `theme.Colours`."""
         # long paths have no spaces to wrap at
         self.setText(text.replace("/", "/\u200b"))

@@ -20,10 +20,10 @@ _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
 _BELOW = 110
 """Height of panels below the images [px], times their relative height."""
-_LEAST = 100
+_MIN_HEIGHT = 100
 """Minimum window height [px] per panel of a column, times its relative height; with less, panels share a place in
 tabs."""
-_ROOMY = 760
+_MIN_AUTO_HEIGHT = 760
 """Minimum height of a window [px] in which panels open automatically."""
 
 _RAIL_ICON = 20
@@ -45,22 +45,22 @@ class Docks(QObject):
     window : QMainWindow
     fold : QAction
         Hides all panels; the first icon of the bar.
-    remembers : bool
+    persistent : bool
         Whether window size and hidden panels are restored from the last session and stored for the next.
     """
 
-    def __init__(self, window: QMainWindow, fold: QAction, remembers: bool) -> None:
+    def __init__(self, window: QMainWindow, fold: QAction, persistent: bool) -> None:
         super().__init__(window)
         self._window = window
-        self.remembers = remembers
+        self.persistent = persistent
         self._arranged = False
         self._panels: dict[str, _Panel] = {}
-        self._first: list[str] = []
-        self._folded: list[str] = []
-        self._declined: set[str] = set()
+        self._open_by_default: list[str] = []
+        self._last_open: list[str] = []
+        self._hidden_by_user: set[str] = set()
         self._sized: set[str] = set()
         self._declared = QByteArray()
-        self._wanted: tuple[list[str] | None, bytes] = None, b""
+        self._requested: tuple[list[str] | None, bytes] = None, b""
         """Panels and layout that were requested before the window was shown."""
         window.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
         self.rail = QToolBar("Panels", window)
@@ -104,7 +104,7 @@ class Docks(QObject):
         self._window.addDockWidget(area, dock)
         self._panels[title] = _Panel(dock, icon, height)
         if is_open:
-            self._first.append(title)
+            self._open_by_default.append(title)
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
         action.setToolTip(f"Show or hide the panel {title}")
@@ -129,7 +129,7 @@ class Docks(QObject):
 
     def offer(self, title: str) -> None:
         """Show a panel automatically, unless the user has hidden it or all panels, or the window is too small."""
-        if title not in self._declined and self.open and self._window.height() >= _ROOMY:
+        if title not in self._hidden_by_user and self.open and self._window.height() >= _MIN_AUTO_HEIGHT:
             self._show([*self.open, title])
 
     def reveal(self, title: str) -> None:
@@ -141,14 +141,14 @@ class Docks(QObject):
     def toggle_all(self) -> None:
         """Hide all panels, or show those again that were hidden so."""
         if self.open:
-            self._folded = self.open
+            self._last_open = self.open
             self._show([])
         else:
-            self._show(self._folded or self._first)
+            self._show(self._last_open or self._open_by_default)
 
     def places(self) -> bytes:
         """Return the layout: places, sizes and visibility of the panels."""
-        return bytes(self._window.saveState(_VERSION).data()) if self._arranged else self._wanted[1]
+        return bytes(self._window.saveState(_VERSION).data()) if self._arranged else self._requested[1]
 
     def take(self, titles: Iterable[str] | None, places: bytes = b"") -> None:
         """Show only these panels; None for the default ones.
@@ -160,9 +160,9 @@ class Docks(QObject):
         places : bytes
             A layout from `places`; if empty or of another version, the default places are used.
         """
-        wanted = self._first if titles is None else list(titles)
+        wanted = self._open_by_default if titles is None else list(titles)
         if not self._arranged:  # docks take sizes only in a shown window
-            self._wanted = wanted, places
+            self._requested = wanted, places
             self._show(wanted)
             return
         if places and self._window.restoreState(QByteArray(places), _VERSION):
@@ -173,13 +173,13 @@ class Docks(QObject):
         self._sized.clear()
         self._show(wanted)
 
-    def forget_folded(self) -> None:
+    def allow_hidden(self) -> None:
         """Let all panels open automatically again."""
-        self._declined.clear()
+        self._hidden_by_user.clear()
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default ones, limited to the screen."""
-        geometry = QSettings().value("window/geometry") if self.remembers else None
+        geometry = QSettings().value("window/geometry") if self.persistent else None
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
         if not self._window.isFullScreen() and not self._window.isMaximized():
@@ -194,15 +194,15 @@ class Docks(QObject):
             return
         self._arranged = True
         self._declared = self._window.saveState(_VERSION)
-        if self.remembers:
-            self._declined = set(_titles(QSettings().value("panels/declined")))
-        self.take(*self._wanted)
+        if self.persistent:
+            self._hidden_by_user = set(_titles(QSettings().value("panels/declined")))
+        self.take(*self._requested)
 
     def remember(self) -> None:
         """Store window size and hidden panels for the next session."""
-        if self.remembers:
+        if self.persistent:
             QSettings().setValue("window/geometry", self._window.saveGeometry())
-            QSettings().setValue("panels/declined", sorted(self._declined))
+            QSettings().setValue("panels/declined", sorted(self._hidden_by_user))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Note panels that the user hides by the button in their title."""
@@ -213,9 +213,9 @@ class Docks(QObject):
     def _decide(self, title: str, is_open: bool) -> None:
         """Note that the user showed or hid a panel."""
         if not is_open:
-            self._declined.add(title)
+            self._hidden_by_user.add(title)
             return
-        self._declined.discard(title)
+        self._hidden_by_user.discard(title)
         self._share_place(title)
         self._panels[title].dock.raise_()
         self._size_new()
@@ -237,7 +237,7 @@ class Docks(QObject):
         for one in column:
             place = next((tab for tab in window.tabifiedDockWidgets(one) if tab in heights), one)
             heights[place] = max(heights.get(place, 0.0), self._panels[one.objectName()].height)
-        if above and _LEAST * sum(heights.values()) > window.height():
+        if above and _MIN_HEIGHT * sum(heights.values()) > window.height():
             window.tabifyDockWidget(above[-1], dock)
 
     def _show(self, titles: Iterable[str]) -> None:

@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.ending import note_fault
-from ilf.errors import IlfError, in_words
+from ilf._runtime.termination import log_error
+from ilf.errors import IlfError, to_text
 
 from ..base import theme
 from ..base.versions import versions_text
@@ -82,13 +82,13 @@ def _button(text: str, hint: str) -> QToolButton:
 
 # Temporary notes over the lower right corner of the images.
 
-MOST = 3
+MAX_NOTES = 3
 """Maximum number of notes at a time; a new one replaces the oldest."""
 
 _MARGIN = 10
 _GAP = 6
 _WIDTH = 400
-_LEFT_ALONE_MS = 2000
+_MIN_STAY_MS = 2000
 """Minimum time [ms] that a note stays after the pointer has left it."""
 
 
@@ -134,10 +134,10 @@ class Toast(QFrame):
             button.setAutoRaise(button is self.close_button)
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)
-        self.say(message)
+        self.show_message(message)
         self._paint()
 
-    def say(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         """Show a text."""
         self.message = message
         self.label.setText(message.replace("/", "/\u200b"))  # long paths have no spaces to wrap at
@@ -161,7 +161,7 @@ class Toast(QFrame):
     def enterEvent(self, event: QEnterEvent) -> None:
         """Stay while the pointer is over it."""
         super().enterEvent(event)
-        self._over.setInterval(max(self._over.remainingTime(), _LEFT_ALONE_MS))
+        self._over.setInterval(max(self._over.remainingTime(), _MIN_STAY_MS))
         self._over.stop()
 
     def leaveEvent(self, event: QEvent) -> None:
@@ -220,7 +220,7 @@ class Toasts(QObject):
         """Text of the newest visible note; "" for none."""
         return self.shown[-1].message if self.shown else ""
 
-    def tell(self, message: str, milliseconds: int, action: QAction | None = None) -> None:
+    def show_message(self, message: str, milliseconds: int, action: QAction | None = None) -> None:
         """Show a note for a time, optionally with a command; it replaces notes with the same text or command."""
         for former in list(self.shown):
             if former.message == message or (action is not None and former.action is action):
@@ -228,7 +228,7 @@ class Toasts(QObject):
         toast = Toast(message, action, self._window)
         toast.gone.connect(lambda: self._drop(toast))
         self.shown.append(toast)
-        for old in self.shown[:-MOST]:
+        for old in self.shown[:-MAX_NOTES]:
             self._drop(old)
         toast.stay(milliseconds)
         self._place()
@@ -236,9 +236,9 @@ class Toasts(QObject):
     def change(self, message: str, milliseconds: int) -> None:
         """Change the text of the newest note, or show a note if there is none."""
         if not self.shown:
-            self.tell(message, milliseconds)
+            self.show_message(message, milliseconds)
             return
-        self.shown[-1].say(message)
+        self.shown[-1].show_message(message)
         self.shown[-1].stay(milliseconds)
         self._place()
 
@@ -316,7 +316,7 @@ def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:
 
 def error_text(error: Exception) -> str:
     """Return the text of an error for the user; with its type if it is unexpected."""
-    return in_words(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
+    return to_text(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
 
 
 def error_details(error: Exception) -> str:
@@ -328,9 +328,9 @@ def _is_expected(error: Exception) -> bool:
     return isinstance(error, (IlfError, OSError))
 
 
-_TOLD_MS = 6000
-_GLIMPSE_MS = 4000
-_OFFERED_MS = 15_000
+_MESSAGE_MS = 6000
+_BRIEF_MS = 4000
+_COMMAND_MS = 15_000
 
 
 class Notes(QObject):
@@ -349,22 +349,22 @@ class Notes(QObject):
         self._window = window
         self._toasts = toasts
         self._log = log
-        self._glimpsed = ""
+        self._brief = ""
 
-    def tell(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         """Show a message and add it to the log."""
-        self._toasts.tell(message, _TOLD_MS)
+        self._toasts.show_message(message, _MESSAGE_MS)
         self._log.add(message)
 
     def offer(self, message: str, action: QAction) -> None:
         """Show a message with a command, for a longer time."""
-        self._toasts.tell(message, _OFFERED_MS, action)
+        self._toasts.show_message(message, _COMMAND_MS, action)
 
-    def glimpse(self, message: str) -> None:
+    def show_briefly(self, message: str) -> None:
         """Show a short-lived message that is not logged, as at every move of a slider; not over other messages."""
-        if self._toasts.message in ("", self._glimpsed):
-            self._glimpsed = message
-            self._toasts.change(message, _GLIMPSE_MS)
+        if self._toasts.message in ("", self._brief):
+            self._brief = message
+            self._toasts.change(message, _BRIEF_MS)
 
     def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
@@ -377,6 +377,6 @@ class Notes(QObject):
     def report(self, what: str, error: Exception) -> None:
         """Show and log an error."""
         details = error_details(error)
-        text = note_fault(error) if details else error_text(error)
+        text = log_error(error) if details else error_text(error)
         self.warn(what, [text], details)
         self.reported.emit(f"{what}: {text}")

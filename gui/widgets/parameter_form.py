@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 from ilf.data.declarations import Declaration, ParameterSet, Value
 
 from ..base import theme
-from .basics import PlainLabel, as_it_is
+from .basics import PlainLabel, literal_text
 
 # Sliders of parameters: which parameters have one, and the mapping of positions to values.
 
@@ -41,7 +41,7 @@ _FINEST = 0.1
 """Smallest value above the left end of a logarithmic slider whose minimum is not above 0, in steps."""
 
 
-def wants_slider(declaration: Declaration) -> bool:
+def has_slider(declaration: Declaration) -> bool:
     """Return whether a slider makes sense: a number with two bounds and not too many steps between them."""
     if declaration.choices or declaration.kind is bool or declaration.minimum is None or declaration.maximum is None:
         return False
@@ -54,7 +54,7 @@ class ValueScale:
     Parameters
     ----------
     declaration : Declaration
-        One for which `wants_slider` holds.
+        One for which `has_slider` holds.
     """
 
     def __init__(self, declaration: Declaration) -> None:
@@ -143,12 +143,12 @@ class ParameterForm(QScrollArea):
     -------
     changed(ParameterSet)
         After every change by the user, with the new values.
-    menu_wished(str, QPoint)
+    menu_requested(str, QPoint)
         The user right-clicked a parameter, at this screen position.
     """
 
     changed = Signal(object)
-    menu_wished = Signal(str, QPoint)
+    menu_requested = Signal(str, QPoint)
 
     def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -158,7 +158,7 @@ class ParameterForm(QScrollArea):
         self._rows: dict[str, _Row] = {}
         self._wheel_guard = _WheelGuard(self)
         declarations = set_class.declarations()
-        self._deciding = {item.when[0] for item in declarations.values() if item.when}
+        self._controlling = {item.when[0] for item in declarations.values() if item.when}
         """Parameters that determine whether others have an effect."""
 
         content = QWidget()
@@ -260,7 +260,7 @@ class ParameterForm(QScrollArea):
             editor.setFixedWidth(_FIELD_WIDTH)
             grid.addWidget(caption, 0, 0)
             grid.addWidget(editor, 0, 1)
-        slider = self._slider(declaration) if wants_slider(declaration) else None
+        slider = self._slider(declaration) if has_slider(declaration) else None
         if slider is not None:
             grid.addWidget(slider, 1, 0, 1, 2)
         reset = QToolButton(autoRaise=True)
@@ -274,7 +274,7 @@ class ParameterForm(QScrollArea):
         grid.addWidget(reset, 0, 2)
         widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
         widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        widget.customContextMenuRequested.connect(lambda at: self.menu_wished.emit(name, widget.mapToGlobal(at)))
+        widget.customContextMenuRequested.connect(lambda at: self.menu_requested.emit(name, widget.mapToGlobal(at)))
         return _Row(declaration, widget, caption, reset, slider, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
@@ -295,14 +295,14 @@ class ParameterForm(QScrollArea):
             return
         self._parameters = self._parameters.replace(**{name: value})
         self._show_row(name)
-        if name in self._deciding:
-            self._show_what_matters()
+        if name in self._controlling:
+            self._update_visibility()
         self.changed.emit(self._parameters)
 
     def _show(self) -> None:
         for name in self._rows:
             self._show_row(name)
-        self._show_what_matters()
+        self._update_visibility()
 
     def _show_row(self, name: str) -> None:
         row = self._rows[name]
@@ -316,10 +316,10 @@ class ParameterForm(QScrollArea):
         if row.caption.styleSheet() != style:  # setting a style sheet is slow, even the same one
             row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
-        row.reset.setToolTip(as_it_is(f"Reset to {row.declaration.in_words(base)}"))
+        row.reset.setToolTip(literal_text(f"Reset to {row.declaration.to_text(base)}"))
 
-    def _show_what_matters(self) -> None:
-        shown = {name for name in self._rows if self._parameters.matters(name)}
+    def _update_visibility(self) -> None:
+        shown = {name for name in self._rows if self._parameters.has_effect(name)}
         for name, row in self._rows.items():
             row.widget.setVisible(name in shown)
         groups = {self._rows[name].declaration.group for name in shown}
@@ -368,7 +368,7 @@ class _FloatBox(QDoubleSpinBox):
         return f"{value:.{max(self._step_decimals, _decimals(value))}f}"
 
 
-class _OfferBox(QComboBox):
+class _ChoiceBox(QComboBox):
     """A combo box with a changing list of values, which is updated whenever it shows one or opens.
 
     Signals
@@ -396,7 +396,7 @@ class _OfferBox(QComboBox):
                 self.addItem(f"missing: {value}", value)
             self.setCurrentIndex(self.findData(value))
         # without its own tooltip it shows that of the row
-        self.setToolTip(as_it_is(f"{value} is not on this computer. Select another, or add it.") if missing else "")
+        self.setToolTip(literal_text(f"{value} is not on this computer. Select another, or add it.") if missing else "")
 
     def showPopup(self) -> None:
         self.show_value(self.currentData())
@@ -416,7 +416,7 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
         combo.currentTextChanged.connect(edited)
         return combo, _silently(combo, combo.setCurrentText)
     if declaration.offers is not None:
-        box = _OfferBox(declaration.offers)
+        box = _ChoiceBox(declaration.offers)
         box.chosen.connect(edited)
         return box, box.show_value
     if declaration.kind is bool:
@@ -457,7 +457,7 @@ def _decimals(value: float) -> int:
 
 def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
     """Return help, base value and source as rich text, which wraps."""
-    facts = [html.escape(f"In {whose}: {declaration.in_words(usual)}")]
+    facts = [html.escape(f"In {whose}: {declaration.to_text(usual)}")]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]

@@ -83,7 +83,7 @@ _FILLED = "ilf_filled"
 """Property of editors that already contain the cell's text."""
 
 
-def lay_out(view: QTableView, least_width: int = _ROW_HEIGHT) -> None:
+def set_up_table(view: QTableView, min_width: int = _ROW_HEIGHT) -> None:
     """Set up a table like all others: row selection, a context menu, smooth scrolling, no grid, and sortable columns of
     this minimum width."""
     view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -99,14 +99,14 @@ def lay_out(view: QTableView, least_width: int = _ROW_HEIGHT) -> None:
     view.verticalHeader().hide()
     view.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
     header = view.horizontalHeader()
-    header.setMinimumSectionSize(least_width)
+    header.setMinimumSectionSize(min_width)
     header.setHighlightSections(False)
     header.setSortIndicatorClearable(True)
     header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
     view.setSortingEnabled(True)
 
 
-class SoftRows(QStyledItemDelegate):
+class RowDelegate(QStyledItemDelegate):
     """Delegate that paints rows.
 
     Parameters
@@ -133,7 +133,7 @@ class SoftRows(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
         accent, base = option.palette.highlight().color(), option.palette.base().color()
-        option.palette.setColor(QPalette.ColorRole.Highlight, _soft(accent.rgb(), base.rgb()))
+        option.palette.setColor(QPalette.ColorRole.Highlight, _selection_colour(accent.rgb(), base.rgb()))
         option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
         option.state &= ~QStyle.StateFlag.State_HasFocus
         if index.column() in self._elided_within:
@@ -162,7 +162,7 @@ class SoftRows(QStyledItemDelegate):
 
 
 @lru_cache(maxsize=8)
-def _soft(accent: int, base: int) -> QColor:
+def _selection_colour(accent: int, base: int) -> QColor:
     """Return the background of selected rows; colours as numbers so that the cache works, used for every cell."""
     return _blend(QColor(accent), QColor(base), 0.28)
 

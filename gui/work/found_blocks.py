@@ -15,7 +15,7 @@ from ilf.segmentation.extraction import Extraction, extract
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundBlocks:
     """The result of EBS for a frame; `seconds` is its duration [s]."""
 
     frame: RGBDFrame
@@ -23,16 +23,16 @@ class Found:
     extraction: Extraction
     seconds: float
 
-    def answers(self, frame: RGBDFrame, parameters: BlockParameters) -> bool:
+    def matches(self, frame: RGBDFrame, parameters: BlockParameters) -> bool:
         """Whether this is the extraction of that frame with those parameters."""
         return self.frame is frame and self.parameters == parameters
 
 
-def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+def find(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
     """Extract the blocks of a frame."""
     begun = time.perf_counter()
     extraction = extract(frame, parameters)
-    return Found(frame, parameters, extraction, time.perf_counter() - begun)
+    return FoundBlocks(frame, parameters, extraction, time.perf_counter() - begun)
 
 
 def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ilf._runtime.cancellation import check_stopped
+from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.formatting import counted
-from ilf.completion.extrapolation import guess_steps
+from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Progress
-from ilf.run.run import GUESS, Run, RunSteps
+from ilf.run.run import EXTRAPOLATED, Run, RunSteps
 
 from ..state.results import Preview
 from ..state.session import Session
@@ -43,13 +43,13 @@ class RunState(Enum):
     RUNNING = "running"
     PAUSED = "paused"
     STOPPING = "stopping"
-    GUESSING = "extrapolating"
+    EXTRAPOLATING = "extrapolating"
     """Extrapolation of what no block could complete, after a run."""
     RESOLVING = "re-solving"
     """Blocks are solved again because they or their parameters changed; a run has priority."""
 
 
-class Ended(NamedTuple):
+class RunOutcome(NamedTuple):
     """The outcome of a run or a re-solve.
 
     Attributes
@@ -98,7 +98,7 @@ class FrameRuns(QObject):
     resolved(str)
         Blocks were re-solved; a message with the duration.
     run_ended(object)
-        A run or a re-solve has ended and its results are stored; an `Ended`.
+        A run or a re-solve has ended and its results are stored; an `RunOutcome`.
     finished(object)
         A run has finished, including the extrapolation if there is one; its session.
     failed(object)
@@ -119,13 +119,13 @@ class FrameRuns(QObject):
         self.session = session
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
-        self._worker.finished.connect(lambda guess: self._end("finished", guess))
+        self._worker.finished.connect(lambda found: self._end("finished", found))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
         self._worker.failed.connect(self._fail)
         self._worker.paused.connect(self.state_changed)
         self._run: Run | None = None
         self._steps: RunSteps | None = None
-        self._guessing: Completion | None = None
+        self._extrapolating: Completion | None = None
         self._started = 0.0
         self._preview_time = 0.0
         self._stopping = False
@@ -148,7 +148,7 @@ class FrameRuns(QObject):
             return RunState.STOPPING
         if self._worker.is_paused:
             return RunState.PAUSED
-        return RunState.RUNNING if self._guessing is None else RunState.GUESSING
+        return RunState.RUNNING if self._extrapolating is None else RunState.EXTRAPOLATING
 
     @property
     def free(self) -> bool:
@@ -197,7 +197,7 @@ class FrameRuns(QObject):
         else:
             self.ended.emit(f"{self.session.name}: all blocks are up to date. Use Run all blocks to run them again.")
 
-    def start_chosen(self) -> None:
+    def start_selected(self) -> None:
         """Run the selected blocks."""
         self.start(self._chosen())
 
@@ -251,30 +251,30 @@ class FrameRuns(QObject):
             with make() as steps:
                 for progress in steps:
                     if progress.result is None:
-                        check_stopped()  # later records are not needed
+                        check_cancelled()  # later records are not needed
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
         self.state_changed.emit()
 
-    def guess(self) -> None:
+    def extrapolate(self) -> None:
         """Extrapolate what the blocks leave missing."""
         completion = self.session.completion()
         if self._resolving:
-            self._follow_up(self.guess)
-        elif self.free and completion is not None and not self.session.guessed:
-            self._begin_guess(completion)
+            self._follow_up(self.extrapolate)
+        elif self.free and completion is not None and not self.session.extrapolated:
+            self._begin_extrapolation(completion)
 
-    def _begin_guess(self, completion: Completion) -> None:
-        self._guessing = completion
+    def _begin_extrapolation(self, completion: Completion) -> None:
+        self._extrapolating = completion
         self._started = time.perf_counter()
         extraction, outside_view = self.session.notes.extraction, self.session.common.outside_view
 
         def job() -> Generator[Step, None, Completion]:
-            steps = guess_steps(completion, extraction, outside_view)
+            steps = extrapolation_steps(completion, extraction, outside_view)
             while True:
                 try:
-                    yield Progress(GUESS, record=next(steps)), None
+                    yield Progress(EXTRAPOLATED, record=next(steps)), None
                 except StopIteration as end:
                     return end.value
 
@@ -320,8 +320,8 @@ class FrameRuns(QObject):
 
     def clear_results(self) -> None:
         """Remove all results, also those of a re-solve or an extrapolation in progress."""
-        if self._resolving or self._guessing is not None:
-            self._abandoned = self._guessing is None
+        if self._resolving or self._extrapolating is not None:
+            self._abandoned = self._extrapolating is None
             self.cancel()
         self._workspace.clear_results()
 
@@ -352,9 +352,9 @@ class FrameRuns(QObject):
             # the invalid mask may have changed since the run started
             self._workspace.store_results(self.session, results, run.frame)
 
-    def _end(self, how: str, guess: Completion | None = None) -> None:
-        if self._guessing is not None:
-            self._end_guess(how, guess)
+    def _end(self, how: str, found: Completion | None = None) -> None:
+        if self._extrapolating is not None:
+            self._end_extrapolation(how, found)
             return
         run, self._run = self._run, None
         steps, self._steps = self._steps, None
@@ -371,7 +371,7 @@ class FrameRuns(QObject):
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then
         again = following is not None and following.action is None
-        self._workspace.end_run(self.session, previews_stay=again)
+        self._workspace.end_run(self.session, keep_previews=again)
         if following is None:
             self.state_changed.emit()
         elif following.action is not None:
@@ -381,13 +381,13 @@ class FrameRuns(QObject):
                 (*following.blocks, *(one for one in resolved if one not in done and one not in following.blocks))
             )
         if run is not None:
-            self.run_ended.emit(Ended(self.session, run, frozenset(done), seconds, how, bool(resolved)))
+            self.run_ended.emit(RunOutcome(self.session, run, frozenset(done), seconds, how, bool(resolved)))
         if resolved:
-            self._tell_resolved([label for label in resolved if label in done], seconds)
+            self._report_resolved([label for label in resolved if label in done], seconds)
         elif steps is not None:
-            self._tell_ended(steps, how, done, seconds)
+            self._report_ended(steps, how, done, seconds)
 
-    def _tell_resolved(self, done: list[int], seconds: float) -> None:
+    def _report_resolved(self, done: list[int], seconds: float) -> None:
         results = self.session.valid_results()
         done = [label for label in done if label in results]
         if done:
@@ -395,7 +395,7 @@ class FrameRuns(QObject):
             what = self.session.info(done[0]).name if len(done) == 1 else counted(len(done), "block")
             self.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
 
-    def _tell_ended(self, steps: RunSteps, how: str, done: set[int], seconds: float) -> None:
+    def _report_ended(self, steps: RunSteps, how: str, done: set[int], seconds: float) -> None:
         session = self.session
         text = f"{session.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
@@ -410,29 +410,29 @@ class FrameRuns(QObject):
     def _go_on(self) -> None:
         """After a finished run, extrapolate the rest if that is part of it."""
         completion = self.session.completion()
-        if self.session.dense and completion is not None and self.state is RunState.IDLE:
-            self._begin_guess(completion)
+        if self.session.extrapolate and completion is not None and self.state is RunState.IDLE:
+            self._begin_extrapolation(completion)
         else:
             self.finished.emit(self.session)
 
-    def _end_guess(self, how: str, guess: Completion | None) -> None:
-        base, self._guessing = self._guessing, None
+    def _end_extrapolation(self, how: str, found: Completion | None) -> None:
+        base, self._extrapolating = self._extrapolating, None
         self._stopping = False
         session = self.session
         text = f"{session.name}: extrapolation {how}."
-        holds = guess is not None and session.completion() is base
-        if base is not None and guess is not None:
+        holds = found is not None and session.completion() is base
+        if base is not None and found is not None:
             if holds:
-                self._workspace.store_guess(session, base, guess)
+                self._workspace.store_extrapolation(session, base, found)
             seconds = time.perf_counter() - self._started
-            count = np.count_nonzero(guess.guessed)
+            count = int(np.count_nonzero(found.extrapolated))
             pixels = counted(count, "pixel")
             text = f"{session.name}: {pixels} extrapolated in {seconds:.1f} s (unsupported by measurements)."
             if count == 0:
                 text = f"{session.name}: no depth is missing; nothing to extrapolate."
             elif not holds:
                 text = f"{session.name}: blocks were edited during the extrapolation: extrapolate again."
-            text = " ".join((text, *(note for note in guess.notes if note not in base.notes)))
+            text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
         self.state_changed.emit()
         self.ended.emit(text)
         if holds:

@@ -12,7 +12,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from ilf._runtime.cancellation import heed
+from ilf._runtime.cancellation import set_cancel_events
 from ilf._runtime.threads import available_cores
 
 # A thread that drives a generator and can be paused, stepped and cancelled.
@@ -38,13 +38,13 @@ class JobThread:
         Returns the generator; called in the thread.
     command : Command
         The first command.
-    rests : callable
+    is_step_end : callable
         Given a yielded item, returns whether the job may pause after it.
-    tell : callable
+    notify : callable
         Called in the thread when it ends, and when an item is yielded after a silence.
     silence : float
         Duration of such a silence [s].
-    stoppable : bool
+    interruptible : bool
         Whether the current step is interrupted when the job is cancelled.
 
     Attributes
@@ -61,21 +61,21 @@ class JobThread:
         self,
         make: Make,
         command: Command,
-        rests: Callable[[Any], bool],
-        tell: Callable[[], None],
+        is_step_end: Callable[[Any], bool],
+        notify: Callable[[], None],
         silence: float,
-        stoppable: bool,
+        interruptible: bool,
     ) -> None:
         self.items: deque[Any] = deque()
         self.end: tuple[str, Any] | None = None
         self.waiting = False
-        self._make, self._rests, self._tell, self._silence = make, rests, tell, silence
-        self._stoppable = stoppable
+        self._make, self._is_step_end, self._notify, self._silence = make, is_step_end, notify, silence
+        self._interruptible = interruptible
         self._command = command
-        self._wish = threading.Event()
+        self._cancel_event = threading.Event()
         self._state = threading.Condition()
-        self._listening = threading.Lock()
-        self._heard = True
+        self._notify_lock = threading.Lock()
+        self._attached = True
         self._thread = threading.Thread(target=self._drive, name="ilf-worker", daemon=True)
         self._thread.start()
 
@@ -91,14 +91,14 @@ class JobThread:
             if obeyed:
                 self._command = command
             self._state.notify_all()
-        if command is Command.CANCEL and self._stoppable:
-            self._wish.set()
+        if command is Command.CANCEL and self._interruptible:
+            self._cancel_event.set()
         return obeyed
 
-    def leave(self) -> None:
+    def detach(self) -> None:
         """Detach the job: it ends by itself and no longer reports."""
-        with self._listening:
-            self._heard = False
+        with self._notify_lock:
+            self._attached = False
 
     def join(self, limit: float | None = None) -> bool:
         """Wait for the thread, for at most `limit` seconds; True if it has ended."""
@@ -106,7 +106,7 @@ class JobThread:
         return not self._thread.is_alive()
 
     def _drive(self) -> None:
-        heed(self._wish)
+        set_cancel_events(self._cancel_event)
         try:
             self.end = self._driven()
         except Exception as error:
@@ -116,34 +116,34 @@ class JobThread:
             failure.__cause__ = error
             self.end = "failed", failure
         finally:
-            self._say()
+            self._notify_listener()
 
     def _driven(self) -> tuple[str, Any]:
         steps = self._make()
-        silent_since, whole = -math.inf, True
-        while self._may_go_on(whole):
+        silent_since, step_done = -math.inf, True
+        while self._wait_for_command(step_done):
             try:
                 item = next(steps)
             except StopIteration as stop:
                 return "finished", stop.value
             self.items.append(item)
-            whole = self._rests(item)
+            step_done = self._is_step_end(item)
             now = time.monotonic()
             if now - silent_since > self._silence:
-                self._say()
+                self._notify_listener()
             silent_since = now
         steps.close()
         return "cancelled", None
 
-    def _say(self) -> None:
-        with self._listening:
-            if self._heard:
-                self._tell()
+    def _notify_listener(self) -> None:
+        with self._notify_lock:
+            if self._attached:
+                self._notify()
 
-    def _may_go_on(self, whole: bool) -> bool:
+    def _wait_for_command(self, step_done: bool) -> bool:
         """Wait while paused, if the last step is complete; False once cancelled."""
         with self._state:
-            while whole and self._command is Command.PAUSE:
+            while step_done and self._command is Command.PAUSE:
                 self.waiting = True
                 self._state.wait()
             self.waiting = False
@@ -153,7 +153,7 @@ class JobThread:
 
 
 DRAIN_INTERVAL_MS = 33
-LET_GO_MS = 100
+DETACH_MS = 100
 """Time [ms] to wait for a cancelled job; a busy library cannot be interrupted."""
 SHUTDOWN_LIMIT_S = 0.1
 """The same [s] when the window closes."""
@@ -174,7 +174,7 @@ class Worker(QObject):
 
     Parameters
     ----------
-    finishes : bool
+    must_finish : bool
         Whether the current step is always finished and waited for, as writing to disk must be.
     """
 
@@ -183,19 +183,19 @@ class Worker(QObject):
     failed = Signal(object)
     cancelled = Signal()
     paused = Signal()
-    _told = Signal()
+    _wake = Signal()
     """From the job's thread: its end, and items after a silence, do not wait for the timer."""
 
-    def __init__(self, parent: QObject | None = None, finishes: bool = False) -> None:
+    def __init__(self, parent: QObject | None = None, must_finish: bool = False) -> None:
         super().__init__(parent)
-        self._finishes = finishes
+        self._must_finish = must_finish
         self._job: JobThread | None = None
         self._announced_pause = False
         self._timer = QTimer(self, interval=DRAIN_INTERVAL_MS)
         self._timer.timeout.connect(self._drain)
-        self._patience = QTimer(self, singleShot=True, interval=LET_GO_MS)
-        self._patience.timeout.connect(self._let_go)
-        self._told.connect(self._drain, Qt.ConnectionType.QueuedConnection)
+        self._patience = QTimer(self, singleShot=True, interval=DETACH_MS)
+        self._patience.timeout.connect(self._detach)
+        self._wake.connect(self._drain, Qt.ConnectionType.QueuedConnection)
 
     @property
     def busy(self) -> bool:
@@ -207,17 +207,17 @@ class Worker(QObject):
         """Whether the job waits for `resume` or `step`."""
         return self._job is not None and self._job.command is Command.PAUSE
 
-    def start(self, job: Make, paused: bool = False, rests: Callable[[Any], bool] = _always) -> None:
+    def start(self, job: Make, paused: bool = False, is_step_end: Callable[[Any], bool] = _always) -> None:
         """Start a job; RuntimeError if one is in progress. With `paused`, it pauses after one step.
 
-        A step ends with an item for which `rests` returns True.
+        A step ends with an item for which `is_step_end` returns True.
         """
         if self.busy:
             raise RuntimeError("a job is already in progress")
         self._announced_pause = False
         command = Command.STEP if paused else Command.RUN
         silence = DRAIN_INTERVAL_MS / 1000
-        self._job = JobThread(job, command, rests, self._told.emit, silence, stoppable=not self._finishes)
+        self._job = JobThread(job, command, is_step_end, self._wake.emit, silence, interruptible=not self._must_finish)
         self._timer.start()
 
     def pause(self) -> None:
@@ -235,7 +235,7 @@ class Worker(QObject):
     def cancel(self) -> None:
         """Cancel the job; `cancelled` follows."""
         self._order(Command.CANCEL)
-        if self.busy and not self._finishes and not self._patience.isActive():
+        if self.busy and not self._must_finish and not self._patience.isActive():
             self._patience.start()
 
     def shutdown(self) -> bool:
@@ -244,9 +244,9 @@ class Worker(QObject):
         self._patience.stop()
         if self._job is None:
             return True
-        self._job.leave()
+        self._job.detach()
         self._job.order(Command.CANCEL)
-        ended = self._job.join(FINISH_LIMIT_S if self._finishes else SHUTDOWN_LIMIT_S)
+        ended = self._job.join(FINISH_LIMIT_S if self._must_finish else SHUTDOWN_LIMIT_S)
         if ended:
             self._job = None
         return ended
@@ -276,12 +276,12 @@ class Worker(QObject):
             else:
                 self.failed.emit(value)
 
-    def _let_go(self) -> None:
+    def _detach(self) -> None:
         """Detach a cancelled job that does not end."""
         job = self._job
         if job is None:
             return
-        job.leave()
+        job.detach()
         self._pass_on(job)
         if self._job is job:
             self._forget()
@@ -300,8 +300,8 @@ class Worker(QObject):
 
 # Estimate of the remaining time.
 
-_NOT_BEFORE_S = 1.0
-_LEAST_SHARE = 0.02
+_MIN_ELAPSED_S = 1.0
+_MIN_SHARE = 0.02
 _STEPS = ((10, 1), (60, 5))
 """(limit, step) [s]: rounding of times up to a limit; longer times are in minutes."""
 
@@ -317,38 +317,38 @@ class Pace:
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
-        self._share = self._gone = 0.0
+        self._share = self._elapsed = 0.0
         self._last: float | None = None
 
     def note(self, share: float, going: bool = True) -> None:
         """Note the share done, 0-1; `going` is False while paused. A smaller share than before starts new work."""
         now = self._clock()
         if share < self._share:
-            self._gone, self._last = 0.0, None
+            self._elapsed, self._last = 0.0, None
         if self._last is not None:
-            self._gone += now - self._last
+            self._elapsed += now - self._last
         self._share = share
         self._last = now if going else None
 
     def forget(self) -> None:
         """Reset after the work has ended."""
-        self._share, self._gone, self._last = 0.0, 0.0, None
+        self._share, self._elapsed, self._last = 0.0, 0.0, None
 
     @property
     def left(self) -> float | None:
         """Remaining time [s]; None while it cannot be estimated."""
-        if self._gone < _NOT_BEFORE_S or not _LEAST_SHARE <= self._share < 1:
+        if self._elapsed < _MIN_ELAPSED_S or not _MIN_SHARE <= self._share < 1:
             return None
-        return self._gone * (1 - self._share) / self._share
+        return self._elapsed * (1 - self._share) / self._share
 
     def text(self) -> str:
         """Return the rounded remaining time, as "12 s left"; "" while it cannot be estimated."""
         left = self.left
         if left is None:
             return ""
-        for most, step in _STEPS:
+        for limit, step in _STEPS:
             rounded = max(math.ceil(left / step), 1) * step
-            if rounded <= most:
+            if rounded <= limit:
                 return f"{rounded} s left"
         return f"{math.ceil(left / 60)} min left"
 

@@ -16,7 +16,7 @@ from ilf.completion.completion import prepare
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, preset
 from ilf.errors import IlfError
-from ilf.io.depth_reading import Doubt
+from ilf.io.depth_reading import PlausibilityWarning
 from ilf.project.frame_state import FrameState
 from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
@@ -28,14 +28,14 @@ from ilf.sources.opening import is_recording
 from ..state.entries import Entry
 from ..state.session import Chains, Session
 from ..state.workspace import Workspace
-from .found_blocks import Found, describe_blocks, find
-from .queue import Job, JobLine
+from .found_blocks import FoundBlocks, describe_blocks, find
+from .queue import Job, JobQueue
 
 # Folders of frames and recordings: their frames, and a preview of the first. Without Qt.
 
 
 @dataclass(frozen=True, eq=False)
-class FirstLook:
+class FolderPreview:
     """A preview of a folder of frames or a recording before it is opened.
 
     Attributes
@@ -46,22 +46,22 @@ class FirstLook:
         The first frame; None if it cannot be read.
     problem : str
         Why it cannot be read; "" if it can.
-    doubts : tuple of Doubt
+    plausibility_warnings : tuple of Doubt
         Plausibility warnings about the way its depth is read.
     """
 
     listing: Listing
     frame: RGBDFrame | None
     problem: str = ""
-    doubts: tuple[Doubt, ...] = ()
+    plausibility_warnings: tuple[PlausibilityWarning, ...] = ()
 
 
-def holds_frames(path: str) -> bool:
+def contains_frames(path: str) -> bool:
     """Return whether a path is a folder of frames or a recording, by names only; a single frame's folder is not."""
     return is_recording(path) or (Path(path).is_dir() and not (Path(path) / META_NAME).is_file())
 
 
-def frames_of(how: FrameSource) -> Listing:
+def frames_in(how: FrameSource) -> Listing:
     """Return the frames of the folder or recording `how.rgb`, with the options of `how`; raises what `list_frames`
     does."""
     return list_frames(
@@ -74,15 +74,17 @@ def frames_of(how: FrameSource) -> Listing:
     )
 
 
-def look_into(how: FrameSource) -> FirstLook:
+def preview_folder(how: FrameSource) -> FolderPreview:
     """List the frames and read the first; raises what `list_frames` does."""
-    listing = frames_of(how)
+    listing = frames_in(how)
     first = listing.sources[0]
     try:
         frame = first.load()
-        return FirstLook(listing, frame, doubts=first.read_depth().doubts if frame.notes else ())
+        return FolderPreview(
+            listing, frame, plausibility_warnings=first.read_depth().plausibility_warnings if frame.notes else ()
+        )
     except IlfError as error:
-        return FirstLook(listing, None, str(error))
+        return FolderPreview(listing, None, str(error))
 
 
 # Restoring a frame from its stored state.
@@ -112,9 +114,9 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     )
     session.set_labels(state.labels)
     session.take_common(state.common)
-    session.own_parameters, session.dense = state.own_parameters, state.dense
-    session.bring_back(list(state.results.values()), state.guess)
-    session.kept_runs = list(state.runs)
+    session.own_parameters, session.extrapolate = state.own_parameters, state.extrapolate
+    session.restore_results(list(state.results.values()), state.extrapolation)
+    session.run_history = list(state.runs)
     session.compared = [kept for kept in state.runs if kept.number in state.compared]
     for kept in session.compared:
         kept.hold(True)
@@ -130,7 +132,7 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     return session
 
 
-class Decoded(Protocol):
+class DecodedState(Protocol):
     """A frame's stored state after reading."""
 
     @property
@@ -148,7 +150,7 @@ class StoredFrames(Protocol):
     def has(self, id: str) -> bool:
         """Whether it contains the state of a frame."""
 
-    def read(self, id: str, source: FrameSource | None) -> Decoded:
+    def read(self, id: str, source: FrameSource | None) -> DecodedState:
         """Read that state; called in the background thread."""
 
 
@@ -159,7 +161,7 @@ class _Opened:
     run: Run
     origin: FrameSource | Path
     key: str
-    again: Replay | None = None
+    record_replay: Replay | None = None
     """The record that the run was read from; None if its blocks are not extracted yet."""
 
 
@@ -180,7 +182,7 @@ class FrameLoader(QObject):
         A session that was opened from a record.
     listed(object, object)
         The FrameSource of a folder, and the Listing of its frames, which are now in the list.
-    not_opened(object, object)
+    opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
     incomplete(object, object)
         A session that was opened from its stored state, and sentences about parts that could not be read.
@@ -195,7 +197,7 @@ class FrameLoader(QObject):
     extracted = Signal(object)
     replayed = Signal(object)
     listed = Signal(object, object)
-    not_opened = Signal(object, object)
+    opening_failed = Signal(object, object)
     incomplete = Signal(object, object)
     failed = Signal(str, object)
     idle = Signal()
@@ -205,14 +207,14 @@ class FrameLoader(QObject):
         self._workspace = workspace
         self.stored: StoredFrames | None = None
         """Storage of the states of frames that are not open."""
-        self._reading, self._extracting = self._lines = JobLine(self), JobLine(self)
+        self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
         self._was_busy = False
-        self._put_off = WeakSet[Session]()
+        self._postponed = WeakSet[Session]()
         """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
-            line.changed.connect(self._tell_busy)
-        workspace.session_changed.connect(self._take_up)
-        workspace.sessions_changed.connect(self._give_up_closed)
+            line.changed.connect(self._emit_busy)
+        workspace.session_changed.connect(self._resume_postponed)
+        workspace.sessions_changed.connect(self._cancel_closed)
 
     @property
     def busy(self) -> bool:
@@ -227,10 +229,10 @@ class FrameLoader(QObject):
     @property
     def share_done(self) -> float:
         """Share of the queued frames and extractions that is done, 0-1; 0 for a single one."""
-        done, to_come = (
-            sum(counts) for counts in zip(*((line.done, line.to_come) for line in self._lines), strict=True)
+        done, pending_count = (
+            sum(counts) for counts in zip(*((line.done, line.pending_count) for line in self._lines), strict=True)
         )
-        return done / max(done + to_come, 1)
+        return done / max(done + pending_count, 1)
 
     # opening
 
@@ -287,7 +289,7 @@ class FrameLoader(QObject):
                 lambda found: take(found) if wanted() else None,
                 lambda error: self._note_problem(entry, error) if wanted() else None,
                 wanted,
-                passing=True,
+                transient=True,
             )
         )
 
@@ -297,11 +299,11 @@ class FrameLoader(QObject):
         """Run `do` in the reading queue, in the background; then call `take` with its result in the GUI's thread, or
         emit `failed` and call `fail`."""
 
-        def tell(error: Exception) -> None:
+        def report(error: Exception) -> None:
             self.failed.emit(what, error)
             fail()
 
-        self._reading.add(Job(what, do, take, tell))
+        self._reading.add(Job(what, do, take, report))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
         session = self._workspace.session_of(key)
@@ -315,24 +317,24 @@ class FrameLoader(QObject):
         session = Session.of(opened.run, opened.origin, opened.key)
         session.id = entry.id
         self._workspace.add_session(session)
-        self._extract_first(session, passing=True)
+        self._extract_first(session, transient=True)
 
     def _take_opened(self, opened: _Opened) -> None:
         if self._shown_already(opened.origin, opened.key):
             return
-        session = Session.of(opened.run, opened.origin, opened.key, opened.again)
+        session = Session.of(opened.run, opened.origin, opened.key, opened.record_replay)
         replaced = self._workspace.entries.of_key(opened.key)
         if replaced is not None:
             self._workspace.remove_entries([replaced])
-        if opened.again is None:
+        if opened.record_replay is None:
             self._workspace.add_session(session)
             self._extract_first(session)
         else:
             self._workspace.add_session(session, opened.run)
-            self._tell_blocks(session, *opened.run.notes)
+            self._report_blocks(session, *opened.run.notes)
             self.replayed.emit(session)
 
-    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
+    def _take_restored(self, entry: Entry, decoded: DecodedState) -> None:
         session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
         self._workspace.add_session(session, restored=True)
         if decoded.problems:
@@ -347,13 +349,13 @@ class FrameLoader(QObject):
             self.open_entry(first)
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
-        self.not_opened.emit(entry, error)
+        self.opening_failed.emit(entry, error)
         self._workspace.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
 
     # extracting
 
-    def extract(self, session: Session, found: Found | None = None) -> None:
+    def extract(self, session: Session, found: FoundBlocks | None = None) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters.
 
         With `found`, which must be the extraction with these parameters, its blocks are set at once.
@@ -366,24 +368,25 @@ class FrameLoader(QObject):
             session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
         )
 
-    def is_at(self, session: Session) -> bool:
+    def is_extracting(self, session: Session) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
         return self._extracting.has(session)
 
-    def is_waiting(self, session: Session) -> bool:
+    def is_postponed(self, session: Session) -> bool:
         """Whether a frame's extraction was postponed because another frame was shown."""
-        return session in self._put_off
+        return session in self._postponed
 
-    def _extract_first(self, session: Session, passing: bool = False) -> None:
-        """Extract the blocks of a frame that was opened without any; `passing`: only if it is still the current one."""
+    def _extract_first(self, session: Session, transient: bool = False) -> None:
+        """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
+        one."""
         frame, parameters = session.frame, self._workspace.extraction_parameters
 
         def wanted() -> bool:
-            if session.notes.carried_from:
+            if session.notes.propagated_from:
                 return False
-            if not passing or self._workspace.is_present(session):
+            if not transient or self._workspace.is_current(session):
                 return True
-            self._put_off.add(session)
+            self._postponed.add(session)
             return False
 
         self._add_extraction(
@@ -393,8 +396,8 @@ class FrameLoader(QObject):
     def _add_extraction(
         self,
         session: Session,
-        do: Callable[[], Found],
-        take: Callable[[Found], None],
+        do: Callable[[], FoundBlocks],
+        take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, sessions = f"Extract blocks of {session.name}", self._workspace.sessions
@@ -409,34 +412,34 @@ class FrameLoader(QObject):
             )
         )
 
-    def _take_up(self) -> None:
+    def _resume_postponed(self) -> None:
         """Start the postponed extraction of the current frame."""
         session = self._workspace.session if self._workspace.has_session else None
-        if session is not None and session in self._put_off:
-            self._put_off.discard(session)
-            self._extract_first(session, passing=True)
+        if session is not None and session in self._postponed:
+            self._postponed.discard(session)
+            self._extract_first(session, transient=True)
 
-    def _give_up_closed(self) -> None:
+    def _cancel_closed(self) -> None:
         """Cancel extractions of closed frames."""
-        self._extracting.give_up(lambda session: session not in self._workspace.sessions)
+        self._extracting.cancel_if(lambda session: session not in self._workspace.sessions)
 
-    def _take_first(self, session: Session, found: Found) -> None:
+    def _take_first(self, session: Session, found: FoundBlocks) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
-        if session.notes.carried_from:
+        if session.notes.propagated_from:
             return
-        if self._workspace.is_present(session):
+        if self._workspace.is_current(session):
             self.extracted.emit(found)
         self._workspace.set_first_blocks(session, found.extraction, found.parameters)
         beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
-        self._tell_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
+        self._report_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
 
-    def _take_extraction(self, session: Session, found: Found) -> None:
+    def _take_extraction(self, session: Session, found: FoundBlocks) -> None:
         kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
-        if self._workspace.is_present(session):
+        if self._workspace.is_current(session):
             self.extracted.emit(found)
-        self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
+        self._report_blocks(session, _describe_kept(*kept), *found.extraction.notes)
 
-    def _tell_blocks(self, session: Session, *notes: str) -> None:
+    def _report_blocks(self, session: Session, *notes: str) -> None:
         text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
         self.message.emit(" ".join(filter(None, (text, *notes))))
 
@@ -447,7 +450,7 @@ class FrameLoader(QObject):
         ended = [line.shutdown() for line in self._lines]
         return all(ended)
 
-    def _tell_busy(self) -> None:
+    def _emit_busy(self) -> None:
         was_busy, self._was_busy = self._was_busy, self.busy
         self.busy_changed.emit()
         if was_busy and not self.busy:
@@ -466,8 +469,8 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
-    listing = frames_of(how)
-    return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
+    listing = frames_in(how)
+    return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
@@ -477,11 +480,11 @@ def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
 
 
 def _open_run(path: Path) -> _Opened:
-    again = replay(path)
-    return _Opened(again.run, path, str(path), again)
+    record_replay = replay(path)
+    return _Opened(record_replay.run, path, str(path), record_replay)
 
 
-def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
     found = find(frame, parameters)
     prepare(frame, preset(), parameters)  # in advance, so that the first slider move is fast
     return found

@@ -29,7 +29,7 @@ class Job:
         Called with an exception in the GUI's thread.
     still_wanted : callable
         Called before the job starts; the job is skipped if it returns False.
-    passing : bool
+    transient : bool
         Whether a later job of this kind replaces it while it waits.
     about : object
         The object that it works on.
@@ -40,11 +40,11 @@ class Job:
     take: Callable[[Any], None]
     fail: Callable[[Exception], None]
     still_wanted: Callable[[], bool] = lambda: True
-    passing: bool = False
+    transient: bool = False
     about: object = None
 
 
-class JobLine(QObject):
+class JobQueue(QObject):
     """A queue of jobs.
 
     Signals
@@ -77,7 +77,7 @@ class JobLine(QObject):
         return "" if self._job is None else self._job.what
 
     @property
-    def to_come(self) -> int:
+    def pending_count(self) -> int:
         """Number of jobs that have not ended."""
         return len(self._waiting) + (self._job is not None)
 
@@ -88,12 +88,12 @@ class JobLine(QObject):
 
     def add(self, job: Job) -> None:
         """Append a job."""
-        if job.passing:
-            self._waiting = deque(other for other in self._waiting if not other.passing)
+        if job.transient:
+            self._waiting = deque(other for other in self._waiting if not other.transient)
         self._waiting.append(job)
         self._next()
 
-    def give_up(self, unwanted: Callable[[object], bool]) -> None:
+    def cancel_if(self, unwanted: Callable[[object], bool]) -> None:
         """Cancel the current job if its object is no longer wanted; it does not report."""
         if self._job is not None and self._job.about is not None and unwanted(self._job.about):
             self._worker.cancel()
@@ -115,12 +115,12 @@ class JobLine(QObject):
             self.done = 0
         self.changed.emit()
 
-    def _end(self, tell: Callable[[Job], None]) -> None:
+    def _end(self, handle: Callable[[Job], None]) -> None:
         job, self._job = self._job, None
         self.done += 1
         try:
             if job is not None:
-                tell(job)
+                handle(job)
         finally:
             self._next()
 

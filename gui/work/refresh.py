@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
 _INTERVAL_S = 0.15
 """Minimum time [s] between redraws of deferrable parts."""
 
-_COSTS = 6.0
+_COST_FACTOR = 6.0
 """The same as a multiple of the redraw's duration, so that most time is left for user input."""
 
 
@@ -28,10 +28,10 @@ class Refresh(QObject):
         super().__init__(parent)
         self._draw: dict[str, Callable[[], None]] = {}
         self._stale: set[str] = set()
-        self._patient: set[str] = set()
+        self._deferred: set[str] = set()
         self._not_before = 0.0
         self._stopped = False
-        self._coming = False
+        self._scheduled = False
         # not a timer with interval 0: the next user input would be handled before it
         self._wanted.connect(self._turn, Qt.ConnectionType.QueuedConnection)
         self._later = QTimer(self, singleShot=True)
@@ -42,23 +42,23 @@ class Refresh(QObject):
         part: str,
         draw: Callable[[], None],
         on: tuple[SignalInstance, ...],
-        later_on: tuple[SignalInstance, ...] = (),
+        deferred_on: tuple[SignalInstance, ...] = (),
     ) -> None:
-        """Add a part; signals in `on` mark it for the next turn, those in `later_on` for later."""
+        """Add a part; signals in `on` mark it for the next turn, those in `deferred_on` for later."""
         self._draw[part] = draw
         for signal in on:
             signal.connect(lambda *_: self.mark(part))
-        for signal in later_on:
-            signal.connect(lambda *_: self.mark_later(part))
+        for signal in deferred_on:
+            signal.connect(lambda *_: self.mark_deferred(part))
 
     def mark(self, *parts: str) -> None:
         """Mark parts as stale, to be drawn at the next turn of the event loop."""
         self._stale.update(parts)
         self._schedule()
 
-    def mark_later(self, *parts: str) -> None:
+    def mark_deferred(self, *parts: str) -> None:
         """Mark parts as stale, to be drawn when the window has had time for other work."""
-        self._patient.update(parts)
+        self._deferred.update(parts)
         self._schedule()
 
     def now(self) -> None:
@@ -79,29 +79,29 @@ class Refresh(QObject):
     def _schedule(self) -> None:
         if self._stopped:
             return
-        if self._stale and not self._coming:
-            self._coming = True
+        if self._stale and not self._scheduled:
+            self._scheduled = True
             self._wanted.emit()
-        elif self._patient and not self._stale and not self._later.isActive():
+        elif self._deferred and not self._stale and not self._later.isActive():
             self._later.start(max(round(1000 * (self._not_before - time.perf_counter())), 0))
 
     def _turn(self) -> None:
-        self._coming = False
+        self._scheduled = False
         if self._stopped:
             return
         begun = time.perf_counter()
-        waited = bool(self._patient) and begun >= self._not_before
+        waited = bool(self._deferred) and begun >= self._not_before
         if waited:
-            self._stale |= self._patient
-            self._patient.clear()
+            self._stale |= self._deferred
+            self._deferred.clear()
         try:
             for part, draw in self._draw.items():
                 if part in self._stale:
                     self._stale.discard(part)
-                    self._patient.discard(part)
+                    self._deferred.discard(part)
                     draw()
         finally:
             if waited:
                 ended = time.perf_counter()
-                self._not_before = ended + max(_INTERVAL_S, _COSTS * (ended - begun))
+                self._not_before = ended + max(_INTERVAL_S, _COST_FACTOR * (ended - begun))
             self._schedule()

@@ -11,9 +11,9 @@ from PySide6.QtGui import QAction
 from ..state.commands import Change
 from ..state.session import Session
 from ..state.workspace import Workspace
-from .frame_runs import Ended, FrameRuns, RunState
+from .frame_runs import FrameRuns, RunOutcome, RunState
 
-__all__ = ["Ended", "RunController", "RunState"]
+__all__ = ["RunController", "RunOutcome", "RunState"]
 
 
 class RunController(QObject):
@@ -41,9 +41,9 @@ class RunController(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._all: dict[Session, FrameRuns] = {}
-        self._left: list[FrameRuns] = []
+        self._closed: list[FrameRuns] = []
         """Runs of closed frames that have not ended."""
-        workspace.sessions_changed.connect(self._leave_closed)
+        workspace.sessions_changed.connect(self._cancel_closed)
         workspace.session_changed.connect(self.state_changed)
 
     def of(self, session: Session) -> FrameRuns:
@@ -57,15 +57,15 @@ class RunController(QObject):
         return self._all[session]
 
     def _pass_records(self, session: Session, label: int, records: list[object]) -> None:
-        if self._workspace.is_present(session):
+        if self._workspace.is_current(session):
             self.records.emit(label, records)
 
     def _pass_resolved(self, session: Session, text: str) -> None:
-        if self._workspace.is_present(session):
+        if self._workspace.is_current(session):
             self.resolved.emit(text)
 
     @property
-    def _present(self) -> FrameRuns | None:
+    def _current(self) -> FrameRuns | None:
         return self._all.get(self._workspace.session) if self._workspace.has_session else None
 
     @property
@@ -76,7 +76,7 @@ class RunController(QObject):
     @property
     def state(self) -> RunState:
         """The state of the current frame's run."""
-        present = self._present
+        present = self._current
         return RunState.IDLE if present is None else present.state
 
     @property
@@ -87,25 +87,25 @@ class RunController(QObject):
     @property
     def resolving(self) -> tuple[int, ...]:
         """The blocks of the current frame that are being re-solved."""
-        present = self._present
+        present = self._current
         return () if present is None else present.resolving
 
     @property
     def queued(self) -> set[int]:
         """Blocks of the current frame's run that have not started yet."""
-        present = self._present
+        present = self._current
         return set() if present is None else present.queued
 
     @property
     def share_done(self) -> float:
         """Share of the blocks of the current frame's run that are done, 0-1."""
-        present = self._present
+        present = self._current
         return 0.0 if present is None else present.share_done
 
     @property
     def seconds(self) -> float:
         """Duration of the current frame's work so far [s]."""
-        present = self._present
+        present = self._current
         return 0.0 if present is None else present.seconds
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
@@ -116,17 +116,17 @@ class RunController(QObject):
         """Run the blocks of the current frame without an up-to-date result."""
         self.of(self._workspace.session).start_changed()
 
-    def start_chosen(self) -> None:
+    def start_selected(self) -> None:
         """Run the selected blocks of the current frame."""
-        self.of(self._workspace.session).start_chosen()
+        self.of(self._workspace.session).start_selected()
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
         """Re-solve blocks of the current frame in their current state, in this order; False if a run has priority."""
         return self.of(self._workspace.session).resolve(blocks, edited)
 
-    def guess(self) -> None:
+    def extrapolate(self) -> None:
         """Extrapolate what the current frame's blocks leave missing."""
-        self.of(self._workspace.session).guess()
+        self.of(self._workspace.session).extrapolate()
 
     def toggle_pause(self) -> None:
         """Pause the current frame's run, or resume it."""
@@ -154,22 +154,22 @@ class RunController(QObject):
 
     def shutdown(self) -> bool:
         """Stop permanently, before the window closes. True if all threads have ended."""
-        ended = [runs.shutdown() for runs in (*self._all.values(), *self._left)]
+        ended = [runs.shutdown() for runs in (*self._all.values(), *self._closed)]
         return all(ended)
 
-    def _leave_closed(self) -> None:
+    def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
         for session in [session for session in self._all if session not in self._workspace.sessions]:
             runs = self._all.pop(session)
-            self._left.append(runs)
+            self._closed.append(runs)
             runs.cancel()
             runs.state_changed.connect(self._forget_idle)
         self._forget_idle()
 
     def _forget_idle(self) -> None:
         """Delete the runs of closed frames that have ended."""
-        for runs in [runs for runs in self._left if runs.state is RunState.IDLE]:
-            self._left.remove(runs)
+        for runs in [runs for runs in self._closed if runs.state is RunState.IDLE]:
+            self._closed.remove(runs)
             runs.deleteLater()
 
 
@@ -194,10 +194,10 @@ class LiveSolver(QObject):
         self._live = live
         self._touched: WeakKeyDictionary[Session, set[int]] = WeakKeyDictionary()
         """Blocks to re-solve, also of frames that are not shown."""
-        self._asked: set[int] = set()
+        self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
         workspace.edited.connect(self._take)
-        workspace.distrusted_changed.connect(self._take_all)
+        workspace.invalid_mask_changed.connect(self._take_all)
         workspace.guide_changed.connect(self._take_all)
         workspace.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
@@ -212,12 +212,12 @@ class LiveSolver(QObject):
     def _add(self, session: Session, blocks: Collection[int]) -> None:
         if self._live.isChecked() and session.results.kept:
             self._touched.setdefault(session, set()).update(blocks)
-            self._asked.difference_update(blocks)
+            self._requested.difference_update(blocks)
             self._go_on()
 
     def _turn(self) -> None:
         """Clear the requests when another frame is shown; they are made again when the frame is shown again."""
-        self._asked.clear()
+        self._requested.clear()
         self._go_on()
 
     def _go_on(self) -> None:
@@ -227,13 +227,13 @@ class LiveSolver(QObject):
         session, chosen = workspace.session, workspace.chosen
         touched = self._touched.get(session, set())
         if runs.state is RunState.IDLE:  # requested blocks are solved or cancelled
-            touched -= self._asked
-            self._asked.clear()
-        there = touched.intersection(session.counts()) - self._asked
+            touched -= self._requested
+            self._requested.clear()
+        there = touched.intersection(session.counts()) - self._requested
         wanted = [label for label in there if not session.is_up_to_date(label)]
         touched -= there.difference(wanted)  # parameters set later are no edit
         wanted.sort(key=lambda label: (label != chosen, label))
         if wanted:
-            self._asked.update(wanted)  # before the call: it emits state_changed at once
+            self._requested.update(wanted)  # before the call: it emits state_changed at once
             if not runs.resolve(wanted, edited=True):
-                self._asked.difference_update(wanted)
+                self._requested.difference_update(wanted)

@@ -16,27 +16,28 @@ _POLL_S = 0.02
 """Interval at which waiting threads check for cancellation [s]."""
 
 
-class _Here(threading.local):
+class _ThreadState(threading.local):
     """Cancellation events of a thread."""
 
-    wishes: tuple[threading.Event, ...] = ()
+    cancel_events: tuple[threading.Event, ...] = ()
 
 
-_here = _Here()
+_thread_state = _ThreadState()
 
 
-def present_wishes() -> tuple[threading.Event, ...]:
-    """Return the cancellation events of this thread, to pass them to threads that share its work; see `heed`."""
-    return _here.wishes
+def current_cancel_events() -> tuple[threading.Event, ...]:
+    """Return the cancellation events of this thread, to pass them to threads that share its work; see
+    `set_cancel_events`."""
+    return _thread_state.cancel_events
 
 
-def heed(*wishes: threading.Event) -> None:
+def set_cancel_events(*cancel_events: threading.Event) -> None:
     """Set the cancellation events of this thread: its work stops when one of these is set, and no others count."""
-    _here.wishes = wishes
+    _thread_state.cancel_events = cancel_events
 
 
 @contextmanager
-def heeding(wish: threading.Event) -> Iterator[None]:
+def cancelled_by(cancel_event: threading.Event) -> Iterator[None]:
     """Within the block, also cancel work in this thread when the event is set.
 
     Examples
@@ -44,46 +45,46 @@ def heeding(wish: threading.Event) -> Iterator[None]:
     >>> import threading
     >>> import ilf
     >>> frame = ilf.load_frame(ilf._runtime.installation.asset_path("samples/room"))
-    >>> wish = threading.Event()
-    >>> wish.set()  # from any thread
-    >>> with heeding(wish):
+    >>> cancel_event = threading.Event()
+    >>> cancel_event.set()  # from any thread
+    >>> with cancelled_by(cancel_event):
     ...     ilf.extract_blocks(frame)
     Traceback (most recent call last):
     ilf.errors.Cancelled: The work was cancelled.
     """
-    before = _here.wishes
-    _here.wishes = (*before, wish)
+    before = _thread_state.cancel_events
+    _thread_state.cancel_events = (*before, cancel_event)
     try:
         yield
     finally:
-        _here.wishes = before
+        _thread_state.cancel_events = before
 
 
-def check_stopped() -> None:
+def check_cancelled() -> None:
     """Raise Cancelled if the work of this thread has been cancelled. It costs 0.1 us: call it about every 50 ms."""
-    if any(wish.is_set() for wish in _here.wishes):
+    if any(cancel_event.is_set() for cancel_event in _thread_state.cancel_events):
         raise Cancelled("The work was cancelled.")
 
 
-def stoppable(items: Iterable[T]) -> Iterator[T]:
+def cancellable_items(items: Iterable[T]) -> Iterator[T]:
     """Yield the same items, checking for cancellation before each."""
     for item in items:
-        check_stopped()
+        check_cancelled()
         yield item
 
 
 @contextmanager
-def taking(lock: Any) -> Iterator[None]:
+def acquired(lock: Any) -> Iterator[None]:
     """Hold a lock within the block; waiting for it ends when the work is cancelled."""
     while not lock.acquire(timeout=_POLL_S):
-        check_stopped()
+        check_cancelled()
     try:
         yield
     finally:
         lock.release()
 
 
-def out_of_signals_way(work: Callable[[], T]) -> T:
+def shielded_from_signals(work: Callable[[], T]) -> T:
     """Run work that must not be interrupted by exceptions of signal handlers, which are raised in the main thread.
 
     In the main thread, the work runs in a separate thread and is cancelled when such an exception comes; in other
@@ -91,18 +92,18 @@ def out_of_signals_way(work: Callable[[], T]) -> T:
     """
     if threading.current_thread() is not threading.main_thread():
         return work()
-    left = threading.Event()
-    wishes = (*present_wishes(), left)
+    abandoned = threading.Event()
+    cancel_events = (*current_cancel_events(), abandoned)
 
-    def heedful_work() -> T:
-        heed(*wishes)
+    def cancellable_work() -> T:
+        set_cancel_events(*cancel_events)
         return work()
 
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
         try:
-            future = thread.submit(heedful_work)
+            future = thread.submit(cancellable_work)
             while not future.done():  # a signal just before an endless wait would go unnoticed
                 wait([future], _POLL_S)
             return future.result()
         finally:
-            left.set()
+            abandoned.set()

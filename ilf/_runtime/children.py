@@ -23,7 +23,7 @@ def child_command(module: str) -> list[str]:
     return [sys.executable, "-P", "-c", f"from {module} import main; main()"]
 
 
-def serve_as_child() -> None:
+def run_if_child() -> None:
     """Run the child's work if this is a frozen program started as a child of itself, by `child_command` or by
     `multiprocessing`, and do not return. Every entry point calls this first."""
     if not _is_frozen():

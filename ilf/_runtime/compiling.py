@@ -54,12 +54,12 @@ def compiled(loops: Callable[..., Any] | None = None) -> Callable[[Callable[P, T
         written = loops or plain
 
         @cache
-        def made() -> Callable[P, T]:
+        def compiled_loops() -> Callable[P, T]:
             return _machine_code(written)
 
         @wraps(plain)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            return (made() if is_compiled() else plain)(*args, **kwargs)
+            return (compiled_loops() if is_compiled() else plain)(*args, **kwargs)
 
         _loops_of[run] = written
         return run
@@ -80,17 +80,17 @@ def is_compiled() -> bool:
 def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
-    _tell_numba()
+    _register_with_numba()
     make = numba.njit(nogil=True, error_model="numpy", fastmath=_FLAGS)
-    made = make(loops)
+    compiled_loops = make(loops)
     try:
-        made.enable_caching()
+        compiled_loops.enable_caching()
     except RuntimeError:  # no cache folder: every process compiles it again
         return make(loops)
-    return made
+    return compiled_loops
 
 
-def _tell_numba() -> None:
+def _register_with_numba() -> None:
     """Register the loops of compiled functions, so that machine code calls these in their place."""
     from numba.extending import overload
 

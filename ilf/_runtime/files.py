@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ExportError, FormatError, InputError, cause
-from .cancellation import check_stopped
-from .temporary_files import clear_left_files, made_by, moving, unfinished
+from .cancellation import check_cancelled
+from .temporary_files import moving_into_place, remove_stale_files, removed_on_exit, unique_tag
 
 if TYPE_CHECKING:
     import numpy as np
@@ -126,7 +126,7 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
 
 # Atomic writing: a file is written completely or not at all.
 
-_WAYS_OUT = {
+_REMEDIES = {
     errno.ENOENT: "the folder does not exist. Create it first",
     errno.ENOTDIR: "the folder does not exist. Create it first",
     errno.EACCES: "permission denied. Choose another folder",
@@ -142,9 +142,9 @@ _WAYS_OUT = {
 }
 
 
-def way_out(error: OSError) -> str:
+def remedy(error: OSError) -> str:
     """Describe why a file could not be written, and what to do about it."""
-    return _WAYS_OUT.get(error.errno or 0) or cause(error)
+    return _REMEDIES.get(error.errno or 0) or cause(error)
 
 
 @contextmanager
@@ -170,21 +170,21 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     'all or nothing'
     """
     final = Path(target).absolute()
-    temporary = final.with_name(f".ilf-{made_by()}{final.suffix}")
+    temporary = final.with_name(f".ilf-{unique_tag()}{final.suffix}")
     try:
-        with unfinished(temporary):
+        with removed_on_exit(temporary):
             temporary.touch(exist_ok=False)
-            clear_left_files(temporary)
+            remove_stale_files(temporary)
             try:
                 yield temporary
                 with open(temporary, "rb+") as written:
                     os.fsync(written.fileno())
-                with moving():
+                with moving_into_place():
                     os.replace(temporary, final)
             finally:
                 temporary.unlink(missing_ok=True)
     except OSError as error:
-        raise ExportError(f"Could not write {target}: {way_out(error)}.") from error
+        raise ExportError(f"Could not write {target}: {remedy(error)}.") from error
 
 
 def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
@@ -197,14 +197,14 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
     """Write a file atomically, part by part, without holding all of it in memory."""
     with atomic_path(target) as temporary, open(temporary, "wb") as file:
         for part in parts:
-            check_stopped()
+            check_cancelled()
             file.write(part)
 
 
 # Output folders.
 
 
-def made_folder(folder: str | Path) -> Path:
+def ensure_folder(folder: str | Path) -> Path:
     """Return the folder, created if it does not exist; raise ExportError if that fails."""
     path = Path(folder)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import SupportsFloat
+from typing import SupportsFloat, SupportsInt
 
 UNKNOWN = "\u2013"
 
@@ -22,7 +22,7 @@ def millimetres(metres: float) -> str:
     return f"{1000 * metres:.{0 if size >= 99.95 else 1 if size >= 9.995 else 2}f}"
 
 
-def grouped(count: int) -> str:
+def grouped(count: SupportsInt) -> str:
     """Format a count with commas as thousands separators.
 
     Examples
@@ -33,7 +33,7 @@ def grouped(count: int) -> str:
     return f"{int(count):,}"  # also for numpy's integers
 
 
-def counted(count: int, what: str) -> str:
+def counted(count: SupportsInt, what: str) -> str:
     """Format a count with its noun, in the plural where needed.
 
     Examples

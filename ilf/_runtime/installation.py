@@ -73,7 +73,7 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
         return import_module(module)
     except (ImportError, OSError) as error:
         package = module.partition(".")[0]
-        raise InputError(f"{purpose} needs the package {package}, {way_out(package, extra, error)}") from error
+        raise InputError(f"{purpose} needs the package {package}, {remedy(package, extra, error)}") from error
 
 
 def load_libusb() -> None:
@@ -85,7 +85,7 @@ def load_libusb() -> None:
             ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
 
 
-def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
+def remedy(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
     """Describe why a package cannot be imported, and what to install: the end of a sentence.
 
     Parameters

@@ -25,12 +25,12 @@ _ADDRESSES, _ADDRESSES_PER_THREAD = 0.55e9, 0.25e9
 """Address space [bytes] that the libraries need when loaded, most of it never used, and that of each thread that
 OpenBLAS starts, one per core by default; with less, they end the process or crash."""
 
-_MOST_THREADS = 64
+_MAX_THREADS = 64
 """Maximum number of threads that OpenBLAS starts."""
 
-_USUAL_GB = 8.0
+_DEFAULT_GB = 8.0
 
-_LARGE = 1 << 20
+_MIN_PIXELS_TO_RELEASE = 1 << 20
 """Number of pixels below which releasing memory is not worth its time."""
 
 
@@ -42,13 +42,15 @@ def memory_limit() -> float:
     ParameterError
         If ILF_MEMORY is not a positive number.
     """
-    said = os.environ.get("ILF_MEMORY")
+    setting = os.environ.get("ILF_MEMORY")
     try:
-        limit = _USUAL_GB if not said else float(said)
+        limit = _DEFAULT_GB if not setting else float(setting)
     except ValueError:
         limit = math.nan
     if not limit > 0:
-        raise ParameterError(f"The environment variable ILF_MEMORY must be a positive number of GB, not {said!r:.40}.")
+        raise ParameterError(
+            f"The environment variable ILF_MEMORY must be a positive number of GB, not {setting!r:.40}."
+        )
     return 1e9 * limit
 
 
@@ -60,8 +62,8 @@ def check_address_space(cores: int) -> None:
     except ImportError:  # on Windows there is no such limit
         return
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    said = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
-    threads = min(cores, int(said) if said.isdecimal() else _MOST_THREADS)
+    setting = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
+    threads = min(cores, int(setting) if setting.isdecimal() else _MAX_THREADS)
     needed = _ADDRESSES + _ADDRESSES_PER_THREAD * threads
     if limit != resource.RLIM_INFINITY and limit < needed:
         raise InputError(
@@ -76,7 +78,7 @@ def memory_needed(width: int, height: int) -> float:
     return _PROGRAM + min(_NETWORKS, _NETWORKS_PER_PIXEL * pixels) + _PER_PIXEL * pixels
 
 
-def check_fits(what: object, width: int, height: int) -> None:
+def check_memory(what: object, width: int, height: int) -> None:
     """Raise FormatError for a frame that would need too much memory, before any of it is read.
 
     Parameters
@@ -100,14 +102,14 @@ def check_fits(what: object, width: int, height: int) -> None:
         )
 
 
-def give_back(pixels: int) -> None:
+def release_memory(pixels: int) -> None:
     """Return free memory to the system after work on this many pixels has ended.
 
     The GNU C library keeps freed arrays of up to 32 MB for reuse, separately for each thread: for a frame of
     3840 x 2160 px, this is more than the work itself needs at a time.
     """
     trim = _trim()
-    if pixels >= _LARGE and trim is not None:
+    if pixels >= _MIN_PIXELS_TO_RELEASE and trim is not None:
         trim(0)
 
 

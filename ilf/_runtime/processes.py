@@ -17,24 +17,24 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from ..errors import IlfError
-from .cancellation import check_stopped
-from .temporary_files import discard_unfinished
+from .cancellation import check_cancelled
+from .temporary_files import remove_temporary_files
 
 # Parent watch: a worker process notices the end of its parent because a pipe on which nothing is sent closes.
 
 
-def live_by(closed: Callable[[], object]) -> None:
+def exit_with_parent(closed: Callable[[], object]) -> None:
     """End this process, which has just started, when a function returns, or raises EOFError or OSError, as reading from
     a pipe does whose other end is only in the parent process."""
     # Ctrl+C reaches every process of a terminal; only the parent handles it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(closed,), name="ilf-lifeline", daemon=True).start()
+    threading.Thread(target=_exit_after, args=(closed,), name="ilf-lifeline", daemon=True).start()
 
 
-def _end_with(closed: Callable[[], object]) -> None:
+def _exit_after(closed: Callable[[], object]) -> None:
     with suppress(EOFError, OSError):
         closed()
-    discard_unfinished()
+    remove_temporary_files()
     os._exit(1)
 
 
@@ -45,7 +45,7 @@ Result = TypeVar("Result")
 
 
 class _Process(SpawnProcess):
-    """A process that ignores Ctrl+C from its start, before `live_by` takes effect."""
+    """A process that ignores Ctrl+C from its start, before `exit_with_parent` takes effect."""
 
     def start(self) -> None:
         """Start the process; it inherits the signals that are blocked here meanwhile."""
@@ -79,8 +79,10 @@ def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     """
     context = ProcessContext()
     # nothing is ever sent: the other end is only in this process, and closes when it ends
-    lifeline, held = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline.recv_bytes,))
+    parent_watch, held = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(
+        jobs, mp_context=context, initializer=exit_with_parent, initargs=(parent_watch.recv_bytes,)
+    )
     others = set(multiprocessing.active_children())
     try:
         yield pool
@@ -91,7 +93,7 @@ def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     finally:
         held.close()
         pool.shutdown(cancel_futures=True)
-        lifeline.close()
+        parent_watch.close()
 
 
 def result_of(future: Future[Result]) -> Result:
@@ -170,7 +172,7 @@ _POLL_S = 0.05
 Item = TypeVar("Item")
 
 
-def done_apart(
+def run_in_processes(
     work: Callable[[Item], Result],
     items: Sequence[Item],
     *,
@@ -200,30 +202,30 @@ def done_apart(
     again: list[Item] = []
     waiting = deque(items)
     while waiting:
-        again += yield from _until_one_dies(work, waiting, jobs, tidy)
+        again += yield from _run_until_crash(work, waiting, jobs, tidy)
     for item in again:
-        if (yield from _until_one_dies(work, deque([item]), 1, tidy)):
+        if (yield from _run_until_crash(work, deque([item]), 1, tidy)):
             yield item, None
 
 
-def _until_one_dies(
+def _run_until_crash(
     work: Callable[[Item], Result], waiting: deque[Item], jobs: int, tidy: Callable[[Item], object]
 ) -> Generator[tuple[Item, Result], None, list[Item]]:
     """Process items until none is waiting, or a process crashes; return the items in progress at that time."""
-    under_way: dict[Future[Result], Item] = {}
+    pending_work: dict[Future[Result], Item] = {}
     try:
         with process_pool(min(jobs, len(waiting))) as pool:
-            while waiting or under_way:
-                while waiting and len(under_way) < jobs:
-                    under_way[pool.submit(work, waiting[0])] = waiting[0]
+            while waiting or pending_work:
+                while waiting and len(pending_work) < jobs:
+                    pending_work[pool.submit(work, waiting[0])] = waiting[0]
                     waiting.popleft()
-                check_stopped()
-                for future in wait(under_way, timeout=_POLL_S, return_when=FIRST_COMPLETED).done:
+                check_cancelled()
+                for future in wait(pending_work, timeout=_POLL_S, return_when=FIRST_COMPLETED).done:
                     result = future.result()
-                    yield under_way.pop(future), result
+                    yield pending_work.pop(future), result
     except BrokenProcessPool:
-        return list(under_way.values())
+        return list(pending_work.values())
     finally:
-        for item in under_way.values():
+        for item in pending_work.values():
             tidy(item)
     return []

@@ -15,7 +15,7 @@ from typing import Any
 
 from ..errors import FormatError, IlfError, InputError, cause
 from .children import child_command
-from .processes import live_by
+from .processes import exit_with_parent
 
 SECONDS, MEMORY = 60, 4 * 2**30
 """Time limit of a reader [s], and limit of its memory [bytes] beyond what the process uses at its start."""
@@ -23,10 +23,10 @@ SECONDS, MEMORY = 60, 4 * 2**30
 _VALUE, _ERROR, _BROKEN, _MEMORY = "value", "error", "broken", "memory"
 _LENGTH = 8
 """Size [bytes] of the length prefix."""
-_WAY_OUT = "Copy or export it again."
+_REMEDY = "Copy or export it again."
 
 
-def in_child(
+def run_in_sandbox(
     function: Callable[..., Any], *arguments: Any, file: str, seconds: float = SECONDS, memory: int = MEMORY
 ) -> Any:
     """Call a function in a separate process, which it may crash, exhaust or block, and return its result.
@@ -55,14 +55,14 @@ def in_child(
 
     Examples
     --------
-    >>> in_child(divmod, 7, 2, file="seven")
+    >>> run_in_sandbox(divmod, 7, 2, file="seven")
     [3, 1]
     """
     try:
-        status, out = run_apart(pickle.dumps((function, arguments, seconds, memory)), seconds)
+        status, out = run_in_child(pickle.dumps((function, arguments, seconds, memory)), seconds)
         kind, *found = json.loads(out) if status == 0 else ("",)
     except subprocess.TimeoutExpired:
-        raise FormatError(f"{file} is damaged: reading it takes longer than {seconds:g} s. {_WAY_OUT}") from None
+        raise FormatError(f"{file} is damaged: reading it takes longer than {seconds:g} s. {_REMEDY}") from None
     except OSError as error:
         raise InputError(f"{file} cannot be checked: no process can be started ({cause(error)}). Try again.") from error
     except ValueError:  # a library has ended the process with status 0
@@ -70,16 +70,16 @@ def in_child(
     if kind == _VALUE:
         return found[0]
     if kind == _MEMORY:
-        raise FormatError(f"{file} is damaged: reading it needs more than {memory / 2**30:g} GiB. {_WAY_OUT}")
+        raise FormatError(f"{file} is damaged: reading it needs more than {memory / 2**30:g} GiB. {_REMEDY}")
     if kind == _BROKEN:
-        raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_WAY_OUT}")
+        raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_REMEDY}")
     if kind == _ERROR:
         raise _own_errors().get(found[0], FormatError)(found[1])
-    raise FormatError(f"{file} is damaged: reading it crashes ({_cause(status)}). {_WAY_OUT}")
+    raise FormatError(f"{file} is damaged: reading it crashes ({_cause(status)}). {_REMEDY}")
 
 
-def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
-    """Run work in a process (`answered`) and return its exit status and output; raise as `subprocess.run` does.
+def run_in_child(work: bytes, seconds: float) -> tuple[int, bytes]:
+    """Run work in a process (`run_work`) and return its exit status and output; raise as `subprocess.run` does.
 
     The process ends when this one ends, for any reason: the pipe that it reads the work from stays open until it has
     finished.
@@ -126,7 +126,7 @@ def _cause(status: int) -> str:
         return f"exit status {status}"
 
 
-def limit_process(seconds: float, memory: int) -> None:
+def set_process_limits(seconds: float, memory: int) -> None:
     """Set the limits of this process, as far as the platform supports them; a crash leaves no core file."""
     if find_spec("resource") is None:
         return
@@ -134,10 +134,10 @@ def limit_process(seconds: float, memory: int) -> None:
 
     limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: int(seconds) + 1, resource.RLIMIT_AS: memory + _in_use()}
     for limit, wanted in limits.items():
-        most = resource.getrlimit(limit)[1]
-        allowed = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
+        maximum = resource.getrlimit(limit)[1]
+        allowed = wanted if maximum == resource.RLIM_INFINITY else min(wanted, maximum)
         try:
-            resource.setrlimit(limit, (allowed, most))
+            resource.setrlimit(limit, (allowed, maximum))
         except (OSError, ValueError):  # macOS refuses the memory limit
             continue
 
@@ -151,10 +151,10 @@ def _in_use() -> int:
         return 0
 
 
-def answered(work: bytes) -> bytes:
+def run_work(work: bytes) -> bytes:
     """Run work within its limits and return the result as JSON."""
     function, arguments, seconds, memory = pickle.loads(work)
-    limit_process(seconds, memory)
+    set_process_limits(seconds, memory)
     found: list[Any]
     try:
         found = [_VALUE, function(*arguments)]
@@ -173,7 +173,7 @@ def main() -> None:
     os.dup2(2, 1)
     stdin = sys.stdin.buffer
     work = stdin.read(int.from_bytes(stdin.read(_LENGTH)))
-    live_by(lambda: os.read(0, 1))
-    answer = answered(work)
+    exit_with_parent(lambda: os.read(0, 1))
+    answer = run_work(work)
     with open(out, "wb") as stream:
         stream.write(answer)

@@ -18,10 +18,18 @@ from pathlib import Path
 
 from ..errors import ExportError, cause
 from .schema import is_plain
-from .temporary_files import MADE_BY, is_dead, is_own, made_by, moving, remove_empty, unfinished
+from .temporary_files import (
+    CREATOR_PATTERN,
+    creator_has_ended,
+    is_own,
+    moving_into_place,
+    remove_empty,
+    removed_on_exit,
+    unique_tag,
+)
 
 _PREFIX = ".ilf-export-"
-_LEFT = re.compile(rf"{re.escape(_PREFIX)}{MADE_BY}")
+_TEMPORARY_NAME = re.compile(rf"{re.escape(_PREFIX)}{CREATOR_PATTERN}")
 _BEFORE, _NAMES = "before", ".names"
 """In the temporary folder: a folder with the replaced files, and a file with the names of the set, the seal last."""
 
@@ -41,14 +49,14 @@ def staging(target: Path) -> Iterator[Path]:
     missing = tuple(path for path in (target, *target.parents) if not os.path.exists(path))
     try:
         target.mkdir(parents=True, exist_ok=True)
-        clear_interrupted(target)
-        folder = target / f"{_PREFIX}{made_by()}"
+        restore_interrupted(target)
+        folder = target / f"{_PREFIX}{unique_tag()}"
         folder.mkdir()
         try:
-            with unfinished(folder, *missing), _naming(folder, target):
+            with removed_on_exit(folder, *missing), _with_final_paths(folder, target):
                 yield folder
         except BaseException:
-            if not _old_files(folder):  # otherwise they could not be restored: kept for `clear_interrupted`
+            if not _replaced_files(folder):  # otherwise they could not be restored: kept for `restore_interrupted`
                 _discard(folder)
             raise
         _discard(folder)
@@ -61,7 +69,7 @@ def staging(target: Path) -> Iterator[Path]:
         raise
 
 
-def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
+def move_into_place(folder: Path, target: Path, names: Sequence[str]) -> None:
     """Move staged files into place in this order; if a move fails, undo those before it.
 
     The old file of the last name is removed first, so that an old seal never exists beside new files.
@@ -75,7 +83,7 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
     before.mkdir()
     *others, seal = names
     (folder / _NAMES).write_text("\n".join(names), encoding="utf-8")
-    with moving():
+    with moving_into_place():
         try:
             for name in (seal, *others):
                 if (target / name).exists():
@@ -83,16 +91,16 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
             for name in (*others, seal):
                 os.replace(folder / name, target / name)
         except BaseException:
-            _take_back(folder, target)
+            _roll_back(folder, target)
             raise
 
 
 def interrupted(target: Path) -> list[Path]:
     """Return temporary folders left behind in a folder by ended processes of this user."""
-    return [path for path in sorted(target.glob(f"{_PREFIX}*")) if _is_left(path) and _is_sound(path)]
+    return [path for path in sorted(target.glob(f"{_PREFIX}*")) if _is_abandoned(path) and _is_trusted(path)]
 
 
-def clear_interrupted(target: Path) -> None:
+def restore_interrupted(target: Path) -> None:
     """Undo unfinished exports of ended processes in a folder: restore the files that they had replaced.
 
     If the seal exists, all files had been moved, or another set has been written since, and nothing is restored. Files
@@ -101,19 +109,19 @@ def clear_interrupted(target: Path) -> None:
     for folder in interrupted(target):
         is_sealed = _is_sealed(folder, target)
         if not is_sealed:
-            _take_back(folder, target)
+            _roll_back(folder, target)
         if is_sealed or not any((folder / _BEFORE).glob("*")):
             _discard(folder)
 
 
-def _take_back(folder: Path, target: Path) -> None:
+def _roll_back(folder: Path, target: Path) -> None:
     """Remove new files from their places, then restore the old ones, the seal last. If this is interrupted, the next
     process can continue it."""
     names = _names(folder)
     for name in names:
         if (target / name).exists() and not (folder / name).exists():
             os.replace(target / name, folder / name)
-    for path in _old_files(folder):
+    for path in _replaced_files(folder):
         os.replace(path, target / path.name)
 
 
@@ -124,8 +132,8 @@ def _discard(folder: Path) -> None:
 
 
 def _names(folder: Path) -> list[str]:
-    """Return the names of the set in a temporary folder; none before it is complete, or if `move_in` did not write
-    them."""
+    """Return the names of the set in a temporary folder; none before it is complete, or if `move_into_place` did not
+    write them."""
     try:
         names = (folder / _NAMES).read_text(encoding="utf-8").split("\n")
     except (FileNotFoundError, UnicodeDecodeError):
@@ -133,7 +141,7 @@ def _names(folder: Path) -> list[str]:
     return names if all(is_plain(name) and len(name.encode()) <= _LONGEST_NAME for name in names) else []
 
 
-def _old_files(folder: Path) -> list[Path]:
+def _replaced_files(folder: Path) -> list[Path]:
     """Return the replaced files of the set that are still in a temporary folder, the seal last."""
     before = folder / _BEFORE
     return [before / name for name in _names(folder) if os.path.lexists(before / name)]
@@ -144,13 +152,13 @@ def _is_sealed(folder: Path, target: Path) -> bool:
     return bool(names) and (target / names[-1]).exists()
 
 
-def _is_left(folder: Path) -> bool:
+def _is_abandoned(folder: Path) -> bool:
     """Whether the process that created a temporary folder has ended."""
-    match = _LEFT.fullmatch(folder.name)
-    return match is not None and is_dead(match)
+    match = _TEMPORARY_NAME.fullmatch(folder.name)
+    return match is not None and creator_has_ended(match)
 
 
-def _is_sound(folder: Path) -> bool:
+def _is_trusted(folder: Path) -> bool:
     """Whether a temporary folder and that of the replaced files belong to this user and are not links."""
     for path in (folder, folder / _BEFORE):
         with suppress(FileNotFoundError):
@@ -161,7 +169,7 @@ def _is_sound(folder: Path) -> bool:
 
 
 @contextmanager
-def _naming(folder: Path, target: Path) -> Iterator[None]:
+def _with_final_paths(folder: Path, target: Path) -> Iterator[None]:
     """Replace the temporary path by the final one in errors of the writers."""
     try:
         yield

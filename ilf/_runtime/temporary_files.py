@@ -16,9 +16,9 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from .cancellation import check_stopped
+from .cancellation import check_cancelled
 
-_MOVING_LIMIT_S = 5.0
+_MOVE_TIMEOUT_S = 5.0
 """Moving files within a folder takes milliseconds; a disk that does not respond is given up after this time [s]."""
 
 _paths: dict[Path, tuple[Path, ...]] = {}
@@ -26,16 +26,16 @@ _moving = threading.Lock()
 
 
 @contextmanager
-def unfinished(path: Path, *made_for_it: Path) -> Iterator[None]:
+def removed_on_exit(path: Path, *new_folders: Path) -> Iterator[None]:
     """Register a temporary file or folder for the duration of the block, to be removed if the process ends.
 
     Parameters
     ----------
     path : Path
-    *made_for_it : Path
+    *new_folders : Path
         Folders that did not exist before, innermost first; they are removed, too, if they are empty.
     """
-    _paths[path] = made_for_it
+    _paths[path] = new_folders
     try:
         yield
     finally:
@@ -43,7 +43,7 @@ def unfinished(path: Path, *made_for_it: Path) -> Iterator[None]:
 
 
 @contextmanager
-def moving() -> Iterator[None]:
+def moving_into_place() -> Iterator[None]:
     """Enclose the moving of files into their final places, which cannot be cancelled any more.
 
     Raises
@@ -52,16 +52,16 @@ def moving() -> Iterator[None]:
         If the work was cancelled: then nothing has been moved.
     """
     with _moving:
-        check_stopped()
+        check_cancelled()
         yield
 
 
-def discard_unfinished() -> None:
+def remove_temporary_files() -> None:
     """Clean up before the process ends, whatever its threads are doing: wait for files being moved, remove all other
     files being written, and release semaphores shared with other processes. No files can be moved afterwards."""
     if (shared := sys.modules.get("multiprocessing.util")) is not None:
         shared._run_finalizers(0)  # as at interpreter exit; the resource tracker warns of leaked semaphores
-    _moving.acquire(timeout=_MOVING_LIMIT_S)
+    _moving.acquire(timeout=_MOVE_TIMEOUT_S)
     for path, folders in list(_paths.items()):
         remove(path)
         remove_empty(folders)
@@ -85,22 +85,22 @@ def remove_empty(folders: tuple[Path, ...]) -> None:
 # Files left by ended processes: the names of temporary files and folders identify the process that creates them, so
 # that a later process can recognise them.
 
-MADE_BY = r"(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{8}"
-"""Regular expression for the result of `made_by`."""
-_FILE = re.compile(rf"\.ilf-{MADE_BY}(?:\..*)?")
+CREATOR_PATTERN = r"(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{8}"
+"""Regular expression for the result of `unique_tag`."""
+_FILE = re.compile(rf"\.ilf-{CREATOR_PATTERN}(?:\..*)?")
 _DAY_S = 24 * 3600.0
 _cleared: set[Path] = set()
 
 
-def made_by() -> str:
+def unique_tag() -> str:
     """Return a part of a name that is unique among the temporary files of all processes."""
     return f"{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
 
 
-def is_dead(match: re.Match[str]) -> bool:
-    """Whether the process that created a name (`MADE_BY`) has certainly ended. This can only be known of processes of
-    this computer, since its start, and of this container."""
-    return match["host"] == _host() and not _runs(int(match["process"]))
+def creator_has_ended(match: re.Match[str]) -> bool:
+    """Whether the process that created a name (`CREATOR_PATTERN`) has certainly ended. This can only be known of
+    processes of this computer, since its start, and of this container."""
+    return match["host"] == _host() and not _is_running(int(match["process"]))
 
 
 def is_own(status: os.stat_result) -> bool:
@@ -108,7 +108,7 @@ def is_own(status: os.stat_result) -> bool:
     return not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
 
 
-def clear_left_files(temporary: Path) -> None:
+def remove_stale_files(temporary: Path) -> None:
     """Remove single temporary files that ended processes of this user have left in the folder of a new one.
 
     These are files whose process has certainly ended, and those unchanged for a day, by the clock of the folder's disk,
@@ -125,7 +125,7 @@ def clear_left_files(temporary: Path) -> None:
             if match is not None and entry.is_file(follow_symlinks=False):
                 with suppress(OSError):  # another program has removed it first
                     status = entry.stat()
-                    dead = is_dead(match) or now - status.st_mtime > _DAY_S
+                    dead = creator_has_ended(match) or now - status.st_mtime > _DAY_S
                     if dead and is_own(status):
                         os.unlink(entry)
 
@@ -140,7 +140,7 @@ def _host() -> str:
     return f"{name}.{hashlib.sha256(' '.join(facts).encode()).hexdigest()[:8]}" if facts else name
 
 
-def _runs(process: int) -> bool:
+def _is_running(process: int) -> bool:
     if process >= 2**31:  # no valid process number
         return False
     if os.name == "nt":
@@ -181,7 +181,7 @@ def private_file(path: Path) -> None:
         path.touch(0o600, exist_ok=False)
 
 
-def tighten(path: Path) -> None:
+def restrict_to_owner(path: Path) -> None:
     """Restrict a file or folder to its owner, if it exists and the file system supports it."""
     with suppress(OSError):
         mode = path.stat().st_mode

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
 from typing import Generic, TypeVar
 
-from .cancellation import heed, present_wishes
+from .cancellation import current_cancel_events, set_cancel_events
 
 T = TypeVar("T")
 Steps = Generator[T, None, None]
@@ -32,13 +32,13 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
+def run_sequentially(tasks: Iterable[Steps[T]]) -> Steps[T]:
     """Yield the items of all tasks, one task after the other, in the caller's thread."""
     for task in tasks:
         yield from task
 
 
-def side_by_side(
+def run_in_parallel(
     tasks: Sequence[Steps[T]], width: int, sizes: Sequence[float] | None = None, room: float = math.inf
 ) -> Steps[T]:
     """Yield the items of all tasks, running `width` of them in parallel, each in its own order.
@@ -58,16 +58,18 @@ def side_by_side(
     room : float
         A task starts only if the total size of running tasks stays within this limit, or if none is running.
     """
-    team = _Team(list(zip(sizes or [0.0] * len(tasks), tasks, strict=True)), width, room)
-    wishes = *present_wishes(), team.stopped
-    pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block", initializer=heed, initargs=wishes)
+    worker_pool = _WorkerPool(list(zip(sizes or [0.0] * len(tasks), tasks, strict=True)), width, room)
+    cancel_events = *current_cancel_events(), worker_pool.stopped
+    pool = ThreadPoolExecutor(
+        width, thread_name_prefix="ilf-block", initializer=set_cancel_events, initargs=cancel_events
+    )
     _switching.begin()
     try:
         for _ in range(width):
-            pool.submit(team.work)
-        yield from team.results()
+            pool.submit(worker_pool.work)
+        yield from worker_pool.results()
     finally:
-        team.stop()
+        worker_pool.stop()
         pool.shutdown()
         _switching.end()
 
@@ -97,7 +99,7 @@ class _Switching:
 _switching = _Switching()
 
 
-class _Team(Generic[T]):
+class _WorkerPool(Generic[T]):
     """Threads that share tasks, and the queue of their results."""
 
     def __init__(self, tasks: list[tuple[float, Steps[T]]], width: int, room: float) -> None:
@@ -105,7 +107,7 @@ class _Team(Generic[T]):
         self._tasks = tasks
         self._room = room
         self._under_way: list[float] = []
-        self._taking = threading.Condition()
+        self._tasks_changed = threading.Condition()
         self.stopped = threading.Event()
         self._ahead = threading.Semaphore(2 * width)
         # slices of items; at the end of a thread, None or its error
@@ -140,24 +142,24 @@ class _Team(Generic[T]):
         """End the threads at the next item of their tasks."""
         self.stopped.set()
         self._ahead.release(self._width)
-        with self._taking:
-            self._taking.notify_all()
+        with self._tasks_changed:
+            self._tasks_changed.notify_all()
 
     def _next_task(self) -> tuple[float, Steps[T]] | None:
-        with self._taking:
+        with self._tasks_changed:
             while self._tasks and not self.stopped.is_set():
                 taken = sum(self._under_way)
                 for place, (size, _) in enumerate(self._tasks):
                     if not self._under_way or taken + size <= self._room:
                         self._under_way.append(size)
                         return self._tasks.pop(place)
-                self._taking.wait()
+                self._tasks_changed.wait()
             return None
 
     def _make_room(self, size: float) -> None:
-        with self._taking:
+        with self._tasks_changed:
             self._under_way.remove(size)
-            self._taking.notify_all()
+            self._tasks_changed.notify_all()
 
     def _finish(self, task: Steps[T]) -> None:
         ended = False

@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from .._runtime.files import made_folder
+from .._runtime.files import ensure_folder
 from .._runtime.formatting import counted
-from .._runtime.processes import done_apart
+from .._runtime.processes import run_in_processes
 from .._runtime.threads import available_cores
 from ..errors import InputError
 from ..io.tables import write_csv
-from .frame_record import FRAME_FILE, FrameOutcome, FrameRecord, content_now, read_frame_record
+from .frame_record import FRAME_FILE, FrameOutcome, FrameRecord, current_content, read_frame_record
 from .frames import BatchFrame
 from .pictures import depth_levels
 from .settings import BatchSettings, differences, read_settings, sha256_of, write_settings
 from .task import Task
-from .workers import Outcomes, outcomes_here, outcomes_on_cluster
+from .workers import Outcomes, complete_locally, complete_on_cluster
 
 # The state of every frame before a batch starts, from the records in its folder.
 
@@ -32,7 +32,7 @@ class State(Enum):
 
 
 @dataclass(frozen=True)
-class FrameState:
+class BatchFrameState:
     """A frame with its state and outcome; the outcome is None if the frame is open."""
 
     frame: BatchFrame
@@ -40,23 +40,23 @@ class FrameState:
     outcome: FrameOutcome | None = None
 
 
-def frame_states(task: Task, frames: Sequence[BatchFrame]) -> list[FrameState]:
+def frame_states(task: Task, frames: Sequence[BatchFrame]) -> list[BatchFrameState]:
     """Determine the states of frames. Frames whose file stamps differ are read, in separate processes."""
     records = {frame: task.record_of(frame) for frame in frames}
     same = {frame: record is not None and record.is_of(frame) for frame, record in records.items()}
     doubtful = [frame for frame, record in records.items() if record and record.is_completed and same[frame] is None]
-    for frame, content in done_apart(content_now, doubtful, jobs=available_cores()):
+    for frame, content in run_in_processes(current_content, doubtful, jobs=available_cores()):
         record = records[frame]
         same[frame] = record is not None and content is not None and content == record.content
-    return [_frame_state(frame, record, bool(same[frame])) for frame, record in records.items()]
+    return [_batch_frame_state(frame, record, bool(same[frame])) for frame, record in records.items()]
 
 
-def _frame_state(frame: BatchFrame, record: FrameRecord | None, same: bool) -> FrameState:
+def _batch_frame_state(frame: BatchFrame, record: FrameRecord | None, same: bool) -> BatchFrameState:
     if record is None:
-        return FrameState(frame, State.OPEN)
+        return BatchFrameState(frame, State.OPEN)
     if record.is_completed:
-        return FrameState(frame, State.FINISHED if same else State.CHANGED, record.outcome)
-    return FrameState(frame, State.FAILED, record.outcome) if same else FrameState(frame, State.OPEN)
+        return BatchFrameState(frame, State.FINISHED if same else State.CHANGED, record.outcome)
+    return BatchFrameState(frame, State.FAILED, record.outcome) if same else BatchFrameState(frame, State.OPEN)
 
 
 # manifest.csv: the outcomes of all frames in a folder, from their records.
@@ -67,8 +67,8 @@ _UNITS = {
     "time": "time_s",
     "expected_error_median": "expected_error_median_m",
     "expected_error_p90": "expected_error_p90_m",
-    "hidden_mae": "hidden_mae_m",
-    "hidden_rmse": "hidden_rmse_m",
+    "hold_out_mae": "hold_out_mae_m",
+    "hold_out_rmse": "hold_out_rmse_m",
     "truth_mae": "truth_mae_m",
     "truth_rmse": "truth_rmse_m",
 }
@@ -120,8 +120,8 @@ def _recorded_state(folder: Path) -> dict[str, int]:
     return state
 
 
-_SHOWN = 3
-_ANEW = (
+_MAX_LISTED = 3
+_REDO_HINT = (
     "Choose another folder, or complete them again (--rerun-changed; in the window, Redo: Frames with changed settings "
     "or files)."
 )
@@ -175,8 +175,8 @@ class Batch:
             For errors that affect all frames. An error of a single frame becomes its outcome.
         """
         if cluster is not None and self.to_do:
-            return outcomes_on_cluster(self.task, self.to_do, cluster)
-        return outcomes_here(self.task, self.to_do, jobs)
+            return complete_on_cluster(self.task, self.to_do, cluster)
+        return complete_locally(self.task, self.to_do, jobs)
 
     def write_manifest(self) -> list[FrameOutcome]:
         """Write manifest.csv of all results in the folder, including those of other processes; return its outcomes."""
@@ -210,7 +210,7 @@ def open_batch(
     retry_failed : bool
         Also retry failed frames. Failed frames whose files have changed since are always retried.
     strict : bool
-        Frames with plausibility warnings fail (`RGBDFrame.doubts`).
+        Frames with plausibility warnings fail (`RGBDFrame.plausibility_warnings`).
 
     Raises
     ------
@@ -227,7 +227,7 @@ def open_batch(
     if before is not None and not same and not anew:
         raise InputError(
             f"{target} has frames that were completed with other settings "
-            f"({_some(differences(before[0], facts))}). {_ANEW}"
+            f"({_some(differences(before[0], facts))}). {_REDO_HINT}"
         )
     # other settings may come with other frames and another depth range
     levels = before[1] if before is not None and same else depth_levels(frames)
@@ -237,10 +237,10 @@ def open_batch(
     if changed and not anew:
         raise InputError(
             f"The files of {counted(len(changed), 'frame')} have changed since they were completed into {target}: "
-            f"{_some(changed)}. {_ANEW}"
+            f"{_some(changed)}. {_REDO_HINT}"
         )
     if not same:
-        write_settings(made_folder(target), facts, levels)
+        write_settings(ensure_folder(target), facts, levels)
     kept = {State.FINISHED} if retry_failed else {State.FINISHED, State.FAILED}
     to_do = tuple(there.frame for there in found if there.state not in kept)
     finished, failed = (
@@ -251,5 +251,5 @@ def open_batch(
 
 
 def _some(things: Sequence[str]) -> str:
-    more = len(things) - _SHOWN
-    return "; ".join(things[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+    more = len(things) - _MAX_LISTED
+    return "; ".join(things[:_MAX_LISTED]) + (f"; and {more} more" if more > 0 else "")

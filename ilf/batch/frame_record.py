@@ -25,12 +25,12 @@ from .settings import SCHEMA
 
 # The input of a frame of a batch: options, files and their content.
 
-_PATHS = ("rgb", "depth", "truth", "guide")
+_PATHS = ("rgb", "depth", "ground_truth", "guide")
 """Paths in a FrameSource; they may change when a data set is moved."""
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class LoadedFrame:
     """A loaded frame and its neighbours.
 
     Attributes
@@ -51,25 +51,25 @@ class Reading:
     files: dict[str, list[int]]
 
 
-def read_frame(frame: BatchFrame) -> Reading:
+def read_frame(frame: BatchFrame) -> LoadedFrame:
     """Read a frame and its neighbours; raises as `FrameSource.load` for the frame itself."""
-    before = named_files(frame)  # stamps from before reading, so that changes meanwhile are noticed
+    before = source_files(frame)  # stamps from before reading, so that changes meanwhile are noticed
     read = frame.source.load()
     neighbours = [_read_or_none(source) for source in frame.neighbours]
     there = [neighbour for neighbour in neighbours if neighbour is not None]
-    files = {**watched(path for one in (read, *there) for path in _files_of(one)), **before}
-    return Reading(read, tuple(there), _content_of([read, *neighbours]), files)
+    files = {**file_stamps(path for one in (read, *there) for path in _files_of(one)), **before}
+    return LoadedFrame(read, tuple(there), _content_of([read, *neighbours]), files)
 
 
-def content_now(frame: BatchFrame) -> str | None:
-    """Return the present `Reading.content`; None if the frame cannot be read."""
+def current_content(frame: BatchFrame) -> str | None:
+    """Return the present `LoadedFrame.content`; None if the frame cannot be read."""
     try:
         return read_frame(frame).content
     except IlfError:
         return None
 
 
-def reading_of(frame: BatchFrame) -> str:
+def reading_sha256(frame: BatchFrame) -> str:
     """Return the SHA-256 of the options that a frame is read with: all of its sources but paths."""
     return _sha256(
         [
@@ -79,17 +79,17 @@ def reading_of(frame: BatchFrame) -> str:
     )
 
 
-def named_files(frame: BatchFrame) -> dict[str, list[int]]:
-    """Return the files of a frame's sources, as in `Reading.files`."""
+def source_files(frame: BatchFrame) -> dict[str, list[int]]:
+    """Return the files of a frame's sources, as in `LoadedFrame.files`."""
     paths: list[str | None] = []
     for source in (frame.source, *frame.neighbours):
-        paths += [source.rgb, source.depth, source.truth, source.guide]
+        paths += [source.rgb, source.depth, source.ground_truth, source.guide]
         if source.depth is None:
             paths.append(os.path.join(source.rgb, META_NAME))
-    return watched(path for path in paths if path is not None)
+    return file_stamps(path for path in paths if path is not None)
 
 
-def watched(paths: Iterable[str]) -> dict[str, list[int]]:
+def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
     """Return path -> size and modification time [ns] of the existing files."""
     found = {}
     for path in paths:
@@ -117,7 +117,7 @@ def _facts(frame: RGBDFrame) -> list[Any]:
     inputs, guide = frame.inputs, frame.guide
     facts: list[Any] = [None if guide is None else array_sha256(guide.array), repr(frame.intrinsics)]
     if inputs is not None:
-        files = inputs.rgb, inputs.depth, inputs.truth
+        files = inputs.rgb, inputs.depth, inputs.ground_truth
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
     return facts
@@ -127,7 +127,7 @@ def _files_of(frame: RGBDFrame) -> list[str]:
     inputs, guide = frame.inputs, frame.guide
     paths = [] if guide is None or guide.path is None else [guide.path]
     if inputs is not None:
-        files = inputs.rgb, inputs.depth, inputs.truth
+        files = inputs.rgb, inputs.depth, inputs.ground_truth
         paths += [file.path for file in files if file is not None]
     return paths
 
@@ -173,11 +173,11 @@ class FrameOutcome:
     expected_error_median, expected_error_p90 : float or None
         Median and 90th percentile of the expected error [m] over the pixels filled by blocks: `median` and `p90` of
         `ilf.completion.confidence.expected_error.error_summary`.
-    hidden_mae, hidden_rmse : float or None
+    hold_out_mae, hold_out_rmse : float or None
         Errors [m] on hold-out, if the batch evaluates it.
     truth_mae, truth_rmse : float or None
         Errors [m] of the filled depth against the frame's ground truth, if it has one.
-    doubts : str
+    plausibility_warnings : str
         Plausibility warnings of its files; "" if there are none.
     """
 
@@ -194,11 +194,11 @@ class FrameOutcome:
     outside_view: int | None = None
     expected_error_median: float | None = None
     expected_error_p90: float | None = None
-    hidden_mae: float | None = None
-    hidden_rmse: float | None = None
+    hold_out_mae: float | None = None
+    hold_out_rmse: float | None = None
     truth_mae: float | None = None
     truth_rmse: float | None = None
-    doubts: str = ""
+    plausibility_warnings: str = ""
 
 
 @dataclass(frozen=True)
@@ -211,11 +211,11 @@ class FrameRecord:
     settings : str
         `sha256_of` the settings' facts.
     reading : str
-        `reading_of` the frame.
+        `reading_sha256` the frame.
     content : str or None
-        `Reading.content`; None if the frame failed.
+        `LoadedFrame.content`; None if the frame failed.
     files : dict
-        `Reading.files`.
+        `LoadedFrame.files`.
     run : str or None
         SHA-256 of its run.json.
     outputs : tuple of str
@@ -235,7 +235,7 @@ class FrameRecord:
         """Whether the frame was completed; otherwise it failed."""
         return self.outcome.status is FrameStatus.COMPLETED
 
-    def is_whole(self, folder: Path) -> bool:
+    def has_all_files(self, folder: Path) -> bool:
         """Return whether all its output files exist and belong together."""
         there = all(os.path.exists(folder / name) for name in self.outputs)
         if not self.is_completed or not there:
@@ -244,10 +244,10 @@ class FrameRecord:
 
     def is_of(self, frame: BatchFrame) -> bool | None:
         """Return whether a frame is read with the same options from unchanged files; None if the files' stamps differ,
-        so that their `content_now` must be compared."""
-        if self.reading != reading_of(frame):
+        so that their `current_content` must be compared."""
+        if self.reading != reading_sha256(frame):
             return False
-        return True if self.files == watched(self.files) else None
+        return True if self.files == file_stamps(self.files) else None
 
 
 def read_frame_record(folder: Path) -> FrameRecord | None:

@@ -15,7 +15,7 @@ from ..errors import InputError, cause
 from ..sources.frame_source import FrameSource
 from ..sources.source import Source
 
-_LONGEST_NAME = 100
+_MAX_NAME_LENGTH = 100
 """Maximum length of a folder's name in characters; file systems allow 255 bytes."""
 
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*\.|\..*", re.IGNORECASE)
@@ -48,7 +48,7 @@ class BatchFrame:
 
 
 def frames_of_sources(
-    sources: Sequence[Source], apart_from: str | os.PathLike[str] | None = None, *, reach: int = 0
+    sources: Sequence[Source], excluded_folder: str | os.PathLike[str] | None = None, *, reach: int = 0
 ) -> list[BatchFrame]:
     """List all frames of sources, one source after the other.
 
@@ -57,7 +57,7 @@ def frames_of_sources(
     Parameters
     ----------
     sources : sequence of Source
-    apart_from : path-like, optional
+    excluded_folder : path-like, optional
         Folder whose frames are left out: the batch's own results may be among its sources.
     reach : int
         Number of frames of the same source before and after each frame that are its neighbours.
@@ -79,14 +79,15 @@ def frames_of_sources(
             (f"{name}/{key}" if len(sources) > 1 else key, source.frame_source(key), time)
             for key, time in zip(source.keys, times, strict=True)
         ]
-        if apart_from is not None:
-            own = [one for one in own if not _is_in(one[1], Path(apart_from).absolute())]
+        if excluded_folder is not None:
+            own = [one for one in own if not _is_in(one[1], Path(excluded_folder).absolute())]
         files = [file.absolute() for _, file, _ in own]
         found += own
         neighbours += [(*files[max(i - reach, 0) : i], *files[i + 1 : i + 1 + reach]) for i in range(len(own))]
     if not found:
         raise InputError(
-            f"The only frames are in the output folder {apart_from}. Choose another output folder, or give another "
+            f"The only frames are in the output folder {excluded_folder}. Choose another output folder, or give "
+            f"another "
             "source."
         )
     return [replace(frame, neighbours=near) for frame, near in zip(named_frames(found), neighbours, strict=True)]
@@ -110,7 +111,7 @@ def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
     counts = Counter(frame.folder.casefold() for frame in frames)
     return [
-        replace(frame, folder=_told_apart(frame.folder, frame.key))
+        replace(frame, folder=_with_hash(frame.folder, frame.key))
         if counts[frame.folder.casefold()] > 1  # some file systems ignore case
         else frame
         for frame in frames
@@ -129,18 +130,18 @@ def folder_name(key: str) -> str:
     """
     name = key.replace("/", "__")
     plain = re.sub(r"[^\w.-]+", "_", name)
-    says_it = plain == name and re.search("__|_/|/_", key) is None
-    if says_it and len(plain) <= _LONGEST_NAME and _RESERVED.fullmatch(plain) is None:
+    is_exact = plain == name and re.search("__|_/|/_", key) is None
+    if is_exact and len(plain) <= _MAX_NAME_LENGTH and _RESERVED.fullmatch(plain) is None:
         return plain
-    return _told_apart(plain.strip(".") or "frame", key)
+    return _with_hash(plain.strip(".") or "frame", key)
 
 
-def _told_apart(name: str, key: str) -> str:
-    told_apart = hashlib.sha256(key.encode(errors="backslashreplace")).hexdigest()[:8]
-    return f"{name[:_LONGEST_NAME]}-{told_apart}"
+def _with_hash(name: str, key: str) -> str:
+    digest = hashlib.sha256(key.encode(errors="backslashreplace")).hexdigest()[:8]
+    return f"{name[:_MAX_NAME_LENGTH]}-{digest}"
 
 
-def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:
+def with_companion_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:
     """Return the frames with one more file each from a folder, found by the frame's name or key.
 
     Parameters
@@ -175,7 +176,7 @@ def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLik
     return found
 
 
-def selected(
+def slice_frames(
     frames: Sequence[BatchFrame], *, first: int | None = None, end: int | None = None, every: int = 1
 ) -> list[BatchFrame]:
     """Return every `every`-th frame from `first` to before `end`, counted from 0; negative numbers from the end.

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.files import atomic_path, write_bytes
 from .._runtime.installation import optional
-from .._runtime.processes import done_apart
+from .._runtime.processes import run_in_processes
 from ..data.frame import RGBDFrame
 from ..drawing.colours import depth_colours, robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError, InputError
@@ -28,7 +28,7 @@ PREVIEW_FILE = "preview.png"
 _WIDTH = 320
 """Maximum width of each of the three pictures in a preview [px]."""
 
-_SAMPLED = 16
+_SAMPLED_FRAMES = 16
 """Number of frames of a batch that the colour range is computed from."""
 
 
@@ -37,9 +37,9 @@ def depth_levels(frames: Sequence[BatchFrame]) -> Levels:
 
     The same frames give the same range; unreadable frames are ignored.
     """
-    chosen = np.unique(np.linspace(0, len(frames) - 1, _SAMPLED).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(frames) - 1, _SAMPLED_FRAMES).round().astype(int))
     sources = [frames[number].source for number in chosen.tolist()]
-    found = [part for _, part in done_apart(_some_depth, sources) if part is not None]
+    found = [part for _, part in run_in_processes(_some_depth, sources) if part is not None]
     return robust_depth_levels(np.concatenate(found)) if found else (0.0, 1.0)
 
 
@@ -90,13 +90,13 @@ def read_preview(folder: Path) -> NDArray[np.uint8]:
 
 SHEET_FILE, VIDEO_FILE = "contact-sheet.png", "video.mp4"
 
-_COLUMNS, _MOST = 4, 160
+_COLUMNS, _MAX_PICTURES = 4, 160
 _CELL, _CAPTION, _GAP = (384, 96), 16, 8
 """Layout of the contact sheet: columns, maximum number of pictures, and sizes [px]."""
 
 _PAPER, _INK, _WARNING = (255, 255, 255), (40, 44, 52), (186, 32, 42)
 
-_USUAL_RATE = 10.0
+_DEFAULT_RATE = 10.0
 """Frame rate of a video of frames without timestamps [1/s]."""
 
 _RATES = (1.0, 60.0)
@@ -123,7 +123,7 @@ def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
     """
     if not outcomes:
         raise InputError(f"{folder} has no frames for a contact sheet.")
-    places = np.unique(np.linspace(0, len(outcomes) - 1, _MOST).round().astype(int))
+    places = np.unique(np.linspace(0, len(outcomes) - 1, _MAX_PICTURES).round().astype(int))
     chosen = [outcomes[place] for place in places.tolist()]
     columns = min(_COLUMNS, len(chosen))
     rows = -(-len(chosen) // columns)
@@ -181,9 +181,9 @@ def write_video(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
 def _rate(outcomes: Sequence[FrameOutcome]) -> float:
     times = [outcome.time for outcome in outcomes if outcome.time is not None]
     if len(times) < max(len(outcomes), 2):
-        return _USUAL_RATE
+        return _DEFAULT_RATE
     step = float(np.median(np.diff(times)))
-    return float(np.clip(1 / step, *_RATES)) if step > 0 else _USUAL_RATE
+    return float(np.clip(1 / step, *_RATES)) if step > 0 else _DEFAULT_RATE
 
 
 def _fitted(picture: Picture, size: tuple[int, int]) -> Picture:

@@ -16,10 +16,10 @@ from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION
 from .._runtime.schema import Section, check_schema
 from ..errors import FormatError, InputError, cause
-from ..evaluation.hold_out import HiddenTest
+from ..evaluation.hold_out import HoldOutTest
 from ..run.options import ExportOptions
-from ..run.record import PROGRAM, asked_networks, present_sha256
-from ..run.run import Recipe
+from ..run.record import PROGRAM, installed_sha256, requested_networks
+from ..run.run import RunConfiguration
 
 SETTINGS_FILE = "batch.json"
 
@@ -35,22 +35,22 @@ class BatchSettings:
 
     Parameters
     ----------
-    recipe : Recipe
+    configuration : Recipe
     options : ExportOptions
         Files to write for each frame. Frames without intrinsics get no point cloud.
-    hidden : HiddenTest, optional
+    hidden : HoldOutTest, optional
         Also evaluate each frame on hold-out.
-    distrust : str, optional
+    invalid_mask : str, optional
         Path of the mask of invalid depth, the same for every frame.
     steady : int
         For a static camera: number of frames before and after each that its temporal median includes
-        (`steady_depth`). 0 for none.
+        (`temporal_median`). 0 for none.
     """
 
-    recipe: Recipe = field(default_factory=Recipe)
+    configuration: RunConfiguration = field(default_factory=RunConfiguration)
     options: ExportOptions = field(default_factory=ExportOptions)
-    hidden: HiddenTest | None = None
-    distrust: str | None = None
+    hidden: HoldOutTest | None = None
+    invalid_mask: str | None = None
     steady: int = 0
 
     def facts(self) -> dict[str, Any]:
@@ -61,16 +61,16 @@ class BatchSettings:
         InputError
             If one of the files cannot be read.
         """
-        recipe = self.recipe
-        files = {"blocks": recipe.blocks, "drawn": recipe.drawn, "distrust": self.distrust}
+        configuration = self.configuration
+        files = {"blocks": configuration.blocks, "drawn": configuration.drawn, "invalid_mask": self.invalid_mask}
         return _plain(
             {
                 "version": __version__,
-                "networks": {name: present_sha256(name) for name in self._networks()},
-                "parameters": recipe.parameters.to_dict(),
-                "extraction": recipe.extraction.to_dict(),
-                "dense": recipe.dense,
-                "fill_gaps": recipe.fill_gaps,
+                "networks": {name: installed_sha256(name) for name in self._networks()},
+                "parameters": configuration.parameters.to_dict(),
+                "extraction": configuration.extraction.to_dict(),
+                "extrapolate": configuration.extrapolate,
+                "fill_gaps": configuration.fill_gaps,
                 "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
                 "export": dataclasses.asdict(self.options),
                 "steady": self.steady,
@@ -79,10 +79,12 @@ class BatchSettings:
         )
 
     def _networks(self) -> list[str]:
-        extraction, parameters = self.recipe.extraction, self.recipe.parameters
-        asked = [*asked_networks(extraction.detector, extraction.model)] if self.recipe.blocks is None else []
+        extraction, parameters = self.configuration.extraction, self.configuration.parameters
+        asked = (
+            [*requested_networks(extraction.detector, extraction.model)] if self.configuration.blocks is None else []
+        )
         if parameters.filter == "edge-aware":
-            asked += asked_networks(parameters.edges, parameters.model)
+            asked += requested_networks(parameters.edges, parameters.model)
             asked += [CORRECTION] if parameters.correction else []
         return sorted(set(asked))
 

@@ -12,19 +12,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import file_sha256, made_folder, write_bytes
+from .._runtime.files import ensure_folder, file_sha256, write_bytes
 from .._runtime.formatting import counted, grouped
-from .._runtime.staging import clear_interrupted
+from .._runtime.staging import restore_interrupted
 from .._runtime.temporary_files import remove, remove_empty
 from ..completion.confidence.expected_error import error_summary, expected_error
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import Cancelled, ExportError, IlfError, InputError, cause
-from ..evaluation.evaluation import Judgement, judge_completion
-from ..evaluation.hold_out import judge_hidden
+from ..evaluation.evaluation import Evaluation, evaluate_completion
+from ..evaluation.hold_out import evaluate_hold_out
 from ..io.depth import write_depth
-from ..io.labels import also_distrusting
-from ..run.options import RECORD_FILE, without_impossible_cloud
+from ..io.labels import with_more_invalid
+from ..run.options import RECORD_FILE, drop_impossible_cloud
 from ..run.run import Run
 from ..run.writing import check_write, write
 from ..sources.frames import load_frame
@@ -33,12 +33,12 @@ from .frame_record import (
     FrameOutcome,
     FrameRecord,
     FrameStatus,
-    Reading,
-    content_now,
-    named_files,
+    LoadedFrame,
+    current_content,
     read_frame,
     read_frame_record,
-    reading_of,
+    reading_sha256,
+    source_files,
     write_frame_record,
 )
 from .frames import BatchFrame
@@ -50,21 +50,22 @@ from .settings import BatchSettings, Levels, sha256_of
 DEPTH_FILE, COLOUR_FILE = "steady/depth.npy", "steady/rgb.png"
 """Files in a frame's folder that it is completed from; the colour only if the frame has no colour file."""
 
-_BLUR = 2.0
+_BLUR_SIGMA = 2.0
 """Standard deviation [px] of the Gaussian blur of colours before they are compared; it removes noise."""
 
-_LEAST, _TIMES, _MOST = 2.5, 6.0, 8.0
-"""Threshold of changed colours: at least `_LEAST` grey levels, `_TIMES` deviations of the noise, at most `_MOST`."""
+_MIN_DIFFERENCE, _NOISE_FACTOR, _MAX_DIFFERENCE = 2.5, 6.0, 8.0
+"""Threshold of changed colours: at least `_MIN_DIFFERENCE` grey levels, `_NOISE_FACTOR` deviations of the noise, at
+most `_MAX_DIFFERENCE`."""
 
 _MARGIN = 6
 """Pixels around a change that count as changed: depth is less sharp than colour."""
 
-_MOVED = 0.4
+_MAX_CHANGED_SHARE = 0.4
 """Neighbours with a larger changed share show another view and are left out."""
 
 
-def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
-    """Return a frame with its `steady_depth`, written to and read from files in a folder, so that its run can be
+def with_temporal_median(reading: LoadedFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
+    """Return a frame with its `temporal_median`, written to and read from files in a folder, so that its run can be
     replayed.
 
     Returns
@@ -80,30 +81,30 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
     frame = reading.frame
     layers = _layers(frame, reading.neighbours)
     depth = _median(layers)
-    made_folder((folder / DEPTH_FILE).parent)
+    ensure_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, depth)
     inputs, files = frame.inputs, [DEPTH_FILE]
     if inputs is None or inputs.frame is not None:  # its colour is not in a separate file
         _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
         write_bytes(folder / COLOUR_FILE, encoded.tobytes())
         files.append(COLOUR_FILE)
-    truth = None if inputs is None else inputs.truth
+    ground_truth = None if inputs is None else inputs.ground_truth
     read = load_frame(
         folder / COLOUR_FILE if COLOUR_FILE in files or inputs is None else inputs.rgb.path,
         folder / DEPTH_FILE,
         intrinsics=frame.intrinsics,
         name=frame.name,
-        truth=None if truth is None else truth.path,
-        truth_units=None if truth is None else truth.units,
+        ground_truth=None if ground_truth is None else ground_truth.path,
+        ground_truth_units=None if ground_truth is None else ground_truth.units,
         beside=False,
         warn=False,
     )
-    told = _told(frame, depth, len(layers), len(reading.neighbours))
-    steady = replace(read, outside_view=frame.outside_view, pose=frame.pose, notes=(*frame.notes, told))
+    note = _median_note(frame, depth, len(layers), len(reading.neighbours))
+    steady = replace(read, outside_view=frame.outside_view, pose=frame.pose, notes=(*frame.notes, note))
     return steady.with_guide(frame.guide), tuple(files)
 
 
-def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
+def temporal_median(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
     """Compute the temporal median of depth: per pixel, over a frame and its neighbours with unchanged colour.
 
     A pixel has depth if the frame or any neighbour with unchanged colour has depth there.
@@ -124,7 +125,7 @@ def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.fl
     --------
     >>> rgb = np.zeros((20, 30, 3), np.uint8)
     >>> frames = [RGBDFrame(rgb, np.full((20, 30), depth)) for depth in (2.0, 2.03, 1.99)]
-    >>> float(steady_depth(frames[1], [frames[0], frames[2]])[0, 0])
+    >>> float(temporal_median(frames[1], [frames[0], frames[2]])[0, 0])
     2.0
     """
     return _median(_layers(frame, others))
@@ -139,12 +140,12 @@ def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32
         if other.shape != frame.shape:
             continue
         changed = _changed(smooth, _smooth(other.rgb))
-        if changed.mean() <= _MOVED:
+        if changed.mean() <= _MAX_CHANGED_SHARE:
             depths.append(np.where(changed, np.float32(np.nan), other.depth))
     return np.stack(depths)
 
 
-def _told(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: int) -> str:
+def _median_note(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: int) -> str:
     """Return a note on how the temporal median has changed a frame's depth [m], (H, W)."""
     changed = np.count_nonzero(np.isfinite(depth) & (depth != frame.depth))
     if used == 1:
@@ -156,14 +157,14 @@ def _told(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: i
 
 
 def _smooth(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return np.asarray(cv2.GaussianBlur(rgb.astype(np.float32), (0, 0), _BLUR))
+    return np.asarray(cv2.GaussianBlur(rgb.astype(np.float32), (0, 0), _BLUR_SIGMA))
 
 
 def _changed(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Return the pixels, bool (H, W), whose smoothed colours differ by more than noise and exposure."""
     exposure = np.median((here + 1) / (there + 1), axis=(0, 1))
     difference = np.abs(here - (there + 1) * exposure + 1).max(axis=2)
-    limit = np.clip(_TIMES * 1.4826 * np.median(difference), _LEAST, _MOST)
+    limit = np.clip(_NOISE_FACTOR * 1.4826 * np.median(difference), _MIN_DIFFERENCE, _MAX_DIFFERENCE)
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN + 1, 2 * _MARGIN + 1))
     return cv2.dilate((difference > limit).astype(np.uint8), disk).astype(bool)
 
@@ -211,7 +212,7 @@ class Task:
         record = read_frame_record(folder)
         if record is None or record.settings != self.sha256:
             return None
-        return record if not record.is_completed or record.is_whole(folder) else None
+        return record if not record.is_completed or record.has_all_files(folder) else None
 
     def finished(self, frame: BatchFrame) -> FrameOutcome | None:
         """Return the outcome of a frame that is already completed with these settings; else None."""
@@ -220,7 +221,7 @@ class Task:
             return None
         same = record.is_of(frame)
         if same is None:
-            same = record.content == content_now(frame)
+            same = record.content == current_content(frame)
         return record.outcome if same else None
 
 
@@ -282,14 +283,14 @@ def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
 def failure(task: Task, frame: BatchFrame, message: str) -> FrameRecord:
     """Return the record of a failed frame."""
     outcome = FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
-    return FrameRecord(outcome, task.sha256, reading_of(frame), files=named_files(frame))
+    return FrameRecord(outcome, task.sha256, reading_sha256(frame), files=source_files(frame))
 
 
 def tidy(task: Task, frame: BatchFrame) -> None:
     """Remove incomplete files that a crashed worker has left in a frame's folder."""
     folder = task.folder_of(frame)
     if folder.is_dir():
-        clear_interrupted(folder)
+        restore_interrupted(folder)
         for left in folder.glob(".ilf-*"):
             remove(left)
         remove_empty((folder,))
@@ -305,14 +306,14 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     """Complete a frame, write its results and return its record."""
     settings = task.settings
     reading = read_frame(frame)
-    doubts = " ".join(reading.frame.doubts)
-    if doubts and task.strict:
-        raise InputError(doubts)
-    loaded, inputs = steadied(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
-    if settings.distrust is not None:
-        loaded = also_distrusting(loaded, settings.distrust)
-    run = settings.recipe.run_of(loaded)
-    options, without = without_impossible_cloud(settings.options, loaded)
+    plausibility_warnings = " ".join(reading.frame.plausibility_warnings)
+    if plausibility_warnings and task.strict:
+        raise InputError(plausibility_warnings)
+    loaded, inputs = with_temporal_median(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
+    if settings.invalid_mask is not None:
+        loaded = with_more_invalid(loaded, settings.invalid_mask)
+    run = settings.configuration.make_run(loaded)
+    options, without = drop_impossible_cloud(settings.options, loaded)
     notes = [*loaded.notes, *run.notes, *without]
     folder = task.folder_of(frame)
     check_write(folder, run, options)
@@ -323,9 +324,9 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     preview = write_preview(folder, loaded, completion.depth, task.levels)
     notes += [*completion.notes, *written.notes, *written.remarks]
     return FrameRecord(
-        replace(outcome, message=" ".join(dict.fromkeys(notes)), doubts=doubts),
+        replace(outcome, message=" ".join(dict.fromkeys(notes)), plausibility_warnings=plausibility_warnings),
         task.sha256,
-        reading_of(frame),
+        reading_sha256(frame),
         reading.content,
         reading.files,
         file_sha256(folder / RECORD_FILE) if options.run_record else None,
@@ -337,8 +338,8 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
     missing, outside = run.frame.missing, run.frame.outside_view
     expected = error_summary(expected_error(completion), completion)
     hidden = task.settings.hidden
-    whole = Judgement() if hidden is None else judge_hidden(run, hidden, threads=threads).whole
-    truth = Judgement() if run.frame.truth is None else judge_completion(run.frame, completion)
+    whole = Evaluation() if hidden is None else evaluate_hold_out(run, hidden, threads=threads).whole
+    ground_truth = Evaluation() if run.frame.ground_truth is None else evaluate_completion(run.frame, completion)
     return FrameOutcome(
         frame=frame.key,
         folder=frame.folder,
@@ -351,10 +352,10 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
         outside_view=0 if outside is None else int(np.count_nonzero(outside)),
         expected_error_median=_rounded(expected.median),
         expected_error_p90=_rounded(expected.p90),
-        hidden_mae=_rounded(whole.mae),
-        hidden_rmse=_rounded(whole.rmse),
-        truth_mae=_rounded(truth.mae),
-        truth_rmse=_rounded(truth.rmse),
+        hold_out_mae=_rounded(whole.mae),
+        hold_out_rmse=_rounded(whole.rmse),
+        truth_mae=_rounded(ground_truth.mae),
+        truth_rmse=_rounded(ground_truth.rmse),
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from .._runtime.files import read_json
 from .._runtime.installation import optional
-from .._runtime.processes import done_apart
+from .._runtime.processes import run_in_processes
 from .._runtime.schema import Section
 from .._runtime.threads import available_cores
 from ..errors import IlfError, InputError
@@ -24,7 +24,7 @@ from .task import Task, complete_frame, failure, tidy, write_record
 Outcomes = Generator[FrameOutcome, None, None]
 
 
-def outcomes_here(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Outcomes:
+def complete_locally(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Outcomes:
     """Complete frames in separate processes, and yield their outcomes in order of completion.
 
     A frame whose process crashes is tried once more at the end, alone; if it crashes again, the frame has failed. When
@@ -43,11 +43,11 @@ def outcomes_here(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Ou
         As `complete_frame`, for errors that affect all frames.
     """
     work = partial(complete_frame, task, threads=max(available_cores() // jobs, 1))
-    for frame, outcome in done_apart(work, frames, jobs=jobs, tidy=partial(tidy, task)):
-        yield died(task, frame) if outcome is None else outcome
+    for frame, outcome in run_in_processes(work, frames, jobs=jobs, tidy=partial(tidy, task)):
+        yield record_crash(task, frame) if outcome is None else outcome
 
 
-def died(task: Task, frame: BatchFrame) -> FrameOutcome:
+def record_crash(task: Task, frame: BatchFrame) -> FrameOutcome:
     """Record that the process of a frame has crashed repeatedly."""
     record = failure(
         task,
@@ -61,11 +61,11 @@ def died(task: Task, frame: BatchFrame) -> FrameOutcome:
 
 # Completing frames on the workers of a Dask cluster, which share the folders.
 
-_PATIENCE_S = 30
+_CONNECT_TIMEOUT_S = 30
 """Timeout of the connection to the scheduler [s]."""
 
 
-def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
+def complete_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
     """Complete frames on a Dask cluster, and yield their outcomes in order of completion.
 
     Only frames' names and outcomes are sent; the workers read and write the files, and written frames are not
@@ -89,18 +89,18 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
     """
     distributed = optional("distributed", "cluster", "A batch on several machines")
     try:
-        with _without_its_log(), _client(distributed, address) as client:
-            again = yield from _given_up(distributed, client, task, frames)
+        with _without_dask_log(), _client(distributed, address) as client:
+            again = yield from _complete_futures(distributed, client, task, frames)
     except (CancelledError, distributed.comm.CommClosedError) as error:
         raise IlfError(
             f"The connection to the Dask scheduler at {address} was lost. Completed frames are kept: start the same "
             "command again to resume."
         ) from error
-    yield from outcomes_here(task, again)
+    yield from complete_locally(task, again)
 
 
 @contextmanager
-def _without_its_log() -> Iterator[None]:
+def _without_dask_log() -> Iterator[None]:
     """Suppress Dask's log within the block; its exceptions contain the same messages."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
@@ -127,7 +127,7 @@ def _client(distributed: Any, address: str) -> Any:
     try:
         if "://" not in found or found.startswith(("tcp://", "tls://")):
             distributed.comm.get_address_host_port(found)  # a client with an invalid address takes a minute to close
-        return distributed.Client(found, timeout=_PATIENCE_S, set_as_default=False)
+        return distributed.Client(found, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
             f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one with `dask "
@@ -135,7 +135,7 @@ def _client(distributed: Any, address: str) -> Any:
         ) from error
 
 
-def _given_up(
+def _complete_futures(
     distributed: Any, client: Any, task: Task, frames: Sequence[BatchFrame]
 ) -> Generator[FrameOutcome, None, list[BatchFrame]]:
     """Complete frames on the cluster; return those that Dask has given up."""

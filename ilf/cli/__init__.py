@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from .._runtime.children import serve_as_child
-from .._runtime.ending import ending_at_once
+from .._runtime.children import run_if_child
 from .._runtime.memory import check_address_space
+from .._runtime.termination import terminating_immediately
 from .._runtime.threads import available_cores
 from ..errors import InputError
 
@@ -25,13 +25,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         Exit status, one of `usage.EXIT_STATUSES`. An error is one line on stderr; no incomplete files are left behind.
     """
-    serve_as_child()
+    run_if_child()
     try:
         check_address_space(available_cores())
     except InputError as error:
         print("ilf: error:", error, file=sys.stderr)
         return 1
-    with ending_at_once("ilf"):
+    with terminating_immediately("ilf"):
         from .commands import run
 
         return run(argv)

@@ -13,19 +13,19 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from .._runtime.ending import allowing
 from .._runtime.formatting import counted, millimetres
+from .._runtime.termination import extended_time_limit
 from ..batch.batch import MANIFEST_COLUMNS, Batch, open_batch
 from ..batch.frame_record import FrameOutcome, FrameStatus
-from ..batch.frames import BatchFrame, frames_of_sources, selected, shard_of, with_files
+from ..batch.frames import BatchFrame, frames_of_sources, shard_of, slice_frames, with_companion_files
 from ..batch.pictures import write_contact_sheet, write_video
 from ..batch.settings import BatchSettings
 from ..completion.confidence.expected_error import MEDIAN_NAME
 from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..errors import IlfError
-from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
-from ..io.depth_reading import first_of_each
-from ..run.run import Recipe
+from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ..io.depth_reading import unique_warnings
+from ..run.run import RunConfiguration
 from ..sources.source import open_source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, print_json, warn
@@ -40,10 +40,10 @@ from .parsing import (
     add_reading,
     add_seeds,
     add_strict,
-    pairing_of,
+    pairing_options,
     preset_from,
-    reading_of,
-    seeds_of,
+    reading_options,
+    seeds_from,
     with_given,
 )
 from .usage import Parser, UsageError, add_json, add_progress, count
@@ -53,13 +53,13 @@ _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --shard 3/40
        ilf batch SOURCE... --out DIR --dask ADDRESS"""
 
-_REACH = 3
+_STATIC_RADIUS = 3
 """Default number of frames before and after each for --static-camera."""
 
-_ENDING_S = 30.0
+_SHUTDOWN_S = 30.0
 """Time to shut down [s]: end the processes and write the manifest of all completed frames."""
 
-_NAMED = 5
+_MAX_LISTED = 5
 """Maximum number of failed frames listed on the terminal; the manifest lists all."""
 
 
@@ -104,11 +104,11 @@ def add_arguments(parser: Parser) -> None:
         "--static-camera",
         type=count,
         nargs="?",
-        const=_REACH,
+        const=_STATIC_RADIUS,
         default=0,
         metavar="N",
         help="for a static camera: fuse the depth of N frames before and after each one where colour is unchanged "
-        f"(default: {_REACH} if N is left out)",
+        f"(default: {_STATIC_RADIUS} if N is left out)",
     )
     beside = parser.add_argument_group("guides and ground truth: folders with one file per frame, named as the frame")
     beside.add_argument(
@@ -123,7 +123,7 @@ def add_arguments(parser: Parser) -> None:
     add_borders(parser)
     parser.add_argument(
         "--hold-out",
-        choices=tuple(HIDDEN_PATTERNS),
+        choices=tuple(HOLD_OUT_PATTERNS),
         help="also evaluate each frame on hold-out depth of this pattern; repeats the run once per seed",
     )
     add_seeds(parser)
@@ -171,7 +171,7 @@ def run(arguments: argparse.Namespace) -> None:
     started = time.perf_counter()
     done: list[FrameOutcome] = []
     text = not (arguments.quiet or arguments.json)
-    with allowing(_ENDING_S):
+    with extended_time_limit(_SHUTDOWN_S):
         try:
             _complete(batch, arguments, done)
         finally:
@@ -186,7 +186,11 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
     failed = [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]
     if arguments.strict:  # including frames completed before
-        failed += [replace(outcome, message=outcome.doubts) for outcome in batch.finished if outcome.doubts]
+        failed += [
+            replace(outcome, message=outcome.plausibility_warnings)
+            for outcome in batch.finished
+            if outcome.plausibility_warnings
+        ]
     if failed:
         raise IlfError(_failures(failed, len(only)))
 
@@ -212,7 +216,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
     if arguments.hold_out is None and arguments.seeds is not None:
         raise UsageError("--seeds applies to hold-out only: add --hold-out.")
     chosen = preset_from(arguments.preset)
-    recipe = Recipe(
+    configuration = RunConfiguration(
         with_given(chosen.parameters, arguments),
         check_given_blocks(arguments, "--blocks", chosen.extraction),
         arguments.extrapolate,
@@ -220,36 +224,45 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         arguments.fill_gaps,
         _absolute(arguments.borders),
     )
-    hidden = None if arguments.hold_out is None else HiddenTest(arguments.hold_out, seeds_of(arguments))
+    hidden = None if arguments.hold_out is None else HoldOutTest(arguments.hold_out, seeds_from(arguments))
     return BatchSettings(
-        recipe, export_options(arguments), hidden, _absolute(arguments.invalid_mask), steady=arguments.static_camera
+        configuration,
+        export_options(arguments),
+        hidden,
+        _absolute(arguments.invalid_mask),
+        steady=arguments.static_camera,
     )
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [open_source(path, **reading_of(arguments), **pairing_of(arguments)) for path in arguments.sources]
+    sources = [
+        open_source(path, **reading_options(arguments), **pairing_options(arguments)) for path in arguments.sources
+    ]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
-    frames = selected(
+    frames = slice_frames(
         frames_of_sources(sources, arguments.out, reach=arguments.static_camera),
         first=first,
         end=end,
         every=arguments.every,
     )
-    for kind, folder in (("guide", arguments.guide), ("truth", arguments.ground_truth)):
+    for kind, folder in (("guide", arguments.guide), ("ground_truth", arguments.ground_truth)):
         if folder is not None:
-            frames = with_files(frames, kind, folder)
+            frames = with_companion_files(frames, kind, folder)
     if arguments.ground_truth_units is None:
         return frames
-    return [replace(frame, source=replace(frame.source, truth_units=arguments.ground_truth_units)) for frame in frames]
+    return [
+        replace(frame, source=replace(frame.source, ground_truth_units=arguments.ground_truth_units))
+        for frame in frames
+    ]
 
 
 def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
     """Complete the frames, with a progress bar, and add their outcomes to `done`."""
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     there = len(batch.finished) + len(batch.failed)
-    doubts = set[str]()
-    _tell_doubts(batch.finished, doubts)
+    plausibility_warnings = set[str]()
+    _report_plausibility(batch.finished, plausibility_warnings)
     with (
         FramesBar(there + len(batch.to_do), there, len(batch.failed), shown=shown) as bar,
         closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
@@ -257,15 +270,15 @@ def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutco
         for outcome in outcomes:
             done.append(outcome)
             with FramesBar.external_write_mode(sys.stderr):
-                _tell_doubts([outcome], doubts)
+                _report_plausibility([outcome], plausibility_warnings)
             bar.add(completed=outcome.status is FrameStatus.COMPLETED)
 
 
-def _tell_doubts(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
+def _report_plausibility(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
     """Print plausibility warnings, each once with the first frame that it concerns."""
     for outcome in outcomes:
-        if outcome.doubts:
-            warn(f"{outcome.frame}: {text}" for text in first_of_each([outcome.doubts], known))
+        if outcome.plausibility_warnings:
+            warn(f"{outcome.frame}: {text}" for text in unique_warnings([outcome.plausibility_warnings], known))
 
 
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
@@ -289,9 +302,9 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
         lines.append(f"Missing depth: {before:.1%} of the pixels before, {after:.1%} after.")
         if outside:
             lines.append(f"Another {outside:.1%} lie outside the depth camera's view.")
-    if doubted := [outcome for outcome in (*batch.finished, *completed) if outcome.doubts]:
+    if implausible := [outcome for outcome in (*batch.finished, *completed) if outcome.plausibility_warnings]:
         lines.append(
-            f"{counted(len(doubted), 'frame')} with plausibility warnings, listed in manifest.csv (column doubts). "
+            f"{counted(len(implausible), 'frame')} with plausibility warnings, listed in manifest.csv (column doubts). "
             "With --strict such frames fail."
         )
     if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
@@ -322,8 +335,8 @@ def _pictures(arguments: argparse.Namespace, batch: Batch, outcomes: Sequence[Fr
 
 
 def _failures(failed: Sequence[FrameOutcome], of: int) -> str:
-    named = "; ".join(f"{outcome.frame}: {outcome.message}" for outcome in failed[:_NAMED])
-    more = f" And {len(failed) - _NAMED} more, listed in manifest.csv." if len(failed) > _NAMED else ""
+    named = "; ".join(f"{outcome.frame}: {outcome.message}" for outcome in failed[:_MAX_LISTED])
+    more = f" And {len(failed) - _MAX_LISTED} more, listed in manifest.csv." if len(failed) > _MAX_LISTED else ""
     return f"{len(failed)} of {counted(of, 'frame')} failed. {named}{more} Retry them with --retry-failed."
 
 

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..lab.bench.blocks import (
     BLOCK_METHODS,
     BlockPlan,
-    choose_block_methods,
+    parse_block_methods,
     run_block_bench,
     summarise_blocks,
     write_block_csv,
@@ -23,11 +23,11 @@ from ..lab.bench.denoising import (
     SCENES,
     DenoisePlan,
     DenoiseRow,
-    choose_denoise_methods,
+    parse_denoise_methods,
     run_denoise_bench,
 )
-from ..lab.bench.frames import chosen_names, find_frames
-from ..lab.bench.methods import GROUPS, choose_methods
+from ..lab.bench.frames import find_frames, parse_names
+from ..lab.bench.methods import GROUPS, parse_methods
 from ..lab.bench.patterns import PATTERNS
 from ..lab.bench.results import (
     BenchResult,
@@ -40,7 +40,7 @@ from ..lab.bench.results import (
     write_json,
     write_table,
 )
-from ..lab.bench.runner import read_earlier, run_bench
+from ..lab.bench.runner import read_earlier_result, run_bench
 from .output import Column, advance, comparison_table, skipped_lines, unit_bar, warn
 from .usage import Parser, UsageError, add_progress, count, seed
 
@@ -73,7 +73,7 @@ def run_blocks(arguments: argparse.Namespace) -> None:
         raise UsageError(f"With {BLOCKS!r}, no depth is held out: leave out --pattern, --seed and --peers-from.")
     plan = BlockPlan(
         folders=tuple(find_frames(folders)[: arguments.limit]),
-        methods=tuple(choose_block_methods(arguments.methods)),
+        methods=tuple(parse_block_methods(arguments.methods)),
     )
     with unit_bar(arguments, len(plan.folders), "frames") as bar:
         result = run_block_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
@@ -113,7 +113,7 @@ def run_denoise(arguments: argparse.Namespace) -> None:
         raise UsageError(
             f"With {DENOISE!r}, all scenes are run unchanged: leave out --pattern, --limit and --peers-from."
         )
-    plan = DenoisePlan(methods=tuple(choose_denoise_methods(arguments.methods)), seed=arguments.seed or 0)
+    plan = DenoisePlan(methods=tuple(parse_denoise_methods(arguments.methods)), seed=arguments.seed or 0)
     with unit_bar(arguments, len(SCENES), "scenes") as bar:
         rows = run_denoise_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
     warn(
@@ -251,11 +251,11 @@ def run(arguments: argparse.Namespace) -> None:
     patterns = _PATTERNS_USED if arguments.pattern is None else arguments.pattern
     plan = Plan(
         folders=tuple(find_frames(arguments.folders)[: arguments.limit]),
-        patterns=tuple(chosen_names(patterns, PATTERNS, what="pattern")),
-        methods=tuple(choose_methods(arguments.methods)),
+        patterns=tuple(parse_names(patterns, PATTERNS, what="pattern")),
+        methods=tuple(parse_methods(arguments.methods)),
         seed=arguments.seed or 0,
     )
-    earlier = None if arguments.peers_from is None else read_earlier(arguments.peers_from, plan.methods)
+    earlier = None if arguments.peers_from is None else read_earlier_result(arguments.peers_from, plan.methods)
     with unit_bar(arguments, len(plan.folders) * len(plan.patterns), "frames and patterns") as bar:
         result = run_bench(plan, jobs=arguments.jobs, earlier=earlier, on_progress=lambda name: advance(bar, name))
     warn(skipped_lines((item.frame, item.pattern, item.reason) for item in result.skipped))

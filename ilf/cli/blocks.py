@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import made_folder, write_bytes
+from .._runtime.files import ensure_folder, write_bytes
 from .._runtime.formatting import covered
 from ..drawing.blocks import stage_pictures
 from ..errors import InputError
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> None:
     image = None if frame.inputs is None else frame.inputs.rgb.path
     write_blocks(arguments.out, found.labels, format=arguments.format, names=found.names, image=image)
     for path, picture in pictures.items():
-        made_folder(path.parent)
+        ensure_folder(path.parent)
         # the encoder expects blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
     warn(found.notes)
@@ -93,10 +93,10 @@ def run(arguments: argparse.Namespace) -> None:
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
 
 
-def _report(found: LoadedBlocks, lacks_nothing: NDArray[np.bool_]) -> list[str]:
+def _report(found: LoadedBlocks, known: NDArray[np.bool_]) -> list[str]:
     """Format a table of the blocks, and their coverage."""
     pixels = np.bincount(found.labels.ravel())
-    with_depth = np.bincount(found.labels[lacks_nothing], minlength=pixels.size)
+    with_depth = np.bincount(found.labels[known], minlength=pixels.size)
     rows = [
         (str(label), str(pixels[label]), f"{1 - with_depth[label] / pixels[label]:.1%}", found.names.get(label, ""))
         for label in np.flatnonzero(pixels).tolist()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..sources.frames import new_frame_files, write_frame
-from ..sources.realsense import SETTLING, take_frame
+from ..sources.realsense import SETTLING, capture_frame
 from .output import warn
 from .usage import Parser, count
 
@@ -30,7 +30,7 @@ def add_arguments(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     new_frame_files(arguments.out)
-    frame = take_frame(arguments.settle)
+    frame = capture_frame(arguments.settle)
     warn(frame.notes)
     for path in write_frame(arguments.out, frame):
         print(path)

@@ -11,9 +11,9 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TextIO
 
-from .._runtime.ending import Interrupted, ending_when_asked, note_fault
 from .._runtime.installation import __version__
-from ..errors import IlfError, in_words, one_line
+from .._runtime.termination import Interrupted, log_error, terminating_on_signal
+from ..errors import IlfError, one_line, to_text
 from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
 
 COMMANDS = {
@@ -40,11 +40,11 @@ the command to its parser. The module is imported only when its command is used.
 
 def run(argv: Sequence[str] | None) -> int:
     """Run a command; see `ilf.cli.main`."""
-    _make_streams()
+    _ensure_streams()
     words = sys.argv[1:] if argv is None else argv
     parser = build_parser(words[:1])
     try:
-        with ending_when_asked():
+        with terminating_on_signal():
             status = _status(parser, words)
     except Interrupted as asked:
         status = _failed(asked, asked.status)
@@ -66,9 +66,9 @@ def _status(parser: Parser, words: Sequence[str]) -> int:
         # the reader of the output has closed the pipe
         return FAILED
     except (IlfError, OSError) as error:
-        return _failed(in_words(error), FAILED)
+        return _failed(to_text(error), FAILED)
     except Exception as error:
-        return _failed(note_fault(error), FAILED)
+        return _failed(log_error(error), FAILED)
     return DONE
 
 
@@ -95,7 +95,7 @@ def build_parser(names: Collection[str] = tuple(COMMANDS)) -> Parser:
     return parser
 
 
-def _make_streams() -> None:
+def _ensure_streams() -> None:
     """Replace closed stdout and stderr by streams that discard their output."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

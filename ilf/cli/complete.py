@@ -12,11 +12,18 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..data.results import Completion
 from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
-from ..run.run import Recipe, Run
+from ..run.run import Run, RunConfiguration
 from ..run.writing import check_write, write
 from ..sources.frames import frame_folder
 from ..sources.opening import is_recording
-from .options import add_export_options, add_given_blocks, check_given_blocks, export_options, fitting, space_flags
+from .options import (
+    add_export_options,
+    add_given_blocks,
+    check_given_blocks,
+    export_options,
+    feasible_options,
+    geometry_flags,
+)
 from .output import print_json, warn
 from .parsing import (
     MAIN_PARAMETERS,
@@ -34,7 +41,7 @@ from .parsing import (
     preset_from,
     with_given,
 )
-from .run_output import COMPLETION_KEYS, Finished, RunProgress, completion_record, completion_report
+from .run_output import COMPLETION_KEYS, FinishedRun, RunProgress, completion_record, completion_report
 from .usage import Parser, UsageError, add_json, add_progress
 
 _USAGE = """ilf complete RGB DEPTH [options]
@@ -106,7 +113,7 @@ def run(arguments: argparse.Namespace) -> None:
     written = write(folder, job.run, completion, job.options)
     notes = [*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
     warn(notes)
-    finished = Finished(job.run, completion, seconds, folder, written.files)
+    finished = FinishedRun(job.run, completion, seconds, folder, written.files)
     if arguments.json:
         print_json(completion_record(finished, notes))
     elif not arguments.quiet:
@@ -126,7 +133,7 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 def _new_job(arguments: argparse.Namespace) -> _Job:
     chosen = preset_from(arguments.preset)
     options = export_options(arguments)
-    recipe = Recipe(
+    configuration = RunConfiguration(
         with_given(chosen.parameters, arguments),
         check_given_blocks(arguments, "--blocks", chosen.extraction),
         arguments.extrapolate,
@@ -135,8 +142,8 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         arguments.borders,
     )
     frame = frame_from(arguments)
-    run = recipe.run_of(frame)
-    options, missing = fitting(options, frame, arguments, ": give --intrinsics for one")
+    run = configuration.make_run(frame)
+    options, missing = feasible_options(options, frame, arguments, ": give --intrinsics for one")
     return _Job(run, options, tuple(missing))
 
 
@@ -151,7 +158,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         )
         if getattr(arguments, name) is not None
     ]
-    also += space_flags(arguments)
+    also += geometry_flags(arguments)
     also += ["--strict"] * arguments.strict
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--extrapolate"] * arguments.extrapolate
     also += ["--fill-gaps"] * arguments.fill_gaps

@@ -15,9 +15,9 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..errors import InputError, ParameterError
-from ..evaluation.evaluation import Judgement, RunJudged, Step, run_out
-from ..evaluation.ground_truth import truth_steps
-from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, compared_steps, hidden_steps
+from ..evaluation.evaluation import Evaluation, RunEvaluation, Step, run_to_end
+from ..evaluation.ground_truth import ground_truth_steps
+from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, compared_steps, hold_out_steps
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.labels import read_mask
 from ..io.tables import write_csv
@@ -38,11 +38,11 @@ from .parsing import (
     add_seeds,
     frame_from,
     preset_from,
-    seeds_of,
+    seeds_from,
     value_from,
     with_given,
 )
-from .run_output import errors_record, largest_share
+from .run_output import dominant_block, errors_record
 from .usage import Parser, UsageError, add_json, add_progress
 
 
@@ -95,7 +95,7 @@ def add_arguments(parser: Parser) -> None:
         "pixels that all of them fill."
     )
     parser.epilog = (
-        "Hold-out patterns: " + "; ".join(f"{name}: {what}" for name, what in HIDDEN_PATTERNS.items()) + ". "
+        "Hold-out patterns: " + "; ".join(f"{name}: {what}" for name, what in HOLD_OUT_PATTERNS.items()) + ". "
         "The JSON document contains frame, against (ground truth or hold-out), pattern, seeds and results. results: "
         "name, parameters, errors, coverage (share), seconds, blocks (label, errors). errors: pixels, rmse_m, mae_m, "
         "median_m, bias_m, within_expected_error (share). Unknown numbers are null."
@@ -110,7 +110,7 @@ def add_arguments(parser: Parser) -> None:
     add_borders(parser)
     parser.add_argument(
         "--hold-out",
-        choices=tuple(HIDDEN_PATTERNS),
+        choices=tuple(HOLD_OUT_PATTERNS),
         help="evaluate on hold-out depth of this pattern (default: areas, if the frame has no ground truth)",
     )
     add_seeds(parser)
@@ -139,7 +139,7 @@ def add_arguments(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
     presets = [preset_from(name) for name in dict.fromkeys(arguments.preset or [DEFAULT_PRESET])]
-    swept = dict(_swept(text) for text in arguments.sweep or ())
+    swept = dict(_parse_sweep(text) for text in arguments.sweep or ())
     if swept and len(presets) > 1:
         raise UsageError("--sweep varies one --preset: leave out the others.")
     if arguments.hold_out is not None and arguments.ground_truth is not None:
@@ -147,20 +147,20 @@ def run(arguments: argparse.Namespace) -> None:
     parameters = [with_given(preset.parameters, arguments) for preset in presets]
     extractions = [check_given_blocks(arguments, "--blocks", preset.extraction) for preset in presets]
     frame = frame_from(arguments)
-    test = _test(arguments, frame)
+    test = _hold_out(arguments, frame)
     runs, notes = _runs(arguments, frame, parameters, extractions)
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
-    results: Sequence[RunJudged]
+    results: Sequence[RunEvaluation]
     with ShareProgress(shown=shown) as progress:
         if swept:
-            found = run_out(
+            found = run_to_end(
                 sweep_steps(Sweep(runs[0], swept, test)),
                 lambda item: progress.update(item) if isinstance(item, Step) else None,
             )
             results, names = found.points, [_point_text(point.values) for point in found.points]
         else:
-            several = [truth_steps(run) if test is None else hidden_steps(run, test) for run in runs]
-            results, names = run_out(compared_steps(several), progress.update), [preset.name for preset in presets]
+            several = [ground_truth_steps(run) if test is None else hold_out_steps(run, test) for run in runs]
+            results, names = run_to_end(compared_steps(several), progress.update), [preset.name for preset in presets]
     warn(notes)
     if arguments.json:
         print_json(_record(frame, test, names, results))
@@ -171,13 +171,13 @@ def run(arguments: argparse.Namespace) -> None:
         write_csv(arguments.csv, [[field.name for field in fields(Line)], *map(astuple, lines)])
 
 
-def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:
+def _hold_out(arguments: argparse.Namespace, frame: RGBDFrame) -> HoldOutTest | None:
     """Return the hold-out; None to evaluate against ground truth."""
-    if arguments.hold_out is None and frame.truth is not None:
+    if arguments.hold_out is None and frame.ground_truth is not None:
         if arguments.seeds is not None:
             raise UsageError("--seeds has no effect, because the frame has ground truth: add --hold-out.")
         return None
-    return HiddenTest(arguments.hold_out or "areas", seeds_of(arguments))
+    return HoldOutTest(arguments.hold_out or "areas", seeds_from(arguments))
 
 
 def _runs(
@@ -206,7 +206,7 @@ def _runs(
     return runs, [note for run in made.values() for note in run.notes]
 
 
-def _swept(text: str) -> tuple[str, list[Value]]:
+def _parse_sweep(text: str) -> tuple[str, list[Value]]:
     """Parse name and values of a parameter from NAME=V,V,..."""
     name, equals, values = text.partition("=")
     name = name.strip().lstrip("-").replace("-", "_")
@@ -224,14 +224,14 @@ def _swept(text: str) -> tuple[str, list[Value]]:
 def _point_text(values: Mapping[str, Value]) -> str:
     """Format the values of a point with the parameter names of the command line."""
     declared = Parameters.declarations()
-    return ", ".join(f"{name} {declared[name].in_words(value)}" for name, value in values.items())
+    return ", ".join(f"{name} {declared[name].to_text(value)}" for name, value in values.items())
 
 
 def _report(
     frame: RGBDFrame,
-    test: HiddenTest | None,
+    test: HoldOutTest | None,
     names: Sequence[str],
-    results: Sequence[RunJudged],
+    results: Sequence[RunEvaluation],
     by_block: bool,
     heading: str,
 ) -> list[str]:
@@ -240,14 +240,14 @@ def _report(
         lines = [f"{frame.name}, against ground truth, over {counted(pixels, 'missing pixel')}:"]
     else:
         seeds = counted(len(test.seeds), "hold-out")
-        lines = [f"{frame.name}, {seeds} ({HIDDEN_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"]
+        lines = [f"{frame.name}, {seeds} ({HOLD_OUT_PATTERNS[test.pattern]}), over {counted(pixels, 'pixel')}:"]
     whole = [line for line in _lines(names, results) if line.block is None]
     lines += comparison_table(_COLUMNS, whole, heading)
     if not pixels:
         lines.append("No pixel is filled by all of them.")
     else:
         name, best = min(zip(names, results, strict=True), key=lambda item: item[1].whole.rmse)
-        if largest := largest_share(best.whole, best.blocks):
+        if largest := dominant_block(best.whole, best.blocks):
             lines.append(f"{name}: block {largest[0]} has {largest[1]:.0%} of the squared error.")
     if by_block:
         for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
@@ -256,7 +256,7 @@ def _report(
 
 
 def _record(
-    frame: RGBDFrame, test: HiddenTest | None, names: Sequence[str], results: Sequence[RunJudged]
+    frame: RGBDFrame, test: HoldOutTest | None, names: Sequence[str], results: Sequence[RunEvaluation]
 ) -> dict[str, Any]:
     """Describe the evaluation for JSON."""
     return {
@@ -278,36 +278,36 @@ def _record(
     }
 
 
-def _block_table(names: Sequence[str], results: Sequence[RunJudged]) -> list[str]:
+def _block_table(names: Sequence[str], results: Sequence[RunEvaluation]) -> list[str]:
     """Format a table of the RMSE of every block, for runs with the same blocks."""
     rows = []
     for label in sorted({label for result in results for label in result.blocks}):
-        found = [result.blocks.get(label, Judgement()) for result in results]
-        rmse = ["-" if math.isnan(judgement.rmse) else f"{1000 * judgement.rmse:.2f}" for judgement in found]
-        rows.append((str(label), str(max(judgement.pixels for judgement in found)), *rmse))
+        found = [result.blocks.get(label, Evaluation()) for result in results]
+        rmse = ["-" if math.isnan(evaluation.rmse) else f"{1000 * evaluation.rmse:.2f}" for evaluation in found]
+        rows.append((str(label), str(max(evaluation.pixels for evaluation in found)), *rmse))
     return table(("block", "pixels", *(f"RMSE [mm], {name}" for name in names)), rows)
 
 
-def _lines(names: Sequence[str], results: Sequence[RunJudged]) -> list[Line]:
+def _lines(names: Sequence[str], results: Sequence[RunEvaluation]) -> list[Line]:
     lines = []
     for name, result in zip(names, results, strict=True):
         lines.append(_line(name, None, result.whole, result.coverage, result.seconds))
-        lines += [_line(name, label, judgement) for label, judgement in result.blocks.items()]
+        lines += [_line(name, label, evaluation) for label, evaluation in result.blocks.items()]
     return lines
 
 
 def _line(
     name: str,
     block: int | None,
-    judgement: Judgement,
+    evaluation: Evaluation,
     coverage: float | None = None,
     seconds: float | None = None,
 ) -> Line:
     rmse, mae, median, bias = (
         None if math.isnan(measure) else measure
-        for measure in (judgement.rmse, judgement.mae, judgement.median, judgement.bias)
+        for measure in (evaluation.rmse, evaluation.mae, evaluation.median, evaluation.bias)
     )
-    return Line(name, block, judgement.pixels, rmse, mae, median, bias, judgement.within, coverage, seconds)
+    return Line(name, block, evaluation.pixels, rmse, mae, median, bias, evaluation.within, coverage, seconds)
 
 
 def _mm(metres: float | None) -> float | None:

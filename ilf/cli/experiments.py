@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._runtime.files import made_folder
+from .._runtime.files import ensure_folder
 from .._runtime.formatting import counted
 from .output import Bar, unit_bar, warn
 from .usage import Parser, add_progress, count, seed
@@ -101,10 +101,10 @@ def _list(arguments: argparse.Namespace) -> None:
 def _run(arguments: argparse.Namespace) -> None:
     from ..lab.experiments.experiment import Settings
     from ..lab.experiments.files import write_result
-    from ..lab.experiments.registry import EXPERIMENTS, chosen_experiments, run_experiment
+    from ..lab.experiments.registry import EXPERIMENTS, run_experiment, selected_experiments
     from ..lab.experiments.sources import find_sources
 
-    names = chosen_experiments(arguments.names)
+    names = selected_experiments(arguments.names)
     settings = Settings(
         data=arguments.data,
         split=arguments.split,
@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> None:
     )
     if any(EXPERIMENTS[name].needs_frames for name in names):
         find_sources(settings)  # reports problems of the data before anything is run or written
-    folder = made_folder(arguments.out)
+    folder = ensure_folder(arguments.out)
     for name in names:
         with unit_bar(arguments, 0, name) as bar:
             result = run_experiment(name, settings, partial(_advance, bar))

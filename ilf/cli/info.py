@@ -18,25 +18,40 @@ from .._runtime.staging import interrupted
 from ..data.camera import CameraIntrinsics, camera_text
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
-from ..data.parameters import BlockParameters, likeness
+from ..data.parameters import BlockParameters, nearest_preset
 from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
 from ..io.cameras import intrinsics_from
-from ..io.companions import UNUSED, below, load_guide, read_confidence, read_truth, scale_misfit
-from ..io.depth_reading import DepthReading, first_of_each, read_depth
-from ..io.encodings import encoding_of_inputs, one_encoding
-from ..io.images import read_doubted_colour
+from ..io.depth_reading import DepthReading, read_depth, unique_warnings
+from ..io.encodings import encoding_of_inputs, single_encoding
+from ..io.frame_additions import (
+    UNUSED_CONFIDENCE,
+    load_guide,
+    low_confidence,
+    read_confidence,
+    read_ground_truth,
+    scale_misfit,
+)
+from ..io.images import read_colour_with_warning
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
 from ..run.record import RunRecord
 from ..run.record_file import read_record
-from ..run.replaying import missing_or_changed
+from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
-from ..sources.frames import META_NAME, FrameFiles, frame_beside, frame_folder
+from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
 from ..sources.opening import is_recording
 from ..sources.source import Source
 from .output import print_json
-from .parsing import add_frame, add_ground_truth, add_guide, add_strict, check_doubts, frame_of_source, source_from
+from .parsing import (
+    add_frame,
+    add_ground_truth,
+    add_guide,
+    add_strict,
+    check_plausibility,
+    frame_of_source,
+    source_from,
+)
 from .run_output import outcome_lines, outcome_record
 from .usage import Parser, UsageError, add_json
 
@@ -57,7 +72,7 @@ class Section(NamedTuple):
     outcomes: Sequence[BlockOutcome] = ()
 
     @property
-    def doubts(self) -> list[str]:
+    def plausibility_warnings(self) -> list[str]:
         """The plausibility warnings."""
         return [fact.text for fact in self.facts if fact.name == "warning"]
 
@@ -69,7 +84,7 @@ class Section(NamedTuple):
         if self.kind == "run":
             found["blocks"] = [outcome_record(outcome) for outcome in self.outcomes]
         problems = [fact.text for fact in self.facts if fact.name == "problem"]
-        return {**found, "doubts": self.doubts, "problems": problems}
+        return {**found, "plausibility_warnings": self.plausibility_warnings, "problems": problems}
 
 
 # Facts of a run record.
@@ -83,7 +98,7 @@ def record_facts(record: RunRecord) -> list[Fact]:
     if record.inputs is None:
         facts.append(Fact("frame", "not read from files; the run cannot be replayed"))
     else:
-        colour, depth, truth = record.inputs.rgb.path, record.inputs.depth.path, record.inputs.truth
+        colour, depth, ground_truth = record.inputs.rgb.path, record.inputs.depth.path, record.inputs.ground_truth
         encoding, camera = encoding_of_inputs(record.inputs).text, intrinsics_from(record.inputs.intrinsics)
         facts += [
             Fact("colour", colour, {"colour": colour}),
@@ -93,28 +108,30 @@ def record_facts(record: RunRecord) -> list[Fact]:
         ]
         if record.inputs.frame is not None:
             facts.append(Fact("frame", record.inputs.frame, {"frame": record.inputs.frame}))
-        if truth is not None:
-            entries = {"ground_truth": {"path": truth.path, "units_per_m": truth.units}}
-            facts.append(Fact("ground truth", f"{truth.path}, {truth.units:g} units per metre", entries))
+        if ground_truth is not None:
+            entries = {"ground_truth": {"path": ground_truth.path, "units_per_m": ground_truth.units}}
+            facts.append(Fact("ground truth", f"{ground_truth.path}, {ground_truth.units:g} units per metre", entries))
     height, width = record.shape
     origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
     entries = {"width": width, "height": height, "blocks_from": origin}
     facts.append(Fact("blocks", f"{len(record.outcomes)} run, {width} x {height}, {origin}", entries))
     if record.extraction is not None:
-        changes = record.extraction.unlike(BlockParameters())
+        changes = record.extraction.differences_from(BlockParameters())
         facts.append(Fact("extraction", _text(changes) or "defaults", {"extraction": changes}))
-    nearest = likeness(record.common)
+    nearest = nearest_preset(record.common)
     text = f"preset {nearest.preset}" + (f" with {_text(nearest.differs)}" if nearest.differs else "")
     facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.common.to_dict()}))
-    own = {label: one.unlike(record.common) for label, one in record.parameters.items() if one != record.common}
+    own = {
+        label: one.differences_from(record.common) for label, one in record.parameters.items() if one != record.common
+    }
     facts += [Fact(f"block {label}", _text(changes), {"block_parameters": own}) for label, changes in own.items()]
     uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
     used = dict.fromkeys(item for networks, _ in uses for item in networks.items())
     for name, sha256 in used:
         use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
         facts.append(Fact("network", f"{name} ({sha256[:12]}) for {use}", {"networks": dict(used)}))
-    if record.distrusted is not None:
-        file = record.distrusted.file
+    if record.invalid_mask is not None:
+        file = record.invalid_mask.file
         facts.append(Fact("invalid mask", file, {"invalid_mask": file}))
     if record.drawn is not None:
         facts.append(Fact("borders", record.drawn.file, {"borders": record.drawn.file}))
@@ -122,7 +139,7 @@ def record_facts(record: RunRecord) -> list[Fact]:
         origin = "" if record.guide.path is None else f", read from {record.guide.path}"
         entries = {"guide": {"file": record.guide.file, "path": record.guide.path}}
         facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
-    if record.dense:
+    if record.extrapolate:
         facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
     files = list(record.outputs or record.options.filenames())
     return [*facts, Fact("files", ", ".join(files), {"files": files})]
@@ -164,16 +181,16 @@ def source_facts(source: Source) -> list[Fact]:
     ]
 
 
-def doubt_facts(source: Source) -> list[Fact]:
+def plausibility_facts(source: Source) -> list[Fact]:
     """List plausibility warnings and errors on reading the first, the middle and the last frame."""
     known: set[str] = set()
     facts = []
     for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
         try:
-            found = [("warning", text) for text in source.frame_source(key).load().doubts]
+            found = [("warning", text) for text in source.frame_source(key).load().plausibility_warnings]
         except IlfError as error:
             found = [("problem", str(error))]
-        facts += [Fact(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
+        facts += [Fact(name, f"{key}: {text}") for name, text in found if unique_warnings([text], known)]
     return facts
 
 
@@ -228,7 +245,7 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         for number, section in enumerate(sections):
             _print_section(section, apart=number > 0)
-    check_doubts([doubt for section in sections for doubt in section.doubts], arguments.strict)
+    check_plausibility([doubt for section in sections for doubt in section.plausibility_warnings], arguments.strict)
 
 
 def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[Section]:
@@ -240,15 +257,15 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     if len(inputs) == 1 and os.path.isdir(inputs[0]):
         return _folder_sections(inputs[0], arguments)
     if len(inputs) == 1:
-        return [Section("frame", _colour_facts(inputs[0], *read_doubted_colour(inputs[0])))]
-    beside = frame_beside(*inputs)
+        return [Section("frame", _colour_facts(inputs[0], *read_colour_with_warning(inputs[0])))]
+    beside = meta_beside(*inputs)
     if beside is not None:
         return [_frame_section(beside, arguments)]
-    given = one_encoding(arguments.depth_encoding, arguments.depth_units)
+    given = single_encoding(arguments.depth_encoding, arguments.depth_units)
     depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
     facts = [
         *_pair_facts(inputs[0], inputs[1], depth, arguments.intrinsics),
-        *_truth_facts(arguments.ground_truth, arguments.ground_truth_units, depth),
+        *_ground_truth_facts(arguments.ground_truth, arguments.ground_truth_units, depth),
         *_guide_facts(arguments.guide, depth.metres),
     ]
     return [Section("frame", facts)]
@@ -262,7 +279,7 @@ def _is_source(folder: Path) -> bool:
 def _source_sections(source: Source, arguments: argparse.Namespace) -> list[Section]:
     """Make the section of a source, with plausibility warnings; for a single frame, also its section."""
     if len(source) > 1:
-        return [Section("source", [*source_facts(source), *doubt_facts(source)])]
+        return [Section("source", [*source_facts(source), *plausibility_facts(source)])]
     frame = _source_frame(source.frame_source(source.keys[0]), arguments)
     return [Section("source", source_facts(source)), frame]
 
@@ -274,7 +291,7 @@ def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section
     frame, recorded = source.load(), source.recorded()
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
-    sure = [] if levels is None else _levels_facts(None, levels, source.min_confidence, depth.metres)
+    sure = [] if levels is None else _confidence_value_facts(None, levels, source.min_confidence, depth.metres)
     entries = {"colour": source.rgb, "width": width, "height": height}
     shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
     facts = [
@@ -307,19 +324,21 @@ def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Sectio
 
 def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
     """Make the section of a frame with a meta.json."""
-    given = one_encoding(arguments.depth_encoding, arguments.depth_units)
+    given = single_encoding(arguments.depth_encoding, arguments.depth_units)
     invalid = files.invalid if arguments.invalid is None else arguments.invalid
     depth = read_depth(read_file(files.depth), given, files.stated_encoding, invalid)
-    stated = files.truth_units if arguments.ground_truth is None else None
-    truth = _truth_facts(arguments.ground_truth or files.truth, arguments.ground_truth_units or stated, depth)
-    if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
-        truth = [
+    stated = files.ground_truth_units if arguments.ground_truth is None else None
+    ground_truth = _ground_truth_facts(
+        arguments.ground_truth or files.ground_truth, arguments.ground_truth_units or stated, depth
+    )
+    if not ground_truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
+        ground_truth = [
             Fact("ground truth", f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth")
         ]
     facts = [
         Fact("name", files.name, {"name": files.name}),
         *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
-        *truth,
+        *ground_truth,
         *_guide_facts(arguments.guide or files.guide, depth.metres),
         *_confidence_facts(files, arguments.min_confidence, depth.metres),
     ]
@@ -328,7 +347,7 @@ def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
 
 def _record_section(path: Path) -> Section:
     record = read_record(path)
-    wrong = missing_or_changed(record, path.absolute().parent)
+    wrong = file_problems(record, path.absolute().parent)
     return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.outcomes)
 
 
@@ -341,7 +360,7 @@ def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
 
 def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
     """List the facts of colour and depth, and whether they match."""
-    rgb, doubt = read_doubted_colour(colour)
+    rgb, doubt = read_colour_with_warning(colour)
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
     try:
         check_same_size(rgb, depth.metres)
@@ -378,19 +397,19 @@ def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics
     except InputError as error:
         facts.append(Fact("problem", str(error)))
     facts += [Fact("left out", depth.left_out)] if depth.left_out else []
-    return [*facts, *(Fact("warning", doubt.text) for doubt in depth.doubts)]
+    return [*facts, *(Fact("warning", doubt.text) for doubt in depth.plausibility_warnings)]
 
 
-def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[Fact]:
+def _ground_truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[Fact]:
     """List the facts of the ground truth; empty if there is none."""
     if path is None:
         return []
     depth = reading.metres
     try:
-        truth, file = read_truth(path, (depth.shape[0], depth.shape[1]), units, reading.encoding.units)
+        ground_truth, file = read_ground_truth(path, (depth.shape[0], depth.shape[1]), units, reading.encoding.units)
     except InputError as error:
         return [Fact("problem", str(error))]
-    known = np.isfinite(truth)
+    known = np.isfinite(ground_truth)
     missing = np.isnan(depth)
     share, of_missing = _shares(known, missing)
     entries = {
@@ -400,7 +419,7 @@ def _truth_facts(path: str | Path | None, units: float | None, reading: DepthRea
         "units_per_m": file.units,
     }
     text = f"{file.path}, {file.units:g} units per metre, {_known_text(share, of_missing)}"
-    problem = scale_misfit(truth, depth, file.units)
+    problem = scale_misfit(ground_truth, depth, file.units)
     return [Fact("ground truth", text, {"ground_truth": entries}), *([Fact("problem", problem)] if problem else [])]
 
 
@@ -417,26 +436,26 @@ def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.
     """List the facts of a confidence map; empty if there is none."""
     if files.confidence is None:
         return []
-    least = files.min_confidence if given is None else given
+    minimum = files.min_confidence if given is None else given
     try:
         levels = read_confidence(files.confidence, (depth.shape[0], depth.shape[1]))
     except InputError as error:
         return [Fact("problem", str(error))]
-    return _levels_facts(str(files.confidence), levels, least, depth)
+    return _confidence_value_facts(str(files.confidence), levels, minimum, depth)
 
 
-def _levels_facts(
-    path: str | None, levels: NDArray[Any], least: float | None, depth: NDArray[np.float32]
+def _confidence_value_facts(
+    path: str | None, levels: NDArray[Any], minimum: float | None, depth: NDArray[np.float32]
 ) -> list[Fact]:
     """List the facts of confidence values, and of depth below the minimum confidence."""
     try:
-        told = UNUSED if least is None else below(levels, least, depth)[1]
+        effect = UNUSED_CONFIDENCE if minimum is None else low_confidence(levels, minimum, depth)[1]
     except InputError as error:
         return [Fact("problem", str(error))]
     low, high = float(levels.min()), float(levels.max())
-    entries = {"path": path, "min": low, "max": high, "min_confidence": least}
+    entries = {"path": path, "min": low, "max": high, "min_confidence": minimum}
     where = "" if path is None else f"{path}, "
-    return [Fact("confidence", f"{where}from {low:g} to {high:g}. {told}", {"confidence": entries})]
+    return [Fact("confidence", f"{where}from {low:g} to {high:g}. {effect}", {"confidence": entries})]
 
 
 def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[Fact]:

@@ -18,14 +18,14 @@ from ..run.options import (
     DEPTH_FILES,
     MESH_FILES,
     ExportOptions,
-    without_impossible_cloud,
+    drop_impossible_cloud,
 )
 from ..segmentation.extraction import FoundBlocks
-from ..segmentation.reextraction import gaps_filled
+from ..segmentation.reextraction import with_gaps_filled
 from .parsing import BLOCK_PREFIX, given_parameters, with_given
 from .usage import UsageError
 
-_SPACE = ("cloud_format", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
+_GEOMETRY_FLAGS = ("cloud_format", "mesh", "normals", "drop_flying", "axes", "cloud_unit")
 """Flags of point cloud and mesh."""
 
 
@@ -83,7 +83,7 @@ def export_options(arguments: argparse.Namespace) -> ExportOptions:
     """
     if arguments.no_cloud and arguments.cloud_format is not None:
         raise UsageError("--no-cloud contradicts --cloud-format: leave out one of them.")
-    if arguments.no_cloud and arguments.mesh is None and (flags := space_flags(arguments)):
+    if arguments.no_cloud and arguments.mesh is None and (flags := geometry_flags(arguments)):
         raise UsageError(f"--no-cloud contradicts {', '.join(flags)}: leave it out, or add --mesh.")
     defaults = ExportOptions()
     formats = arguments.depth_formats
@@ -100,16 +100,16 @@ def export_options(arguments: argparse.Namespace) -> ExportOptions:
     )
 
 
-def space_flags(arguments: argparse.Namespace) -> list[str]:
+def geometry_flags(arguments: argparse.Namespace) -> list[str]:
     """Return the given flags of point cloud and mesh."""
-    return [f"--{name.replace('_', '-')}" for name in _SPACE if getattr(arguments, name) is not None]
+    return [f"--{name.replace('_', '-')}" for name in _GEOMETRY_FLAGS if getattr(arguments, name) is not None]
 
 
-def fitting(
-    options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, way_out: str = ""
+def feasible_options(
+    options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, remedy: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
     """Return the options without a point cloud that was not requested and is not possible, and a note about that."""
-    return (options, ()) if space_flags(arguments) else without_impossible_cloud(options, frame, way_out)
+    return (options, ()) if geometry_flags(arguments) else drop_impossible_cloud(options, frame, remedy)
 
 
 # Given blocks, from this program or another, and the extraction in their gaps.
@@ -150,5 +150,5 @@ def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlock
 
 def filled(blocks: LoadedBlocks, extracted: FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
     """Return blocks with their gaps filled by extracted ones."""
-    labels = gaps_filled(blocks.labels, extracted.blocks, parameters)
+    labels = with_gaps_filled(blocks.labels, extracted.blocks, parameters)
     return LoadedBlocks(labels, blocks.names, blocks.notes + extracted.notes)

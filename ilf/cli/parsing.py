@@ -12,12 +12,12 @@ from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..errors import InputError, ParameterError
-from ..io.encodings import MEANINGS
-from ..io.labels import also_distrusting
-from ..run.preset_files import OwnPreset, find_preset
+from ..io.encodings import ENCODING_DESCRIPTIONS
+from ..io.labels import with_more_invalid
+from ..run.preset_files import UserPreset, find_preset
 from ..sources.frame_source import FrameSource
 from ..sources.source import Source, open_source
-from ..sources.times import MOST_APART_S
+from ..sources.times import MAX_TIME_GAP_S
 from .output import warn
 from .usage import UsageError, count
 
@@ -56,13 +56,13 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments for pairing colour and depth: largest time difference and topics; see `pairing_of`."""
+    """Add the arguments for pairing colour and depth: largest time difference and topics; see `pairing_options`."""
     parser.add_argument(
         "--max-gap",
         type=float,
         metavar="S",
         help="largest time difference [s] between colour and depth of a frame that are paired by time (default: "
-        f"{MOST_APART_S:g})",
+        f"{MAX_TIME_GAP_S:g})",
     )
     parser.add_argument(
         "--topics",
@@ -73,9 +73,9 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def pairing_of(arguments: argparse.Namespace) -> dict[str, Any]:
+def pairing_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the values of `add_pairing` as arguments of `open_source`."""
-    max_gap = MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
+    max_gap = MAX_TIME_GAP_S if arguments.max_gap is None else float(arguments.max_gap)
     return {"max_gap": max_gap, "topics": arguments.topics}
 
 
@@ -89,12 +89,13 @@ def _topics(text: str) -> tuple[str, str]:
 
 
 def add_reading(reading: argparse._ArgumentGroup) -> None:
-    """Add the arguments for reading depth files and for their camera; see `reading_of`."""
+    """Add the arguments for reading depth files and for their camera; see `reading_options`."""
     how = reading.add_mutually_exclusive_group()
     how.add_argument(
         "--depth-encoding",
         metavar="NAME",
-        help=f"encoding of the depth file: {', '.join(MEANINGS)}, bop:SCALE, or units per metre as a number (default: "
+        help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
+        "number (default: "
         "from meta.json; for two files, mm for integers and m for floats). An explicit encoding skips the plausibility "
         "check",
     )
@@ -132,9 +133,9 @@ def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
     )
 
 
-def check_doubts(doubts: Iterable[str], strict: bool) -> None:
+def check_plausibility(plausibility_warnings: Iterable[str], strict: bool) -> None:
     """Raise InputError for plausibility warnings if `strict`."""
-    if strict and (found := list(doubts)):
+    if strict and (found := list(plausibility_warnings)):
         raise InputError(" ".join(found))
 
 
@@ -198,11 +199,11 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
 
 
 def add_seeds(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of the number of hold-outs; see `seeds_of`."""
+    """Add the argument of the number of hold-outs; see `seeds_from`."""
     parser.add_argument("--seeds", type=count, metavar="N", help=f"number of random hold-outs (default: {_SEEDS})")
 
 
-def seeds_of(arguments: argparse.Namespace) -> tuple[int, ...]:
+def seeds_from(arguments: argparse.Namespace) -> tuple[int, ...]:
     """Return the seeds of `add_seeds`."""
     return tuple(range(arguments.seeds or _SEEDS))
 
@@ -218,7 +219,7 @@ def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
     )
 
 
-def preset_from(name: str | None) -> OwnPreset:
+def preset_from(name: str | None) -> UserPreset:
     """Return a preset by its name, None for the default; raises UsageError if there is none."""
     try:
         return find_preset(name or DEFAULT_PRESET)
@@ -226,7 +227,7 @@ def preset_from(name: str | None) -> OwnPreset:
         raise UsageError(str(error)) from error
 
 
-def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
+def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the values of `add_reading` as arguments of `load_frame` and `list_frames`."""
     return {
         "depth_units": arguments.depth_units,
@@ -241,14 +242,14 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """Open the folder of frames, data set or recording that the arguments name, and print its warnings."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Give one folder of frames, data set or recording, not {len(arguments.inputs)} paths.")
-    source = open_source(arguments.inputs[0], **reading_of(arguments), **pairing_of(arguments))
+    source = open_source(arguments.inputs[0], **reading_options(arguments), **pairing_options(arguments))
     warn(source.notes)
     return source
 
 
 def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
     """Return the frame that --frame selects."""
-    return replace(source_from(arguments).frame_source(arguments.frame), **_beside(arguments))
+    return replace(source_from(arguments).frame_source(arguments.frame), **_companion_files(arguments))
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
@@ -258,13 +259,13 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     if arguments.max_gap is not None or arguments.topics is not None:
         raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one with --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
-    return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
+    return FrameSource(rgb, depth, **reading_options(arguments), **_companion_files(arguments))
 
 
-def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
+def _companion_files(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return ground truth and guide of the arguments, if the command has such arguments."""
     given = vars(arguments)
-    names = {"truth": "ground_truth", "truth_units": "ground_truth_units", "guide": "guide"}
+    names = {"ground_truth": "ground_truth", "ground_truth_units": "ground_truth_units", "guide": "guide"}
     return {name: given.get(argument) for name, argument in names.items()}
 
 
@@ -272,9 +273,9 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     """Load the frame that the arguments name, with its invalid mask, ground truth and guide. Plausibility warnings are
     printed; with --strict they raise InputError."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
-    check_doubts(frame.doubts, vars(arguments).get("strict", False))
+    check_plausibility(frame.plausibility_warnings, vars(arguments).get("strict", False))
     warn(frame.notes)
-    return frame if arguments.invalid_mask is None else also_distrusting(frame, arguments.invalid_mask)
+    return frame if arguments.invalid_mask is None else with_more_invalid(frame, arguments.invalid_mask)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

@@ -15,22 +15,22 @@ from typing import Any
 
 from .._runtime.formatting import counted
 from ..completion.confidence.expected_error import RMS_NAME
-from ..data.parameters import Parameters, likeness
+from ..data.parameters import Parameters, nearest_preset
 from ..data.results import Completion
 from ..errors import InputError
+from ..project.facts import FrameFacts, RunFacts, differences, frame_facts, present_completion, present_run
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
-from ..project.stored import FrameFacts, RunFacts, differences, frame_facts, stored_completion, stored_run
 from ..run.options import as_file_name
 from ..run.run import Run
 from ..run.writing import write
 from ..sources.frame_source import FrameSource
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, fitting
+from .options import add_export_options, export_options, feasible_options
 from .output import print_json, table, warn
-from .parsing import add_look_in, add_reading, reading_of
+from .parsing import add_look_in, add_reading, reading_options
 from .run_output import RunProgress
 from .usage import Parser, UsageError, add_progress
 
@@ -41,12 +41,12 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     """Print the facts about a project and its frames."""
     project, path = opened.project, opened.path
     stages = Counter(frame.summary.stage for frame in project.frames)
-    in_words = ", ".join(f"{stages[stage]} {stage}" for stage in Stage if stages[stage])
-    for_whom = "for all frames:" if project.for_all else "per frame; defaults of the next frame:"
+    to_text = ", ".join(f"{stages[stage]} {stage}" for stage in Stage if stages[stage])
+    scope = "for all frames:" if project.for_all else "per frame; defaults of the next frame:"
     lines = [
         ("project", f"{path}, {path.stat().st_size / 1e6:.1f} MB in {counted(len(opened.parts.names()), 'part')}"),
-        ("frames", f"{len(facts)}" + (f": {in_words}" if in_words else "")),
-        ("parameters", f"{for_whom} {_parameters_text(project.common)}"),
+        ("frames", f"{len(facts)}" + (f": {to_text}" if to_text else "")),
+        ("parameters", f"{scope} {_parameters_text(project.common)}"),
         ("files", "embedded" if opened.read.embedded else "not embedded"),
     ]
     problems = [*opened.problems]
@@ -97,7 +97,7 @@ def _frame_row(fact: FrameFacts) -> list[str]:
 
 
 def _run_row(run: RunFacts) -> list[str]:
-    errors = (run.truth_error, run.hidden_error, run.expected_error)
+    errors = (run.ground_truth_error, run.hold_out_error, run.expected_error)
     return [
         str(run.number),
         " ".join(run.name.split()),
@@ -137,7 +137,7 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
 
 
 def _parameters_text(parameters: Parameters) -> str:
-    nearest = likeness(parameters)
+    nearest = nearest_preset(parameters)
     changes = ", ".join(f"{name} {value}" for name, value in nearest.differs.items())
     return f"preset {nearest.preset}" + (f" with {changes}" if changes else "")
 
@@ -175,11 +175,11 @@ def add_arguments(parser: Parser) -> None:
         metavar="DIR",
         help="output folder with one folder per frame; existing files are overwritten",
     )
-    _add_choice(exporting)
+    _add_frame_selection(exporting)
     add_export_options(exporting.add_argument_group("files"))
 
     again = _action(actions, "replay", run_replay, "replay runs and compare them with the stored results")
-    _add_choice(again)
+    _add_frame_selection(again)
     add_progress(again)
 
 
@@ -193,7 +193,7 @@ def _action(actions: Any, name: str, command: object, text: str) -> argparse.Arg
     return parser
 
 
-def _add_choice(parser: argparse.ArgumentParser) -> None:
+def _add_frame_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame",
         action="append",
@@ -229,12 +229,12 @@ def run_info(arguments: argparse.Namespace) -> None:
 def run_export(arguments: argparse.Namespace) -> None:
     """Write the stored results of frames."""
     folders: set[str] = set()
-    asked_for = export_options(arguments)
+    requested = export_options(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
             folder = Path(arguments.out) / _folder_name(frame, folders)
-            options, notes = fitting(asked_for, state.frame, arguments)
-            written = write(folder, stored_run(state), stored_completion(state), options)
+            options, notes = feasible_options(requested, state.frame, arguments)
+            written = write(folder, present_run(state), present_completion(state), options)
             warn(f"{frame.name}: {note}" for note in (*notes, *written.notes, *written.remarks))
             print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
 
@@ -245,7 +245,7 @@ def run_replay(arguments: argparse.Namespace) -> None:
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
-            sentences = differences(state, _completed(stored_run(state), shown))
+            sentences = differences(state, _completed(present_run(state), shown))
             count += 1
             if sentences:
                 other.append(frame.name)
@@ -265,7 +265,7 @@ def _completed(run: Run, shown: bool) -> Completion:
 
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     """Yield the frames that the arguments name."""
-    inputs, how = arguments.inputs, reading_of(arguments)
+    inputs, how = arguments.inputs, reading_options(arguments)
     if all(os.path.isdir(path) or is_recording(path) for path in inputs):
         for path in inputs:
             listing = list_frames(path, **how)

@@ -15,8 +15,8 @@ from pathlib import Path
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
-from ..evaluation.evaluation import Step, run_out
-from ..evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest, completion_steps
+from ..evaluation.evaluation import Step, run_to_end
+from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest, completion_steps
 from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.content import Subject, Unreadable
@@ -39,14 +39,14 @@ from .parsing import (
     frame_from,
     parameter_flags,
     preset_from,
-    seeds_of,
+    seeds_from,
     with_given,
 )
 from .usage import Parser, UsageError, add_progress
 
 # The frames that the arguments of `ilf report` name, read one after the other.
 
-Tell = Callable[[Step], None]
+OnStep = Callable[[Step], None]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class ReportSource:
     """A frame to report on: its name, and the function that reads it, adds notes and reports progress."""
 
     name: str
-    read: Callable[[list[str], Tell], Subject]
+    read: Callable[[list[str], OnStep], Subject]
 
 
 def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[ReportSource]:
@@ -83,17 +83,17 @@ def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[Rep
     return sources
 
 
-def read_subjects(sources: Sequence[ReportSource], notes: list[str], tell: Tell) -> Iterator[Subject | Unreadable]:
+def read_subjects(sources: Sequence[ReportSource], notes: list[str], on_step: OnStep) -> Iterator[Subject | Unreadable]:
     """Yield the subjects and add their notes; if there are several, an unreadable one is reported and skipped."""
     total = len(sources)
     for number, source in enumerate(sources):
 
-        def tell_all(step: Step, number: int = number) -> None:
-            tell(Step(number / total, step.text))
+        def on_own_step(step: Step, number: int = number) -> None:
+            on_step(Step(number / total, step.text))
 
         own: list[str] = []
         try:
-            subject = source.read(own, tell_all)
+            subject = source.read(own, on_own_step)
         except UsageError:
             raise
         except IlfError as error:
@@ -107,7 +107,7 @@ def read_subjects(sources: Sequence[ReportSource], notes: list[str], tell: Tell)
             yield subject
 
 
-def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], tell: Tell) -> Subject:
+def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], on_step: OnStep) -> Subject:
     """Complete a frame with the settings of the arguments."""
     chosen = preset_from(arguments.preset)
     parameters = with_given(chosen.parameters, arguments)
@@ -119,15 +119,15 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
             f"No blocks were found in {frame.name}, so there is nothing to report on. Change the extraction "
             "(--blocks-* options)."
         )
-    completion = _complete(made, tell)
+    completion = _complete(made, on_step)
     notes += [*made.notes, *completion.notes]
     return Subject(made, completion)
 
 
-def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
+def _replayed(record: Path, notes: list[str], on_step: OnStep) -> Subject:
     """Replay a recorded run."""
     again = replay(record)
-    completion = _complete(again.run, tell)
+    completion = _complete(again.run, on_step)
     notes += [*again.differences, *again.run.notes, *completion.notes, *again.verdict(completion)]
     return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
@@ -135,7 +135,7 @@ def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
 def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSource]:
     """List a project's frames with work on them; their files are also searched in `folders`."""
     places = replace(project.places, folders=tuple(map(Path, folders)))
-    frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.is_worked_on]
+    frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.has_work]
     if not frames:
         raise InputError(
             f"{project.path} has no frame with edits or results, so there is nothing to report on. Run blocks first."
@@ -143,11 +143,13 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 
     for_all = project.project.common if project.project.for_all else None
 
-    def stored(frame: ProjectFrame, notes: list[str], tell: Tell) -> Subject:
+    def stored(frame: ProjectFrame, notes: list[str], on_step: OnStep) -> Subject:
         decoded = project.state(frame.id, places)
         notes += decoded.problems
         again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame.id])
-        return Subject.of_state(decoded.state.as_set(frame.summary.note, for_all), again, decoded.problems)
+        return Subject.of_state(
+            decoded.state.with_current_settings(frame.summary.note, for_all), again, decoded.problems
+        )
 
     return [ReportSource(frame.name, partial(stored, frame)) for frame in frames]
 
@@ -171,9 +173,9 @@ def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
         raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
 
 
-def _complete(made: Run, tell: Tell) -> Completion:
+def _complete(made: Run, on_step: OnStep) -> Completion:
     name = made.frame.name
-    return run_out(completion_steps(made, None), lambda step: tell(Step(0.0, f"{name}: {step.text}")))
+    return run_to_end(completion_steps(made, None), lambda step: on_step(Step(0.0, f"{name}: {step.text}")))
 
 
 _USAGE = """ilf report RGB DEPTH [options]
@@ -197,7 +199,7 @@ def add_arguments(parser: Parser) -> None:
     add_preset(parser)
     parser.add_argument(
         "--hold-out",
-        choices=tuple(HIDDEN_PATTERNS),
+        choices=tuple(HOLD_OUT_PATTERNS),
         help="also evaluate on hold-out depth of this pattern; repeats the run once per seed",
     )
     add_seeds(parser)
@@ -217,7 +219,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the command."""
-    options, path = _test(arguments), _output(arguments)
+    options, path = _hold_out(arguments), _output(arguments)
     notes: list[str] = []
     shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
     with ExitStack() as opened:
@@ -227,7 +229,7 @@ def run(arguments: argparse.Namespace) -> None:
         only = Path(arguments.inputs[0])
         title = only.stem if len(arguments.inputs) == 1 else "Report"
         made = ReportOptions(title, options)
-        content = run_out(report_steps(subjects, made, len(sources)), progress.update)
+        content = run_to_end(report_steps(subjects, made, len(sources)), progress.update)
     warn(notes)
     if path is None:
         path = Path(f"{as_file_name(content.title)}-report.html")
@@ -235,12 +237,12 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
 
 
-def _test(arguments: argparse.Namespace) -> HiddenTest | None:
+def _hold_out(arguments: argparse.Namespace) -> HoldOutTest | None:
     if arguments.hold_out is None:
         if arguments.seeds is not None:
             raise UsageError("--seeds applies to hold-out only: add --hold-out.")
         return None
-    return HiddenTest(arguments.hold_out, seeds_of(arguments))
+    return HoldOutTest(arguments.hold_out, seeds_from(arguments))
 
 
 def _output(arguments: argparse.Namespace) -> Path | None:

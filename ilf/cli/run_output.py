@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from .._runtime.formatting import counted, covered, grouped
-from ..completion.confidence.expected_error import expected_error, unvouched
+from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.frame import RGBDFrame
-from ..data.parameters import likeness
+from ..data.parameters import nearest_preset
 from ..data.results import BlockOutcome, Completion, Progress, Status, blocks_by_message
-from ..evaluation.evaluation import Judgement, judge_blocks, judge_completion
-from ..run.run import GUESS, Run, RunSteps
+from ..evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
+from ..run.run import EXTRAPOLATED, Run, RunSteps
 from .output import ProgressBar, table
 
 
@@ -41,7 +41,7 @@ class RunProgress(ProgressBar):
         if record is None:
             self.bar.update(step.result is not None)
             return
-        what = "extrapolation" if step.label == GUESS else f"block {step.label}"
+        what = "extrapolation" if step.label == EXTRAPOLATED else f"block {step.label}"
         self.bar.set_postfix_str(
             f"{what}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
             refresh=False,
@@ -49,12 +49,12 @@ class RunProgress(ProgressBar):
         self.bar.update(0)
 
 
-_MOST = 0.5
+_MAJORITY = 0.5
 """Minimum share that counts as most of a whole."""
 
 
 @dataclass(frozen=True, eq=False)
-class Finished:
+class FinishedRun:
     """A run that has been completed and written.
 
     Attributes
@@ -75,34 +75,34 @@ class Finished:
     files: Sequence[Path]
 
     @cached_property
-    def whole(self) -> Judgement | None:
+    def whole(self) -> Evaluation | None:
         """Its errors against the frame's ground truth; None without ground truth."""
         frame, completion = self.run.frame, self.completion
-        if frame.truth is None:
+        if frame.ground_truth is None:
             return None
-        return judge_completion(frame, completion, expected=expected_error(completion))
+        return evaluate_completion(frame, completion, expected=expected_error(completion))
 
     @cached_property
-    def by_block(self) -> dict[int, Judgement]:
+    def by_block(self) -> dict[int, Evaluation]:
         """Label -> errors of the block; empty without ground truth."""
-        return {} if self.whole is None else judge_blocks(self.run.frame, self.completion, self.run.blocks)
+        return {} if self.whole is None else evaluate_blocks(self.run.frame, self.completion, self.run.blocks)
 
 
-def completion_report(finished: Finished) -> str:
+def completion_report(finished: FinishedRun) -> str:
     """Describe the result of a run and its files, as text."""
     run, completion, frame = finished.run, finished.completion, finished.run.frame
     outcomes, guide = completion.outcomes.values(), fit_guide(run.frame)
-    judged: list[str] = []
+    evaluated: list[str] = []
     if finished.whole is not None:
-        largest = largest_share(finished.whole, finished.by_block)
-        judged = [_judgement_line(finished.whole), *_source_of_error(run, completion, largest)]
+        largest = dominant_block(finished.whole, finished.by_block)
+        evaluated = [_evaluation_line(finished.whole), *_source_of_error(run, completion, largest)]
     return "\n".join([
         *outcome_lines(outcomes, finished.by_block),
         "",
         f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, finished.seconds),
-        *([] if guide is None else [f"Guide: {guide.in_words()}."]),
-        *judged,
+        *([] if guide is None else [f"Guide: {guide.to_text()}."]),
+        *evaluated,
         f"Written to {finished.folder}: {', '.join(file.name for file in finished.files)}",
     ])  # fmt: skip
 
@@ -116,7 +116,7 @@ COMPLETION_KEYS = (
 """The keys of `completion_record`, for the help."""
 
 
-def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, Any]:
+def completion_record(finished: FinishedRun, warnings: Iterable[str]) -> dict[str, Any]:
     """Describe the result of a run for JSON, with `COMPLETION_KEYS`; lengths in metres."""
     run, frame, completion = finished.run, finished.run.frame, finished.completion
     outcomes = completion.outcomes.values()
@@ -125,7 +125,7 @@ def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, 
         "frame": frame.name,
         "width": frame.shape[1],
         "height": frame.shape[0],
-        "preset": likeness(run.parameters).preset,
+        "preset": nearest_preset(run.parameters).preset,
         "parameters": run.parameters.to_dict(),
         "missing_before": int(np.count_nonzero(frame.missing)),
         "missing_after": int(np.count_nonzero(frame.missing & ~completion.filled)),
@@ -141,14 +141,14 @@ def completion_record(finished: Finished, warnings: Iterable[str]) -> dict[str, 
     }
 
 
-def outcome_record(outcome: BlockOutcome, errors: Judgement | None = None) -> dict[str, Any]:
+def outcome_record(outcome: BlockOutcome, errors: Evaluation | None = None) -> dict[str, Any]:
     """Describe a block that was run, for JSON."""
     record = asdict(outcome)
     sigma_i = record.pop("sigma_i")
     return {**record, "missing_share": outcome.defect_rate, "sigma_i_m": sigma_i, "errors": errors_record(errors)}
 
 
-def errors_record(errors: Judgement | None) -> dict[str, Any] | None:
+def errors_record(errors: Evaluation | None) -> dict[str, Any] | None:
     """Describe errors for JSON; None if there are none."""
     if errors is None:
         return None
@@ -162,7 +162,7 @@ def errors_record(errors: Judgement | None) -> dict[str, Any] | None:
     }
 
 
-def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgement] | None = None) -> list[str]:
+def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Evaluation] | None = None) -> list[str]:
     """Format a table of the blocks that were run, with their errors if known, followed by remarks on single blocks."""
     outcomes = list(outcomes)
     rows = [
@@ -183,8 +183,8 @@ def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgeme
         head.append("RMSE [mm]")
         for row, outcome in zip(rows, outcomes, strict=True):
             row.append(f"{1000 * errors[outcome.label].rmse:.2f}" if outcome.label in errors else "-")
-    told = blocks_by_message(outcome for outcome in outcomes if outcome.status is not Status.NOTHING_MISSING)
-    remarks = [f"{_blocks_text(labels)}: {message}" for message, labels in told.items()]
+    messages = blocks_by_message(outcome for outcome in outcomes if outcome.status is not Status.NOTHING_MISSING)
+    remarks = [f"{_blocks_text(labels)}: {message}" for message, labels in messages.items()]
     return [*table(head, rows), *([""] if remarks else []), *remarks]
 
 
@@ -194,25 +194,25 @@ def _blocks_text(labels: Sequence[int]) -> str:
     return f"{counted(len(labels), 'block')} ({', '.join(map(str, labels))})"
 
 
-def largest_share(whole: Judgement, blocks: Mapping[int, Judgement]) -> tuple[int, float] | None:
+def dominant_block(whole: Evaluation, blocks: Mapping[int, Evaluation]) -> tuple[int, float] | None:
     """Find the block with at least half of the total squared error in less than half of the pixels; return it with its
     share of the error, 0-1, or None."""
     for label, one in blocks.items():
-        if 0 < one.pixels < _MOST * whole.pixels and one.rmse > 0:
+        if 0 < one.pixels < _MAJORITY * whole.pixels and one.rmse > 0:
             share = one.pixels * one.rmse**2 / (whole.pixels * whole.rmse**2)
-            if share >= _MOST:
+            if share >= _MAJORITY:
                 return label, share
     return None
 
 
-def _judgement_line(judgement: Judgement) -> str:
+def _evaluation_line(evaluation: Evaluation) -> str:
     """Describe the errors of the filled depth against ground truth."""
-    if not judgement.pixels:
+    if not evaluation.pixels:
         return "Against ground truth: no filled pixel has ground truth."
-    within = "" if judgement.within is None else f"; {judgement.within:.0%} within the expected error"
+    within = "" if evaluation.within is None else f"; {evaluation.within:.0%} within the expected error"
     return (
-        f"Against ground truth, over {counted(judgement.pixels, 'filled pixel')}: median error "
-        f"{1000 * judgement.median:.2f} mm, MAE {1000 * judgement.mae:.2f} mm, RMSE {1000 * judgement.rmse:.2f} mm"
+        f"Against ground truth, over {counted(evaluation.pixels, 'filled pixel')}: median error "
+        f"{1000 * evaluation.median:.2f} mm, MAE {1000 * evaluation.mae:.2f} mm, RMSE {1000 * evaluation.rmse:.2f} mm"
         f"{within}."
     )
 
@@ -222,8 +222,8 @@ def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float
     if largest is None:
         return []
     label, share = largest
-    doubtful = unvouched(completion)[completion.filled & (run.blocks == label)].mean()
-    why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MOST else ""
+    doubtful = unsupported(completion)[completion.filled & (run.blocks == label)].mean()
+    why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements" if doubtful >= _MAJORITY else ""
     return [f"Block {label} has {share:.0%} of the squared error{why}."]
 
 

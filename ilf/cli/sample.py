@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .._runtime.files import write_bytes
 from .._runtime.installation import asset_path
-from .._runtime.staging import move_in, staging
+from .._runtime.staging import move_into_place, staging
 from ..errors import ExportError
 from .usage import Parser
 
@@ -40,6 +40,6 @@ def run(arguments: argparse.Namespace) -> None:
     with staging(folder) as staged:
         for path, content in contents.items():
             write_bytes(staged / path.name, content)
-        move_in(staged, folder, [path.name for path in contents])
+        move_into_place(staged, folder, [path.name for path in contents])
     print(f"Written to {folder}: {', '.join(path.name for path in contents)}")
     print(f"Complete it: ilf complete {folder}")

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.formatting import counted, grouped
-from .._runtime.memory import give_back
-from .._runtime.threads import Steps, available_cores, one_by_one, side_by_side
+from .._runtime.memory import release_memory
+from .._runtime.threads import Steps, available_cores, run_in_parallel, run_sequentially
 from ..data.blocks import Block
 from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Progress, Status
 from ..segmentation.edges.frame_edges import FrameEdges
-from .filter import edge_parameters, edges_for, guide_carries, make_stepper, most_pixels
+from .filter import edge_parameters, edges_for, guide_suffices, make_stepper, max_pixels
 from .stepper import Stepper
 
-_AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
+_MAX_PIXELS, _MAX_FRAMES = 1 << 24, 1.2
 """Maximum number of pixels processed at a time: this many, or this multiple of the frame's pixels if that is more. Each
 needs about 70 bytes, whatever the number of threads."""
 
@@ -68,18 +68,18 @@ class BlockTask:
         """All iterations, and the result at the end; meanwhile the stepper is in `live`."""
         block, parameters = self.block, self.parameters
         edges = edge_parameters(parameters, self.extraction)
-        refusal = self._refusal()
-        if refusal is not None:
-            result = BlockResult(block, self.raw, refusal, (), parameters, edges=edges, drawn=self.drawn)
+        rejected = self._rejected_outcome()
+        if rejected is not None:
+            result = BlockResult(block, self.raw, rejected, (), parameters, edges=edges, drawn=self.drawn)
             yield Progress(block.label, result=result)
             return
         seen = edges_of(self.frame, parameters, self.extraction)
         stepper = make_stepper(self.frame, block, parameters, self.extraction, self.drawn, seen)
         live[block.label] = stepper
         history: list[IterationRecord] = []
-        truth = self._hidden_truth()
-        if truth is not None:
-            stepper.judge(*truth)
+        ground_truth = self._hidden_truth()
+        if ground_truth is not None:
+            stepper.evaluate(*ground_truth)
         for record in stepper:
             history.append(record)
             if watch is not None:
@@ -100,20 +100,20 @@ class BlockTask:
             explained=stepper.explained,
         )
         del stepper
-        give_back(block.mask.size)
+        release_memory(block.mask.size)
         yield Progress(block.label, result=result)
 
-    def _refusal(self) -> BlockOutcome | None:
+    def _rejected_outcome(self) -> BlockOutcome | None:
         """The outcome of a block that is not iterated on; None if it is."""
         label, parameters, raw = self.block.label, self.parameters, self.raw
         pixels, known = raw.size, int(np.count_nonzero(np.isfinite(raw)))
         outside = int(np.count_nonzero(self.outside))
         missing = pixels - known - outside * (not parameters.outside_view)
         if missing == 0 and parameters.mode == "fill":
-            message = self._told_outside(outside) or "All depth is known."
+            message = self._outside_note(outside) or "All depth is known."
             return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
-        needed = int(known_needed(pixels, parameters))
-        if known < needed and not guide_carries(self.frame, self.block, parameters):
+        needed = int(required_known_pixels(pixels, parameters))
+        if known < needed and not guide_suffices(self.frame, self.block, parameters):
             message = (
                 f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "
                 f"{grouped(needed)} are needed. "
@@ -133,7 +133,7 @@ class BlockTask:
         if left:
             missed = f"{counted(left, 'pixel')} left missing: the filter gave no positive depth there."
             message = f"{message} {missed}".strip()
-        message = f"{message} {self._told_outside(beyond)}".strip()
+        message = f"{message} {self._outside_note(beyond)}".strip()
         return BlockOutcome(
             label=self.block.label,
             status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
@@ -147,7 +147,7 @@ class BlockTask:
             outside=beyond,
         )
 
-    def _told_outside(self, pixels: int) -> str:
+    def _outside_note(self, pixels: int) -> str:
         """A sentence on how pixels outside the depth camera's view are treated; "" if there are none."""
         if not pixels:
             return ""
@@ -157,11 +157,11 @@ class BlockTask:
 
     def _hidden_truth(self) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
         """Which of the block's pixels in view lack depth but have ground truth, and that truth [m]; None if none do."""
-        if self.frame.truth is None:
+        if self.frame.ground_truth is None:
             return None
-        truth = self.frame.truth[self.block.box][self.block.mask]
-        judged = self.frame.missing[self.block.box][self.block.mask] & np.isfinite(truth)
-        return (judged, truth[judged].astype(np.float64)) if judged.any() else None
+        ground_truth = self.frame.ground_truth[self.block.box][self.block.mask]
+        evaluated = self.frame.missing[self.block.box][self.block.mask] & np.isfinite(ground_truth)
+        return (evaluated, ground_truth[evaluated].astype(np.float64)) if evaluated.any() else None
 
 
 def filter_steps(
@@ -184,18 +184,18 @@ def filter_steps(
     edges_of = cache(edges_for)
     width = min(available_cores() if threads is None else threads, len(tasks))
     if width <= 1:
-        return one_by_one([task.steps(edges_of, live, watch) for task in tasks])
-    sizes = {task.block.label: most_pixels(task.frame, task.block, task.parameters) for task in tasks}
+        return run_sequentially([task.steps(edges_of, live, watch) for task in tasks])
+    sizes = {task.block.label: max_pixels(task.frame, task.block, task.parameters) for task in tasks}
     largest_first = sorted(tasks, key=lambda task: sizes[task.block.label], reverse=True)
-    return side_by_side(
+    return run_in_parallel(
         [task.steps(edges_of, live, watch) for task in largest_first],
         width,
         [sizes[task.block.label] for task in largest_first],
-        max(_AT_ONCE, _FRAMES_AT_ONCE * tasks[0].frame.depth.size),
+        max(_MAX_PIXELS, _MAX_FRAMES * tasks[0].frame.depth.size),
     )
 
 
-def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
+def required_known_pixels(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
     """Minimum number of known pixels that blocks of these sizes [px] need to be iterated on."""
     share = np.ceil(parameters.min_known_share * np.asarray(pixels))
     return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
@@ -225,7 +225,7 @@ def block_depth(
     replace = surface > 0
     if parameters.mode == "fill":
         replace &= np.isnan(raw)
-    left = frame.left_missing(parameters.outside_view)
+    left = frame.unfilled_mask(parameters.outside_view)
     if left is not None:
         replace &= ~left[block.box][block.mask]
     return np.where(replace, surface, raw).astype(np.float32)

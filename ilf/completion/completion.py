@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_stopped
+from .._runtime.cancellation import check_cancelled
 from .._runtime.threads import Steps
 from ..data.blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from ..data.declarations import Value
@@ -20,7 +20,7 @@ from ..data.parameters import BlockParameters, Parameters, as_parameters
 from ..data.results import NO_BLOCK, BlockResult, Progress, notes_of
 from ..errors import InputError
 from .block import BlockTask, Watch, block_depth, filter_steps
-from .correction import Base, Correction, find_base, is_to_be_corrected
+from .correction import BaseCompletion, Correction, find_base_completion, needs_correction
 from .filter import edges_for, make_stepper
 from .stepper import Stepper
 
@@ -100,7 +100,7 @@ class CompletionRun(Iterator[Progress]):
         return notes_of(self.results)
 
     def __next__(self) -> Progress:
-        check_stopped()
+        check_cancelled()
         progress = next(self._steps)
         if progress.result is not None:
             self.results[progress.label] = progress.result
@@ -208,31 +208,31 @@ def _stages(
     watch: Watch | None,
 ) -> Steps[Progress]:
     """The stages of a run: filter the blocks, including those that the correction starts from, then correct."""
-    base = find_base([*tasks.values()])
+    base = find_base_completion([*tasks.values()])
     done: dict[int, BlockResult] = {}
     with closing(filter_steps([*tasks.values()], threads, live, watch)) as steps:
         for progress in steps:
             if (result := progress.result) is not None:
                 done[progress.label] = result
-                if is_to_be_corrected(result):
+                if needs_correction(result):
                     plain = result.parameters.replace(correction=False)
                     uncorrected[progress.label] = replace(result, parameters=plain)
                     continue
             yield progress
     if not uncorrected:
         return
-    correction, notes = yield from _look(base, done, threads)
+    correction, notes = yield from _compute_correction(base, done, threads)
     for label in list(uncorrected):
-        check_stopped()  # every block has either been yielded or still waits
+        check_cancelled()  # every block has either been yielded or still waits
         del uncorrected[label]
         yield Progress(label, result=_corrected(tasks[label], done[label], correction, notes))
 
 
-def _look(
-    base: Base | Correction | None, done: Mapping[int, BlockResult], threads: int | None
+def _compute_correction(
+    base: BaseCompletion | Correction | None, done: Mapping[int, BlockResult], threads: int | None
 ) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
     """Complete the rest of a base and run the correction network; the correction or None, and notes on why not."""
-    if not isinstance(base, Base):
+    if not isinstance(base, BaseCompletion):
         return base, ()
     try:
         network = base.network()

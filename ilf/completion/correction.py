@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.memory import give_back
+from .._runtime.memory import release_memory
 from ..data.blocks import Block, find_blocks
 from ..data.frame import RGBDFrame
-from ..data.frame_cache import Memory
+from ..data.frame_cache import FrameCache
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..errors import InputError
@@ -45,7 +45,7 @@ class Correction:
 
     Attributes
     ----------
-    opinion : ndarray of float32, shape (H, W)
+    base_depth : ndarray of float32, shape (H, W)
         The completed depth that it was given [m]: blocks as extracted, completed with the filter of the preset `best`;
         NaN = missing.
     change : ndarray of float32, shape (H, W)
@@ -54,7 +54,7 @@ class Correction:
         SHA-256 of the network.
     """
 
-    opinion: Array
+    base_depth: Array
     change: Array
     network: str
 
@@ -69,14 +69,14 @@ class Correction:
             Known and completed depth [m] at the block's pixels, in the order of `block.mask`'s True values; NaN =
             missing.
         """
-        opinion, change = self.opinion[block.box][block.mask], self.change[block.box][block.mask]
+        base_depth, change = self.base_depth[block.box][block.mask], self.change[block.box][block.mask]
         with np.errstate(invalid="ignore", divide="ignore"):
-            off = np.log(depth / opinion)
+            off = np.log(depth / base_depth)
         agreement = np.exp(-np.square(np.where(np.isnan(off), np.inf, off / np.float32(_ALIKE))))
         return np.where(np.isnan(raw), depth * np.exp(agreement * change), depth).astype(np.float32)
 
 
-def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
+def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
     """Convert the network's changes to the applied ones.
 
     All are reduced slightly, and they fade near known depth, where the filter is more accurate.
@@ -87,15 +87,15 @@ def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
         Change of log depth.
     known : ndarray of bool, shape (H, W)
     """
-    return np.asarray(np.float32(_SHARE) * _faded(known) * change, np.float32)
+    return np.asarray(np.float32(_SHARE) * _fading(known) * change, np.float32)
 
 
-def changes_any(known: NDArray[np.bool_]) -> bool:
+def changes_anywhere(known: NDArray[np.bool_]) -> bool:
     """Whether any missing pixel is far enough from known depth to be changed."""
-    return bool(_faded(known).any())
+    return bool(_fading(known).any())
 
 
-def _faded(known: NDArray[np.bool_]) -> Array:
+def _fading(known: NDArray[np.bool_]) -> Array:
     """Factor on the changes, from 0 near known depth to 1."""
     faded = np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
     faded -= np.float32(_FADED)
@@ -103,12 +103,12 @@ def _faded(known: NDArray[np.bool_]) -> Array:
     return np.clip(faded, 0, 1, out=faded)
 
 
-corrections = Memory[RGBDFrame, Correction]()
+corrections = FrameCache[RGBDFrame, Correction]()
 """Cache by frame and extraction parameters."""
 
 
 @dataclass(frozen=True, eq=False)
-class Base:
+class BaseCompletion:
     """The base completion of a frame, not yet computed.
 
     Attributes
@@ -159,37 +159,37 @@ class Base:
         frame, completed = self.frame, self.frame.depth.copy()
         for result in results:
             completed[result.block.box][result.block.mask] = result.depth
-        left = frame.left_missing()
+        left = frame.unfilled_mask()
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
-        change = made_of(network.change(frame.rgb, frame.depth, completed, self.edges.detected), frame.known)
-        give_back(change.size)
+        change = applied_change(network.change(frame.rgb, frame.depth, completed, self.edges.detected), frame.known)
+        release_memory(change.size)
         return corrections.keep(frame, self.extraction, Correction(completed, change, network.sha256))
 
 
-def find_base(tasks: Sequence[BlockTask]) -> Base | Correction | None:
+def find_base_completion(tasks: Sequence[BlockTask]) -> BaseCompletion | Correction | None:
     """What the correction of a run's blocks starts from: the base to be completed, or the cached correction; None if
     nothing is to be corrected."""
     if not any(task.drawn is None and _corrects(task.parameters) for task in tasks):
         return None
     frame, extraction = tasks[0].frame, tasks[0].extraction
     known = corrections.find(frame, extraction)
-    if known is not None or is_guided(frame) or not changes_any(frame.known):
+    if known is not None or is_guided(frame) or not changes_anywhere(frame.known):
         return known
     edges = edges_for(frame, UNCORRECTED, extraction)
     assert edges is not None  # of the edge-aware filter
-    alike = {_place(task.block): task.block.label for task in tasks if _completes_alike(task)}
+    alike = {_block_key(task.block): task.block.label for task in tasks if _matches_base(task)}
     own, rest = [], []
     for block in find_blocks(found_blocks(frame, extraction).blocks).values():
-        label = alike.get(_place(block))
+        label = alike.get(_block_key(block))
         if label is None:
             rest.append(BlockTask(frame, block, UNCORRECTED, extraction))
         else:
             own.append(label)
-    return Base(frame, extraction, edges, tuple(own), tuple(rest))
+    return BaseCompletion(frame, extraction, edges, tuple(own), tuple(rest))
 
 
-def is_to_be_corrected(result: BlockResult) -> bool:
+def needs_correction(result: BlockResult) -> bool:
     """Whether a block is to be corrected: not if its border was drawn by hand, since the user has defined it and no
     depth crosses it, and not if a smooth surface explains its known depth."""
     own = result.drawn is not None or result.explained
@@ -200,11 +200,11 @@ def _corrects(parameters: Parameters) -> bool:
     return parameters.filter == "edge-aware" and parameters.correction
 
 
-def _completes_alike(task: BlockTask) -> bool:
+def _matches_base(task: BlockTask) -> bool:
     """Whether a block is completed as in the base completion, except perhaps for pixels outside the view."""
     return task.drawn is None and task.parameters.replace(outside_view=False, correction=False).same_effect(UNCORRECTED)
 
 
-def _place(block: Block) -> tuple[int, int, bytes]:
+def _block_key(block: Block) -> tuple[int, int, bytes]:
     """A key of the block's pixels."""
     return block.box[0].start, block.box[1].start, np.packbits(block.mask).tobytes()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .._runtime.networks.models import CORRECTION, model_path
-from .._runtime.networks.network import LEAST_SIDE, OnnxNetwork, reflected
+from .._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth
@@ -148,7 +148,7 @@ LONGEST_SIDE = 640
 
 _LINKS, _AROUND, _PAIR = 6, 9, 2
 
-_CLEAR = 0.008
+_NOISE_LEVEL = 0.008
 """Change of log depth above which most of it is applied: smaller changes are no better than noise."""
 
 _MEDIAN = 5
@@ -197,17 +197,17 @@ class CorrectionNetwork(OnnxNetwork):
             small = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
             if np.isfinite(small).any():
                 completed = cv2.resize(completed, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
-                found = self._look(rgb, np.asarray(small, np.float32), completed, contours)
+                found = self._predict(rgb, np.asarray(small, np.float32), completed, contours)
                 return np.asarray(cv2.resize(found, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
             return np.zeros(depth.shape, np.float32)
-        return self._look(rgb, depth, completed, contours)
+        return self._predict(rgb, depth, completed, contours)
 
-    def _look(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        image, window = reflected(rgb, MULTIPLE, least=LEAST_SIDE)
+    def _predict(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
+        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
         colour = np.asarray(cv2.dnn.blobFromImage(image, 1 / 255), np.float32)
-        whole = np.stack([reflected(channel, MULTIPLE, least=LEAST_SIDE)[0] for channel in features])
+        whole = np.stack([reflected(channel, MULTIPLE, least=MIN_SIDE)[0] for channel in features])
         try:
             outputs = self._forward({"image": colour, "features": whole[None]})
         except cv2.error as error:
@@ -230,7 +230,7 @@ class CorrectionNetwork(OnnxNetwork):
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
             depth = np.asarray(1 + ramp[..., 0] / 255, np.float32)
             known = np.where(ramp[..., 1] > 128, depth, np.float32(np.nan))
-            found = self._look(ramp, known, depth, np.zeros_like(depth))
+            found = self._predict(ramp, known, depth, np.zeros_like(depth))
             if not np.isfinite(found).all():
                 raise FormatError(f"{self.path.name} is not a correction network: its changes are not finite.")
 
@@ -238,7 +238,7 @@ class CorrectionNetwork(OnnxNetwork):
 def smoothed(change: Array) -> Array:
     """Remove small changes, specks and the grid of the cells; edges stay."""
     change = np.clip(change, -LARGEST, LARGEST)
-    found = np.asarray(change * -np.expm1(-np.square(change / np.float32(_CLEAR))), np.float32)
+    found = np.asarray(change * -np.expm1(-np.square(change / np.float32(_NOISE_LEVEL))), np.float32)
     for _ in range(2):
         found = np.asarray(cv2.medianBlur(found, _MEDIAN), np.float32)
     return np.asarray(cv2.bilateralFilter(found, _WINDOW, _ALIKE_COLOUR, _NEAR), np.float32)

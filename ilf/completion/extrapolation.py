@@ -13,11 +13,11 @@ from ..data.results import Completion, IterationRecord
 from .completion import iterate
 
 
-def guess_steps(
+def extrapolation_steps(
     completion: Completion, extraction: BlockParameters | None = None, outside_view: bool = False
 ) -> Generator[IterationRecord, None, Completion]:
-    """`ilf.fill_rest` step by step, for progress and cancellation: yields the record of every iteration and returns the
-    completion.
+    """`ilf.extrapolate` step by step, for progress and cancellation: yields the record of every iteration and returns
+    the completion.
 
     Parameters
     ----------
@@ -28,11 +28,11 @@ def guess_steps(
         Whether pixels outside the depth camera's view are extrapolated as well.
     """
     frame = completion.frame
-    guessed = ~np.isfinite(completion.depth)
-    left = frame.left_missing(outside_view)
+    extrapolated = ~np.isfinite(completion.depth)
+    left = frame.unfilled_mask(outside_view)
     if left is not None:
-        guessed &= ~left
-    if not guessed.any():
+        extrapolated &= ~left
+    if not extrapolated.any():
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth, guide=frame.guide)
     whole = np.ones(frame.shape, np.int32)
@@ -41,13 +41,13 @@ def guess_steps(
     surface = iteration.surface.reshape(frame.shape)
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)
     depth = completion.depth.copy()
-    depth[guessed] = np.clip(surface[guessed], nearest, farthest)
+    depth[extrapolated] = np.clip(surface[extrapolated], nearest, farthest)
     notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
     return replace(
         completion,
         depth=depth,
-        filled=completion.filled | guessed,
-        guessed=guessed,
+        filled=completion.filled | extrapolated,
+        extrapolated=extrapolated,
         notes=notes,
-        guess_network=iteration.network,
+        extrapolation_network=iteration.network,
     )

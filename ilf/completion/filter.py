@@ -13,7 +13,7 @@ from ..data.parameters import BlockParameters, Parameters
 from ..segmentation.edges.frame_edges import FrameEdges, find_edges
 from .edge_aware.fitted_guide import fit_guide
 from .edge_aware.iteration import EdgeAwareIteration
-from .edge_aware.view import widest_window
+from .edge_aware.view import max_window
 from .pass_band.iteration import PassBandIteration
 from .stepper import Stepper
 
@@ -48,18 +48,18 @@ def make_stepper(
     return EdgeAwareIteration(frame, block, parameters, edges, drawn)
 
 
-def most_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
+def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
     """Maximum number of pixels that a block's stepper processes; its memory is proportional to it."""
     if parameters.filter != "edge-aware":
         return block.mask.size
-    rows, columns = widest_window(frame.shape, block.box, parameters.mode)
+    rows, columns = max_window(frame.shape, block.box, parameters.mode)
     return (rows.stop - rows.start) * (columns.stop - columns.start)
 
 
-def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:
+def guide_suffices(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:
     """Whether the belief in the frame's guide is high enough to complete a block with hardly any known depth."""
     guide = fit_guide(frame) if parameters.filter == "edge-aware" else None
-    return guide is not None and guide.carries(block)
+    return guide is not None and guide.suffices_for(block)
 
 
 def is_guided(frame: RGBDFrame) -> bool:

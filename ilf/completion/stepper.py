@@ -33,14 +33,14 @@ class Stepper(Iterator[IterationRecord], Protocol):
         """The current surface, to be computed later: P_i where it may become depth, elsewhere P_i or raw depth."""
         ...
 
-    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+    def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to the records of all later iterations; nothing else changes.
 
         Parameters
         ----------
         pixels : ndarray of bool
             Some of the block's pixels, in the order of `block.mask`'s True values.
-        truth : ndarray of float64
+        ground_truth : ndarray of float64
             Their ground-truth depth [m].
         """
         ...
@@ -76,7 +76,7 @@ class Snapshot(NamedTuple):
 
     Attributes
     ----------
-    work_out : callable
+    compute : callable
         Returns P_i at the block's pixels; from any thread.
     nbytes : int
         Memory of its own.
@@ -84,11 +84,11 @@ class Snapshot(NamedTuple):
         Memory that it shares with all other snapshots of its stepper.
     """
 
-    work_out: Callable[[], NDArray[np.float64]]
+    compute: Callable[[], NDArray[np.float64]]
     nbytes: int
     shared: int
 
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values."""
-        return self.work_out()
+        return self.compute()

@@ -15,7 +15,7 @@ from ..errors import InputError
 _SHORTEST, _LARGEST = 1e-3, 1e6
 """Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""
 
-WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
+REMEDY = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in
 """Preset name -> (width, height) [px] that the numbers apply to."""
 
 
-def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
+def checked_transform(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return a rigid transform as a read-only matrix (4, 4); raise InputError, whose message begins with `what`, if it
     is not a rotation and a translation."""
     try:
@@ -207,10 +207,10 @@ def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
         (fx, skew, cx), (below, fy, cy), last = array.reshape(3, 3).tolist()
         if skew or below or last != [0, 0, 1]:
             raise InputError(
-                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. " + WAY_OUT
+                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. " + REMEDY
             )
     else:
-        raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {WAY_OUT}")
+        raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {REMEDY}")
     return CameraIntrinsics(fx, fy, cx, cy, name)
 
 
@@ -218,9 +218,9 @@ def _array(numbers: Any) -> NDArray[Any]:
     try:
         array = np.asarray(numbers)
     except ValueError as error:
-        raise InputError(f"Intrinsics must be plain numbers. {WAY_OUT}") from error
+        raise InputError(f"Intrinsics must be plain numbers. {REMEDY}") from error
     if array.dtype.kind not in "iuf":
-        raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {WAY_OUT}")
+        raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {REMEDY}")
     return array
 
 

@@ -85,19 +85,19 @@ class Declaration:
         """Name on the command line."""
         return "--" + self.name.replace("_", "-")
 
-    def in_words(self, value: Value) -> str:
+    def to_text(self, value: Value) -> str:
         """Format a value with its unit.
 
         Examples
         --------
         >>> from ilf.data.parameters import Parameters
         >>> noise = Parameters.declarations()["noise"]
-        >>> noise.in_words(0.0), noise.in_words(0.004)
+        >>> noise.to_text(0.0), noise.to_text(0.004)
         ('auto', '0.004 m')
         """
         if self.special and value == self.minimum:
             return self.special
-        number = f"{value:g}" if isinstance(value, float) else in_words(value)
+        number = f"{value:g}" if isinstance(value, float) else to_text(value)
         return f"{number} {self.unit}".strip()
 
     def checked(self, value: object) -> Value:
@@ -160,7 +160,7 @@ class ParameterSet:
             _found[cls] = MappingProxyType(declarations)
         return _found[cls]
 
-    def matters(self, name: str) -> bool:
+    def has_effect(self, name: str) -> bool:
         """Whether a parameter has any effect with the present values of the others."""
         return not self._unmet(name)
 
@@ -177,17 +177,17 @@ class ParameterSet:
         for name in names:
             if condition := self._unmet(name):
                 other, *values = condition
-                present, wanted = in_words(getattr(self, other)), " or ".join(map(in_words, values))
+                present, wanted = to_text(getattr(self, other)), " or ".join(map(to_text, values))
                 sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {wanted}.")
         return tuple(sentences)
 
-    def unlike(self, other: Self) -> dict[str, Value]:
+    def differences_from(self, other: Self) -> dict[str, Value]:
         """Return name -> value of the parameters whose values differ from another set.
 
         Examples
         --------
         >>> from ilf.data.parameters import Parameters
-        >>> Parameters(smoothness=3).unlike(Parameters())
+        >>> Parameters(smoothness=3).differences_from(Parameters())
         {'smoothness': 3.0}
         """
         others = other.to_dict()
@@ -196,7 +196,7 @@ class ParameterSet:
     def same_effect(self, other: Self) -> bool:
         """Whether two sets differ only in values that have no effect."""
         return all(
-            getattr(self, name) == getattr(other, name) or not self.matters(name) for name in self.declarations()
+            getattr(self, name) == getattr(other, name) or not self.has_effect(name) for name in self.declarations()
         )
 
     def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
@@ -266,7 +266,7 @@ def check_names(given: Iterable[str], known: Collection[str]) -> None:
 Kind = TypeVar("Kind", bound=type[ParameterSet])
 
 
-def described(kind: Kind) -> Kind:
+def with_documented_parameters(kind: Kind) -> Kind:
     """Add all declared parameters to the docstring of a parameter dataclass. Use it as a decorator above `dataclass`.
 
     Examples
@@ -295,9 +295,9 @@ def _kind_and_range(declaration: Declaration) -> str:
 
 def _default(declaration: Declaration) -> str:
     number = isinstance(declaration.default, int | float) and not isinstance(declaration.default, bool)
-    return declaration.in_words(declaration.default) if number else repr(declaration.default)
+    return declaration.to_text(declaration.default) if number else repr(declaration.default)
 
 
-def in_words(value: Value) -> str:
+def to_text(value: Value) -> str:
     """Format a value as text."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

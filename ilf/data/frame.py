@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .camera import CameraIntrinsics, as_camera, checked_motion
+from .camera import CameraIntrinsics, as_camera, checked_transform
 from .guide import Guide, as_guide
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 from .pictures import html_row, plot_row
@@ -19,15 +19,15 @@ from .pictures import html_row, plot_row
 Array = TypeVar("Array", bound=NDArray[Any])
 
 
-def fixed(array: Array) -> Array:
+def read_only(array: Array) -> Array:
     """Return a read-only array: the same object if it is read-only already, so that frames and runs can share it; else
     a copy.
 
     Examples
     --------
     >>> mask = np.zeros((2, 3), bool)
-    >>> once = fixed(mask)
-    >>> once is mask, fixed(once) is once, once.flags.writeable
+    >>> once = read_only(mask)
+    >>> once is mask, read_only(once) is once, once.flags.writeable
     (False, True, False)
     """
     if not array.flags.writeable and array.base is None and array.flags.c_contiguous:
@@ -48,7 +48,7 @@ def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[
             f"A mask of {what} must be bool with the frame's shape {shape}, or contain only 0 and 1, or 0 and 255; "
             f"not {array.dtype} with shape {array.shape}."
         )
-    return fixed(array)
+    return read_only(array)
 
 
 DEPTH_LIMITS = (1e-9, 1e6)
@@ -73,7 +73,7 @@ class InputFile:
 
 
 @dataclass(frozen=True)
-class TruthFile(InputFile):
+class GroundTruthFile(InputFile):
     """The file of a frame's ground truth, and its units per metre."""
 
     units: float
@@ -93,7 +93,7 @@ class FrameInputs:
     depth: InputFile
     depth_units: float
     intrinsics: tuple[float, float, float, float] | None
-    truth: TruthFile | None = None
+    ground_truth: GroundTruthFile | None = None
     encoding: str | None = None
     invalid: float | None = None
     frame: str | None = None
@@ -119,12 +119,12 @@ class RGBDFrame:
         Name of the frame in lists and reports.
     inputs : FrameInputs, optional
         The files that it was read from; set by the readers.
-    distrusted : array_like of bool, optional
+    invalid_mask : array_like of bool, optional
         Invalid mask, shape (H, W): pixels whose measured depth is known to be wrong (the wall behind a glass, flying
         pixels, glare) and counts as missing. It has no effect where nothing was measured. Masks may also be integers
-        that are all 0 and 1, or 0 and 255, as in files. To change the mask of a frame, use `distrusting`:
+        that are all 0 and 1, or 0 and 255, as in files. To change the mask of a frame, use `with_invalid_mask`:
         `dataclasses.replace` would treat the masked `depth` as the measured depth.
-    truth : array_like, optional
+    ground_truth : array_like, optional
         Ground truth depth [m] of the same pixels, shape (H, W), any real type; values that are not finite and positive
         are unknown and become NaN. It is used only to evaluate results, never to compute them.
     guide : Guide or array_like, optional
@@ -138,7 +138,7 @@ class RGBDFrame:
         `Parameters.outside_view` is set, and are counted separately.
     pose : array_like, optional
         Camera-to-world transform of its points [m], shape (4, 4): x to the right, y down, z forward.
-    doubts : tuple of str
+    plausibility_warnings : tuple of str
         Those of the notes that are plausibility warnings about how its files were read.
 
     Attributes
@@ -158,7 +158,7 @@ class RGBDFrame:
     >>> frame.depth
     array([[1.5, 2. ],
            [nan, 2. ]], dtype=float32)
-    >>> frame.distrusting([[False, True], [False, False]]).depth
+    >>> frame.with_invalid_mask([[False, True], [False, False]]).depth
     array([[1.5, nan],
            [nan, 2. ]], dtype=float32)
     >>> frame
@@ -170,26 +170,26 @@ class RGBDFrame:
     intrinsics: CameraIntrinsics | None = None
     name: str = "frame"
     inputs: FrameInputs | None = None
-    distrusted: NDArray[np.bool_] | None = None
-    truth: NDArray[np.float32] | None = field(default=None, repr=False)
+    invalid_mask: NDArray[np.bool_] | None = None
+    ground_truth: NDArray[np.float32] | None = field(default=None, repr=False)
     guide: Guide | None = field(default=None, repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
     outside_view: NDArray[np.bool_] | None = field(default=None, repr=False)
     pose: NDArray[np.float64] | None = field(default=None, repr=False)
-    doubts: tuple[str, ...] = field(default=(), repr=False)
+    plausibility_warnings: tuple[str, ...] = field(default=(), repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         measured = depth = checked_depth(self.depth)
-        if self.distrusted is not None:
-            distrusted = checked_mask(self.distrusted, depth.shape, "invalid depth")
-            object.__setattr__(self, "distrusted", distrusted)
-            depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
+        if self.invalid_mask is not None:
+            invalid_mask = checked_mask(self.invalid_mask, depth.shape, "invalid depth")
+            object.__setattr__(self, "invalid_mask", invalid_mask)
+            depth = _frozen(np.where(invalid_mask, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
         object.__setattr__(self, "depth", depth)
         check_same_size(self.rgb, self.depth)
-        if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
+        if self.invalid_mask is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is marked invalid: no known depth is left. Unmark some of it.")
         if self.outside_view is not None:
             outside = checked_mask(self.outside_view, depth.shape, "pixels outside the view")
@@ -199,11 +199,11 @@ class RGBDFrame:
         if self.intrinsics is not None:
             object.__setattr__(self, "intrinsics", as_camera(self.intrinsics, self.shape))
         if self.pose is not None:
-            object.__setattr__(self, "pose", checked_motion(self.pose, "The pose of a frame"))
-        if self.truth is not None:
-            object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
+            object.__setattr__(self, "pose", checked_transform(self.pose, "The pose of a frame"))
+        if self.ground_truth is not None:
+            object.__setattr__(self, "ground_truth", _checked_ground_truth(self.ground_truth, self.shape))
         if self.guide is not None:
-            object.__setattr__(self, "guide", as_guide(self.guide).of_size(self.shape))
+            object.__setattr__(self, "guide", as_guide(self.guide).resized_to(self.shape))
         check_depth_scale(self.depth, in_file=self.inputs is not None)
 
     def __repr__(self) -> str:
@@ -240,7 +240,7 @@ class RGBDFrame:
         """Arguments of `ilf.load_frame` to read the same files again, ready for JSON; empty if there are no files."""
         if self.inputs is None:
             return {}
-        camera, truth = self.inputs.intrinsics, self.inputs.truth
+        camera, ground_truth = self.inputs.intrinsics, self.inputs.ground_truth
         return {
             "rgb": self.inputs.rgb.path,
             "depth": self.inputs.depth.path if self.inputs.frame is None else None,
@@ -249,24 +249,33 @@ class RGBDFrame:
             "intrinsics": None if camera is None else list(camera),
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
             **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
-            **({} if truth is None else {"truth": truth.path, "truth_units": truth.units}),
+            **(
+                {}
+                if ground_truth is None
+                else {"ground_truth": ground_truth.path, "ground_truth_units": ground_truth.units}
+            ),
         }
 
-    def distrusting(self, mask: ArrayLike | None) -> Self:
+    def with_invalid_mask(self, mask: ArrayLike | None) -> Self:
         """Return the frame with another invalid mask, bool (H, W), or with none."""
         wanted = None if mask is None or not np.any(mask) else np.asarray(mask)
-        if wanted is None and self.distrusted is None:
+        if wanted is None and self.invalid_mask is None:
             return self
-        return replace(self, depth=self.measured, distrusted=wanted)
+        return replace(self, depth=self.measured, invalid_mask=wanted)
 
-    def also_distrusting(self, mask: NDArray[np.bool_]) -> Self:
+    def with_more_invalid(self, mask: NDArray[np.bool_]) -> Self:
         """Return the frame with the pixels of a mask, bool (H, W), added to its invalid mask."""
-        return self.distrusting(mask if self.distrusted is None else mask | self.distrusted)
+        return self.with_invalid_mask(mask if self.invalid_mask is None else mask | self.invalid_mask)
 
-    def with_truth(self, truth: ArrayLike | None, file: TruthFile | None = None) -> Self:
+    def with_ground_truth(self, ground_truth: ArrayLike | None, file: GroundTruthFile | None = None) -> Self:
         """Return the frame with another ground truth [m], shape (H, W), and the file it comes from; or with none."""
-        inputs = None if self.inputs is None else replace(self.inputs, truth=file)
-        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth), inputs=inputs)
+        inputs = None if self.inputs is None else replace(self.inputs, ground_truth=file)
+        return replace(
+            self,
+            depth=self.measured,
+            ground_truth=None if ground_truth is None else np.asarray(ground_truth),
+            inputs=inputs,
+        )
 
     def with_guide(self, guide: ArrayLike | Guide | None) -> Self:
         """Return the frame with another guide, or with none."""
@@ -339,7 +348,7 @@ class RGBDFrame:
         unknown."""
         return ~self.known if self.outside_view is None else ~(self.known | self.outside_view)
 
-    def left_missing(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
+    def unfilled_mask(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
         """Return the pixels, bool (H, W), that stay missing: those outside the depth camera's view, unless requested.
 
         This is decided only here. None if there are no such pixels.
@@ -421,7 +430,7 @@ def _check_extremes(known: NDArray[np.floating]) -> None:
         )
 
 
-def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
+def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     """Return a plausibility warning if the depth scale is possible but unusual, and common units would make it usual.
 
     Parameters
@@ -475,7 +484,7 @@ def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
         array = np.round(255 * array).astype(np.uint8)
     if array.shape[2] == 1:
         array = np.repeat(array, 3, axis=2)
-    return fixed(array)  # results that depend on it alone are then computed once for all frames that share it
+    return read_only(array)  # results that depend on it alone are then computed once for all frames that share it
 
 
 def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
@@ -491,9 +500,9 @@ def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
     return _frozen(metres)
 
 
-def _checked_truth(truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
+def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
     try:
-        metres = checked_depth(truth)
+        metres = checked_depth(ground_truth)
     except InputError as error:
         raise InputError(f"The ground truth cannot be used: {error}") from error
     if metres.shape != shape:

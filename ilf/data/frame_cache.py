@@ -13,13 +13,13 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_stopped, taking
+from .._runtime.cancellation import acquired, check_cancelled
 from .frame import RGBDFrame
 
-_KEPT = 3
+_MAX_VALUES = 3
 """Maximum number of cached results per function and frame, for different parameters; the latest are kept."""
 
-_memories: dict[Callable[..., object], Memory[Any, Any]] = {}
+_caches: dict[Callable[..., object], FrameCache[Any, Any]] = {}
 """Cached function -> its cache."""
 
 P = ParamSpec("P")
@@ -28,35 +28,35 @@ Owner = TypeVar("Owner")
 Colour = NDArray[np.uint8]
 
 
-def once_per_frame(work_out: Callable[Concatenate[RGBDFrame, P], T]) -> Callable[Concatenate[RGBDFrame, P], T]:
+def once_per_frame(compute: Callable[Concatenate[RGBDFrame, P], T]) -> Callable[Concatenate[RGBDFrame, P], T]:
     """Decorate a function so that its results are cached per frame. Arrays in the results, also in a dataclass or
     tuple, are read-only. Thread-safe.
 
     All arguments besides the frame must be hashable; results for the latest few combinations are cached.
     """
-    return _once(work_out)
+    return _once(compute)
 
 
-def once_per_image(work_out: Callable[Concatenate[Colour, P], T]) -> Callable[Concatenate[Colour, P], T]:
+def once_per_image(compute: Callable[Concatenate[Colour, P], T]) -> Callable[Concatenate[Colour, P], T]:
     """Do the same as `once_per_frame` for functions of a frame's `rgb` alone: once for all frames that share the array,
-    such as those made by `RGBDFrame.distrusting`."""
-    return _once(work_out)
+    such as those made by `RGBDFrame.with_invalid_mask`."""
+    return _once(compute)
 
 
-def forget(owner: object, *functions: Callable[..., object]) -> None:
+def clear_cached(owner: object, *functions: Callable[..., object]) -> None:
     """Clear the cached results of these functions for a frame, or for a colour image; the next call computes anew."""
     for function in functions:
-        _memories[function].forget(owner)
+        _caches[function].clear_cached(owner)
 
 
-class Memory(Generic[Owner, T]):
+class FrameCache(Generic[Owner, T]):
     """Cache of the latest few values of each owner; arrays in them, also in a dataclass or tuple, are read-only.
     Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         # by identity, since arrays cannot be hashed
-        self._known: dict[int, _Known[T]] = {}
+        self._known: dict[int, _CachedValues[T]] = {}
 
     def find(self, owner: Owner, key: Hashable) -> T | None:
         """Return the cached value of an owner for a key; None if there is none."""
@@ -73,11 +73,11 @@ class Memory(Generic[Owner, T]):
             known = self._of(owner).values
             known[key] = value
             known.move_to_end(key)
-            if len(known) > _KEPT:
+            if len(known) > _MAX_VALUES:
                 known.popitem(last=False)
         return value
 
-    def forget(self, owner: Owner) -> None:
+    def clear_cached(self, owner: Owner) -> None:
         """Clear all values of an owner."""
         with self._lock:
             self._of(owner).values.clear()
@@ -87,15 +87,15 @@ class Memory(Generic[Owner, T]):
         with self._lock:
             return self._of(owner).lock
 
-    def _of(self, owner: Owner) -> _Known[T]:
+    def _of(self, owner: Owner) -> _CachedValues[T]:
         number = id(owner)
         if number not in self._known:
-            self._known[number] = _Known(weakref.ref(owner, lambda _: self._known.pop(number, None)))
+            self._known[number] = _CachedValues(weakref.ref(owner, lambda _: self._known.pop(number, None)))
         return self._known[number]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Known(Generic[T]):
+class _CachedValues(Generic[T]):
     """Cached values of one owner; they are removed when the weak reference to the owner dies."""
 
     owner: weakref.ref[Any]
@@ -103,22 +103,22 @@ class _Known(Generic[T]):
     lock: Lock = dataclasses.field(default_factory=Lock)
 
 
-def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
-    known = Memory[Owner, tuple[T]]()
+def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
+    known = FrameCache[Owner, tuple[T]]()
 
-    @wraps(work_out)
-    def remembered(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
+    @wraps(compute)
+    def cached(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
         key = args, tuple(sorted(kwargs.items()))
-        with taking(known.lock_of(owner)):
+        with acquired(known.lock_of(owner)):
             found = known.find(owner, key)
             if found is None:
-                check_stopped()
-                found = known.keep(owner, key, (work_out(owner, *args, **kwargs),))
-                check_stopped()
+                check_cancelled()
+                found = known.keep(owner, key, (compute(owner, *args, **kwargs),))
+                check_cancelled()
             return found[0]
 
-    _memories[remembered] = known
-    return remembered
+    _caches[cached] = known
+    return cached
 
 
 def _freeze(value: Any) -> None:

@@ -17,7 +17,7 @@ _ASPECT = 0.01
 _LARGEST = 1e30
 """Values from here on count as missing, for files that cannot store NaN."""
 
-_MOSTLY = 0.5
+_MIN_KNOWN_SHARE = 0.5
 """Minimum known share of the area that a resized pixel covers."""
 
 
@@ -57,8 +57,8 @@ class Guide:
         with np.errstate(over="ignore"):
             values = values.astype(np.float32)
         values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
-        said = values[np.isfinite(values)]
-        if said.size == 0 or said.min() == said.max():
+        usable = values[np.isfinite(values)]
+        if usable.size == 0 or usable.min() == usable.max():
             raise InputError(
                 "The guide has no usable values: all are zero, not finite, or equal. Check that it is the right file."
             )
@@ -78,7 +78,7 @@ class Guide:
             confidence.setflags(write=False)
             object.__setattr__(self, "confidence", confidence)
 
-    def of_size(self, shape: tuple[int, int]) -> Guide:
+    def resized_to(self, shape: tuple[int, int]) -> Guide:
         """Return the guide resized to this height and width; raise InputError if the aspect ratio differs."""
         height, width = self.values.shape
         if (height, width) == shape:
@@ -92,7 +92,7 @@ class Guide:
         known = np.isfinite(self.values)
         share = _resized(known.astype(np.float32), shape)
         total = _resized(np.where(known, self.values, np.float32(0)), shape)
-        values = np.divide(total, share, out=np.full(shape, np.nan, np.float32), where=share >= _MOSTLY)
+        values = np.divide(total, share, out=np.full(shape, np.nan, np.float32), where=share >= _MIN_KNOWN_SHARE)
         confidence = None if self.confidence is None else _resized(self.confidence, shape)
         return replace(self, values=values, confidence=confidence)
 
@@ -102,13 +102,13 @@ class Guide:
         return self.values if self.confidence is None else np.stack([self.values, self.confidence])
 
     @classmethod
-    def of_array(cls, array: NDArray[Any], path: str | None = None) -> Self:
+    def from_array(cls, array: NDArray[Any], path: str | None = None) -> Self:
         """Create a guide from an array, the inverse of `array`; axes of length 1 are dropped."""
         if array.ndim == 3 and array.shape[0] == 2:
             return cls(array[0], array[1], path)
         return cls(array.squeeze() if array.ndim > 2 else array, path=path)
 
-    def says_the_same(self, other: Guide | None) -> bool:
+    def is_same_as(self, other: Guide | None) -> bool:
         """Whether another guide has the same values and confidence."""
         return self is other or (other is not None and np.array_equal(self.array, other.array, equal_nan=True))
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.installation import load_libusb, way_out
+from .._runtime.installation import load_libusb, remedy
 from ..errors import ExportError, InputError
 from .camera import CameraIntrinsics, camera_from_numbers
 
@@ -28,7 +28,7 @@ def load_open3d() -> Any:
         import open3d
     except (ImportError, OSError) as error:
         raise ExportError(
-            f"Open3D's images need the package open3d, {way_out('open3d', 'cloud', error, _LIBRARIES)}"
+            f"Open3D's images need the package open3d, {remedy('open3d', 'cloud', error, _LIBRARIES)}"
         ) from error
     return open3d
 

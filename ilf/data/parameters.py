@@ -8,7 +8,7 @@ from typing import Any
 
 from .._runtime.networks.models import BUNDLED, model_names
 from ..errors import ParameterError
-from .declarations import ParameterSet, Value, check_names, declare, described
+from .declarations import ParameterSet, Value, check_names, declare, with_documented_parameters
 
 _BLOCKS, _EDGES, _BOUNDARIES = "Blocks", "Edges", "Boundaries"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
@@ -18,7 +18,7 @@ _COMBINED = ("edges", "combined")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
-@described
+@with_documented_parameters
 @dataclass(frozen=True)
 class BlockParameters(ParameterSet):
     """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
@@ -108,7 +108,7 @@ PAPER_BLOCKS = BlockParameters(detector="hed")
 """Extraction parameters for the presets of the paper, which uses only contours of the colour image."""
 
 
-@described
+@with_documented_parameters
 @dataclass(frozen=True)
 class Parameters(ParameterSet):
     """Parameters of ILF, the iterative low-pass filter. The defaults are those of the preset `best`."""
@@ -176,7 +176,7 @@ class Parameters(ParameterSet):
         0.3, "Boundary strength", "Minimum edge strength of the block's own boundary.", _SOFT,
         minimum=0.0, maximum=10.0, step=0.05, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
-    own_word: bool = declare(
+    block_local_edges: bool = declare(
         True, "Use only this block's depth at wide gaps", "Around wide gaps, edges fade only towards the block's own "
         "known depth: depth of other blocks is used only where no edge lies in between.", _SOFT,
         source="not in the paper", when=_EDGE_AWARE,
@@ -278,7 +278,7 @@ class Parameters(ParameterSet):
 
 _PAPER: dict[str, Any] = {
     "filter": "ideal", "centred": False, "s_criteria": 0.005, "edges": "combined",
-    "own_word": False, "out_of_range": False, "correction": False,
+    "block_local_edges": False, "out_of_range": False, "correction": False,
 }  # fmt: skip
 """Values in which both the paper's text and the released code differ from `best`."""
 
@@ -324,7 +324,7 @@ def as_parameters(given: Parameters | str | None, /, **changes: object) -> Param
     )
 
 
-def as_extraction(given: BlockParameters | None, /, **changes: object) -> BlockParameters:
+def as_block_parameters(given: BlockParameters | None, /, **changes: object) -> BlockParameters:
     """Return extraction parameters, the defaults for None, with any of them changed by keyword; raise ParameterError
     for other types."""
     if given is None or isinstance(given, BlockParameters):
@@ -335,7 +335,7 @@ def as_extraction(given: BlockParameters | None, /, **changes: object) -> BlockP
     )
 
 
-def by_set(changes: Mapping[str, Value], *others: str) -> tuple[dict[str, Value], dict[str, Value]]:
+def split_parameters(changes: Mapping[str, Value], *others: str) -> tuple[dict[str, Value], dict[str, Value]]:
     """Split parameters given by keyword into those of the filter and those of the extraction.
 
     Names that both have belong to the filter.
@@ -354,7 +354,7 @@ def by_set(changes: Mapping[str, Value], *others: str) -> tuple[dict[str, Value]
 
     Examples
     --------
-    >>> by_set({"noise": 0.01, "granularity": 0.3, "model": "edges"})
+    >>> split_parameters({"noise": 0.01, "granularity": 0.3, "model": "edges"})
     ({'noise': 0.01, 'model': 'edges'}, {'granularity': 0.3})
     """
     of_filter = Parameters.declarations()
@@ -398,7 +398,7 @@ def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class NearestPreset:
     """Nearest preset of parameters, and the values that differ from it.
 
     Attributes
@@ -418,32 +418,32 @@ class Likeness:
         Examples
         --------
         >>> from ilf import preset
-        >>> likeness(preset(smoothness=0.6, trend=False)).text()
+        >>> nearest_preset(preset(smoothness=0.6, trend=False)).text()
         'best, smoothness 0.6 x, subtract trend off'
-        >>> likeness(preset(smoothness=0.6, trend=False)).text(most=1)
+        >>> nearest_preset(preset(smoothness=0.6, trend=False)).text(most=1)
         'best, smoothness 0.6 x, and 1 more'
         """
-        return ", ".join([self.preset, *in_words(self.differs, most)])
+        return ", ".join([self.preset, *to_text(self.differs, most)])
 
 
-def in_words(values: Mapping[str, Value], most: int | None = None) -> list[str]:
+def to_text(values: Mapping[str, Value], most: int | None = None) -> list[str]:
     """Format values of the filter as text: at most `most` of them, and the number of the others.
 
     Examples
     --------
-    >>> in_words({"noise": 0.004, "trend": False})
+    >>> to_text({"noise": 0.004, "trend": False})
     ['noise 0.004 m', 'subtract trend off']
     """
     declarations = Parameters.declarations()
     words = [
-        f"{_in_a_list(declarations[name].label)} {declarations[name].in_words(value)}" for name, value in values.items()
+        f"{_in_a_list(declarations[name].label)} {declarations[name].to_text(value)}" for name, value in values.items()
     ]
     if most is None or len(words) <= most:
         return words
     return [*words[:most], f"and {len(words) - most} more"]
 
 
-def likeness(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS) -> Likeness:
+def nearest_preset(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS) -> NearestPreset:
     """Find the nearest preset of parameters: the one with the fewest differing values.
 
     Parameters
@@ -455,15 +455,15 @@ def likeness(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS
     Examples
     --------
     >>> from ilf import preset
-    >>> likeness(preset("paper", mode="fill+denoise"))
+    >>> nearest_preset(preset("paper", mode="fill+denoise"))
     Likeness(preset='paper', differs={'mode': 'fill+denoise'})
     """
-    found = [Likeness(name, _differing(parameters, values)) for name, values in presets.items()]
+    found = [NearestPreset(name, _differing(parameters, values)) for name, values in presets.items()]
     return min(found, key=lambda one: len(one.differs))
 
 
 def _differing(parameters: Parameters, others: Parameters) -> dict[str, Value]:
-    return {name: value for name, value in parameters.unlike(others).items() if parameters.matters(name)}
+    return {name: value for name, value in parameters.differences_from(others).items() if parameters.has_effect(name)}
 
 
 def _in_a_list(label: str) -> str:

@@ -54,7 +54,7 @@ def both(mask: NDArray[np.bool_]) -> Pairs:
     return right, below
 
 
-def apart(labels: NDArray[np.int32]) -> Pairs:
+def different_labels(labels: NDArray[np.int32]) -> Pairs:
     """Return the pairs with different labels in a map of shape (H, W)."""
     right, below = (one != other for one, other in sides(labels))
     return right, below

@@ -186,7 +186,7 @@ def back_project(
     >>> points[:, 2].tolist(), pixels.tolist()
     ([2.0, 1.0, 4.0], [0, 2, 3])
     """
-    camera = required(intrinsics)
+    camera = required_intrinsics(intrinsics)
     image = np.asarray(depth)
     known = known_pixels(image)
     if only is not None:
@@ -208,7 +208,7 @@ def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
     return np.asarray(known)
 
 
-def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
+def required_intrinsics(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
     """Return the intrinsics, which a cloud requires; raise InputError if they are unknown."""
     if intrinsics is None:
         raise InputError(

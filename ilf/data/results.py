@@ -70,7 +70,7 @@ class IterationRecord(NanEqual):
         Time since the block's iteration was set up [s].
     error : float
         Root mean square of P_i - ground truth [m] over the block's pixels without known depth, where the frame's ground
-        truth is known (`RGBDFrame.truth`); NaN if there are none. The iteration does not use it.
+        truth is known (`RGBDFrame.ground_truth`); NaN if there are none. The iteration does not use it.
     """
 
     i: int
@@ -83,7 +83,7 @@ class IterationRecord(NanEqual):
     error: float = field(default=math.nan, kw_only=True)
 
 
-def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
+def hold_out_mask(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
     """Select known pixels to hold out of a block's iteration: always the same ones for the same block.
 
     Parameters
@@ -231,11 +231,11 @@ class Completion:
         Pixels that had no depth before and have depth now.
     results : dict
         Block label -> BlockResult, in ascending order of labels.
-    guessed : ndarray of bool, shape (H, W)
-        The extrapolated pixels, filled outside of all completed blocks: none without `ilf.fill_rest`.
+    extrapolated : ndarray of bool, shape (H, W)
+        The extrapolated pixels, filled outside of all completed blocks: none without `ilf.extrapolate`.
     notes : tuple of str
         What the user should know about how the result was computed, each sentence once.
-    guess_network : str or None
+    extrapolation_network : str or None
         SHA-256 of the edge network used for extrapolation; None if none was.
     """
 
@@ -243,9 +243,9 @@ class Completion:
     depth: NDArray[np.float32]
     filled: NDArray[np.bool_]
     results: dict[int, BlockResult]
-    guessed: NDArray[np.bool_]
+    extrapolated: NDArray[np.bool_]
     notes: tuple[str, ...] = ()
-    guess_network: str | None = None
+    extrapolation_network: str | None = None
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.summary()}>"
@@ -253,11 +253,11 @@ class Completion:
     def summary(self) -> str:
         """Return name and size of the frame, and the numbers of filled and still missing pixels, in one line."""
         height, width = self.depth.shape
-        masks = self.filled, self.guessed, ~np.isfinite(self.depth)
-        filled, guessed, left = (int(np.count_nonzero(mask)) for mask in masks)
+        masks = self.filled, self.extrapolated, ~np.isfinite(self.depth)
+        filled, extrapolated, left = (int(np.count_nonzero(mask)) for mask in masks)
         return (
             f"{self.frame.name!r}: {width} x {height} pixels, {counted(len(self.results), 'block')}, "
-            f"{counted(filled, 'pixel')} filled{f' ({grouped(guessed)} extrapolated)' if guessed else ''}, "
+            f"{counted(filled, 'pixel')} filled{f' ({grouped(extrapolated)} extrapolated)' if extrapolated else ''}, "
             f"{grouped(left)} still missing"
         )
 
@@ -293,7 +293,7 @@ class Completion:
     @property
     def filled_by_blocks(self) -> NDArray[np.bool_]:
         """The filled pixels without the extrapolated ones, bool, shape (H, W)."""
-        return self.filled & ~self.guessed
+        return self.filled & ~self.extrapolated
 
     @property
     def history(self) -> dict[int, History]:
@@ -383,7 +383,7 @@ class EdgeAwareRecord(IterationRecord):
 
 # Compact storage of all records of a block's iterations.
 
-_AT_HAND = 32
+_CACHED_HISTORIES = 32
 """Number of histories whose records are cached: plots read the same ones again and again."""
 
 
@@ -411,14 +411,14 @@ class CompactHistory(Sequence[IterationRecord]):
         }
 
     @classmethod
-    def of_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
+    def from_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
         """Create a history from `columns`: at least one record of this type, each value from the array of its name.
 
         Examples
         --------
         >>> record = IterationRecord(1, 1, 0.1, 20.0, 0.01, float("nan"), 0.002)
         >>> history = CompactHistory([record])
-        >>> CompactHistory.of_columns(history.kind, history.columns)[0] == record
+        >>> CompactHistory.from_columns(history.kind, history.columns)[0] == record
         True
         """
         made = cls.__new__(cls)
@@ -454,7 +454,7 @@ class CompactHistory(Sequence[IterationRecord]):
         return _records(self)
 
 
-@lru_cache(maxsize=_AT_HAND)
+@lru_cache(maxsize=_CACHED_HISTORIES)
 def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
     first, columns = history._first, history._columns
     others = itertools.islice(_rows(columns), 1, None)

@@ -10,26 +10,26 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_stopped
+from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
 from .camera import CameraIntrinsics
-from .points import PointCloud, known_pixels, point_cloud, required
+from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
 # Links between neighbouring pixels of one surface, cut where depth jumps.
 
-_STEEPEST = 5.7
+_MAX_SLOPE = 5.7
 """Tangent of 80 degrees: maximum slope of a surface relative to the image at which a step is not a jump."""
 
 _NOISE = 0.010
 """Maximum step at 1 m as a share of depth, at any angle; proportional to depth, like sensor noise."""
 
-_LEAST, _MOST = 0.01, 0.04
+_MIN_STEP, _MAX_STEP = 0.01, 0.04
 """Share of depth up to which a step is never a jump, and above which it is always one."""
 
-_ON = 2
+_CONTINUED_PIXELS = 2
 """Steeper steps are not jumps if inverse depth continues alike for this many pixels on both sides: a distant floor."""
 
-_ALIKE = 0.5
+_MAX_DIFFERENCE = 0.5
 """Maximum difference of the steps beside a step, as a share of it."""
 
 Mask = NDArray[np.bool_]
@@ -85,13 +85,13 @@ def _along_rows(inverse: NDArray[np.float32], focal: float) -> Mask:
     size = np.abs(step)
     nearer, farther = np.maximum(inverse[:, 1:], inverse[:, :-1]), np.minimum(inverse[:, 1:], inverse[:, :-1])
     share = size / farther  # step in depth as a share of the nearer depth
-    linked = share <= np.clip(np.maximum(_STEEPEST / focal, _NOISE / nearer), _LEAST, _MOST)
+    linked = share <= np.clip(np.maximum(_MAX_SLOPE / focal, _NOISE / nearer), _MIN_STEP, _MAX_STEP)
     goes_on = ~linked & np.isfinite(share)
-    for away in range(1, _ON + 1):
+    for away in range(1, _CONTINUED_PIXELS + 1):
         alike = np.abs(step[:, away:] - step[:, :-away])
         goes_on[:, :away] = goes_on[:, -away:] = False
-        goes_on[:, away:] &= alike <= _ALIKE * size[:, away:]
-        goes_on[:, :-away] &= alike <= _ALIKE * size[:, :-away]
+        goes_on[:, away:] &= alike <= _MAX_DIFFERENCE * size[:, away:]
+        goes_on[:, :-away] &= alike <= _MAX_DIFFERENCE * size[:, :-away]
     return np.asarray(linked | goes_on)
 
 
@@ -209,8 +209,8 @@ def surface_mesh(
     image = np.asarray(depth, np.float32)
     if only is not None:
         image = np.where(only, image, np.float32(np.nan))
-    faces = surface_faces(image, surface_links(image, required(intrinsics)))
-    check_stopped()
+    faces = surface_faces(image, surface_links(image, required_intrinsics(intrinsics)))
+    check_cancelled()
     used = np.zeros(image.size, bool)
     used[faces.reshape(-1)] = True
     numbers = np.cumsum(used, dtype=np.int32)
@@ -218,7 +218,7 @@ def surface_mesh(
     for start in range(0, len(faces), _AT_ONCE):
         part = faces[start : start + _AT_ONCE]
         part[...] = numbers[part]
-    check_stopped()
+    check_cancelled()
     shown = used.reshape(image.shape)
     return Mesh(point_cloud(image, rgb, intrinsics, only=shown, normals=normals, scalars=scalars), faces)
 
@@ -323,7 +323,7 @@ def _box_sums(values: Double, first: NDArray[np.intp], end: NDArray[np.intp]) ->
 
 # Flying points: points between two surfaces that belong to neither.
 
-_FEW = 24
+_MIN_PIECE_PIXELS = 24
 """Minimum number of linked pixels of a surface."""
 
 _REACH = 5
@@ -363,13 +363,13 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
     around = cv2.boxFilter(
         known.view(np.uint8), cv2.CV_16U, (_REACH, _REACH), normalize=False, borderType=cv2.BORDER_CONSTANT
     )
-    flying = known & (around >= _DENSE) & (_piece_sizes(known, links) < _FEW)
-    flying[:, 1:-1] |= _between(image, links.right)
-    flying[1:-1] |= _between(image.T, links.down.T).T
+    flying = known & (around >= _DENSE) & (_piece_sizes(known, links) < _MIN_PIECE_PIXELS)
+    flying[:, 1:-1] |= _between_neighbours(image, links.right)
+    flying[1:-1] |= _between_neighbours(image.T, links.down.T).T
     return np.asarray(flying)
 
 
-def _between(depth: NDArray[np.float32], right: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _between_neighbours(depth: NDArray[np.float32], right: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return pixels, without the first and last of each row, not linked to their nearer and farther neighbours."""
     before, here, after = depth[:, :-2], depth[:, 1:-1], depth[:, 2:]
     with np.errstate(invalid="ignore"):

@@ -102,7 +102,7 @@ class OrbitCamera:
         aspect : float
             Width of the picture over its height.
         """
-        sample = few_of(points).astype(np.float64)
+        sample = finite_sample(points).astype(np.float64)
         if not len(sample):
             return self
         centre = np.median(sample, axis=0)
@@ -118,7 +118,7 @@ class OrbitCamera:
         return aimed.pan(*middle.tolist()).dolly(1.08 * distance)
 
 
-def few_of(points: NDArray[np.float32]) -> NDArray[np.float32]:
+def finite_sample(points: NDArray[np.float32]) -> NDArray[np.float32]:
     """The finite points of a sample of at most 20 000 points, evenly spaced in the cloud's order."""
     if len(points) > _SAMPLE:
         points = points[np.linspace(0, len(points) - 1, _SAMPLE).astype(np.intp)]
@@ -133,7 +133,7 @@ MAX_POINT_SIZE = 12
 _CHUNK = 1 << 15  # points at a time, so that intermediate arrays stay in the cache
 _EMPTY = np.uint64(0xFFFF_FFFF_FFFF_FFFF)
 _INDEX = np.uint64(0xFFFF_FFFF)
-_MOST = 5  # of eight neighbours
+_MIN_FILLED_NEIGHBOURS = 5  # of eight neighbours
 _OVERLAP = 1.6  # ratio of automatic point size to spacing; smaller ones leave slits in slanted surfaces
 _EDL_STRENGTH = 12.0
 _EDL_STEPS = 4000  # per unit of log depth: from NEAR to 100 km they fit into 16 bits
@@ -205,7 +205,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
     -------
     Splat
     """
-    steps = splat_in_steps(points, colours, look, spacing)
+    steps = splat_steps(points, colours, look, spacing)
     while True:
         try:
             next(steps)
@@ -214,7 +214,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
             return drawn
 
 
-def splat_in_steps(
+def splat_steps(
     points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, spacing: float | None = None
 ) -> Generator[None, None, Splat]:
     """`splat` as a generator with steps of a few milliseconds, so that it can be stopped early."""
@@ -224,7 +224,7 @@ def splat_in_steps(
     else:
         gain = 0.0
         smallest = largest = min(max(int(look.point_size), 1), MAX_POINT_SIZE)
-    keys = yield from _nearest(points, look, gain, smallest, largest)
+    keys = yield from _nearest_keys(points, look, gain, smallest, largest)
     seen = keys != _EMPTY
     nearest = (keys & _INDEX).astype(np.int32)  # _EMPTY becomes -1
     if not len(points):
@@ -238,7 +238,7 @@ def splat_in_steps(
     return Splat(picture, nearest)
 
 
-def _nearest(
+def _nearest_keys(
     points: NDArray[np.float32], look: Look, gain: float, smallest: int, largest: int
 ) -> Generator[None, None, NDArray[np.uint64]]:
     """For each pixel the key (depth bits << 32 | index) of the nearest point that covers it, or _EMPTY.
@@ -289,7 +289,7 @@ def _nearest(
             np.minimum(merged, layers[size - 1 - smallest], out=merged)
         yield
     if look.point_size is None:
-        _close(merged)
+        _close_gaps(merged)
     return merged[margin : margin + look.height, margin : margin + look.width]
 
 
@@ -299,14 +299,14 @@ def _widen(keys: NDArray[np.uint64], forward: bool) -> None:
         np.minimum(axis[:-1], axis[1:], out=axis[1:] if forward else axis[:-1])
 
 
-def _close(keys: NDArray[np.uint64]) -> None:
+def _close_gaps(keys: NDArray[np.uint64]) -> None:
     """Give pixels without a point, but with most of their eight neighbours filled, the nearest of those; in place.
 
     A surface that the depth camera saw at a grazing angle has gaps wider than its points.
     """
     seen = (keys != _EMPTY).view(np.uint8)
     around = cv2.boxFilter(seen, cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    gaps = (around >= _MOST) & (seen == 0)
+    gaps = (around >= _MIN_FILLED_NEIGHBOURS) & (seen == 0)
     gaps[[0, -1]] = gaps[:, [0, -1]] = False
     places, flat = np.flatnonzero(gaps), keys.reshape(-1)
     columns = keys.shape[1]
@@ -327,7 +327,7 @@ def spacing_of(points: NDArray[np.float32]) -> float:
     points : ndarray
         float32 (N, 3) [m].
     """
-    sample = few_of(points)
+    sample = finite_sample(points)
     sample = sample[sample[:, 2] > NEAR]
     if len(sample) < 16:
         return 0.0
@@ -345,7 +345,7 @@ def spacing_of(points: NDArray[np.float32]) -> float:
 
 def _size_range(points: NDArray[np.float32], camera: OrbitCamera, gain: float) -> tuple[int, int]:
     """Smallest and largest automatic size [px] that the view needs."""
-    sample = few_of(points)
+    sample = finite_sample(points)
     forward = camera.view_matrix()[2]
     depth = sample @ forward[:3].astype(np.float32) + np.float32(forward[3])
     visible = (depth > NEAR) & (sample[:, 2] > NEAR)

@@ -23,7 +23,7 @@ _FEWEST = 20
 
 
 @dataclass(frozen=True)
-class Effect:
+class EditSummary:
     """Summary of an edit.
 
     Attributes
@@ -35,7 +35,7 @@ class Effect:
     expected : (float, float) or None
         Root mean square of the expected error [m], before and after, of the pixels filled both times; None if there are
         too few.
-    by_truth : (float, float) or None
+    by_ground_truth : (float, float) or None
         Root mean square error [m] against ground truth, before and after, of the pixels of the affected blocks that are
         filled both times; None without ground truth or with too few such pixels.
     held_out : (float, float) or None
@@ -49,12 +49,12 @@ class Effect:
     expected: tuple[float, float] | None = None
     held_out: tuple[float, float] | None = None
     hidden: int = 0
-    by_truth: tuple[float, float] | None = None
+    by_ground_truth: tuple[float, float] | None = None
 
 
-def edit_effect(
+def summarise_edit(
     before: Run, after: Run, patch: LabelPatch, completed: tuple[Completion | None, Completion | None] = (None, None)
-) -> Effect:
+) -> EditSummary:
     """Compute the effect of an edit of the label map on the depth around it.
 
     Known depth near the pixels that have changed blocks is hidden, and the blocks there are completed without it, as
@@ -80,7 +80,7 @@ def edit_effect(
     filled, expected = None, None
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
-    effect = Effect(moved, filled, expected, by_truth=_by_truth((before, after), completed, touched))
+    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth((before, after), completed, touched))
     errors = _errors((before, after), _near(changed) & after.frame.known)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
@@ -97,23 +97,23 @@ def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
     """Errors [m] of the hidden pixels, completed without them by each run; NaN where they are not filled."""
     frame = runs[0].frame
-    truth = frame.depth[hidden]
+    ground_truth = frame.depth[hidden]
     try:  # one frame for both runs, to share its cache
-        without = frame.also_distrusting(hidden)
+        without = frame.with_more_invalid(hidden)
     except InputError:  # no depth would be left
-        return [np.full(truth.shape, np.nan, np.float32)] * len(runs)
+        return [np.full(ground_truth.shape, np.nan, np.float32)] * len(runs)
     alone = [
-        replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, dense=False)
+        replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, extrapolate=False)
         for run in runs
     ]
-    return [run.complete(threads=1).depth[hidden] - truth for run in alone]
+    return [run.complete(threads=1).depth[hidden] - ground_truth for run in alone]
 
 
 def _filled_and_expected(
     before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
 ) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
     states = before, after
-    if not all(_is_of(run, completion, touched) for run, completion in states):
+    if not all(_matches_blocks(run, completion, touched) for run, completion in states):
         return None, None
     there = _pixels_of(touched, (before[0], after[0]))
     first, second = (there & completion.filled_by_blocks for _, completion in states)
@@ -125,20 +125,20 @@ def _filled_and_expected(
     return filled, (one, other)
 
 
-def _by_truth(
+def _by_ground_truth(
     runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
 ) -> tuple[float, float] | None:
     """Root mean square errors of the pixels that the affected blocks fill in both runs; completed here if needed."""
-    truth = runs[0].frame.truth
-    if truth is None:
+    ground_truth = runs[0].frame.ground_truth
+    if ground_truth is None:
         return None
-    both, errors = np.isfinite(truth) & _pixels_of(touched, runs), []
+    both, errors = np.isfinite(ground_truth) & _pixels_of(touched, runs), []
     for run, done in zip(runs, completed, strict=True):
-        if done is None or not _is_of(run, done, touched):
+        if done is None or not _matches_blocks(run, done, touched):
             there = frozenset(touched & set(np.unique(run.blocks).tolist()))
-            done = replace(run, only=there, dense=False).complete(threads=1)
+            done = replace(run, only=there, extrapolate=False).complete(threads=1)
         both &= done.filled_by_blocks
-        errors.append(done.depth - truth)
+        errors.append(done.depth - ground_truth)
     if np.count_nonzero(both) < _FEWEST:
         return None
     return _rms(errors[0][both]), _rms(errors[1][both])
@@ -149,7 +149,7 @@ def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
     return np.isin(runs[0].blocks, list(touched)) | np.isin(runs[1].blocks, list(touched))
 
 
-def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
+def _matches_blocks(run: Run, completion: Completion, touched: set[int]) -> bool:
     """Whether the existing results of these blocks have exactly the pixels of the run's blocks."""
     return all(
         np.array_equal(run.blocks[result.block.box] == label, result.block.mask)

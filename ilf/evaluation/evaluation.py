@@ -23,7 +23,7 @@ Depth = NDArray[np.floating]
 
 
 @dataclass(frozen=True, eq=False)
-class Judgement(NanEqual):
+class Evaluation(NanEqual):
     """Errors of depth against ground truth over a set of pixels. NaN equals NaN in comparisons of evaluations.
 
     Attributes
@@ -46,14 +46,14 @@ class Judgement(NanEqual):
     within: float | None = None
 
 
-def judge(
-    depth: Depth, truth: Depth, mask: NDArray[np.bool_] | None = None, expected: Depth | None = None
-) -> Judgement:
+def evaluate(
+    depth: Depth, ground_truth: Depth, mask: NDArray[np.bool_] | None = None, expected: Depth | None = None
+) -> Evaluation:
     """Compare depth with ground truth over the pixels where both are known.
 
     Parameters
     ----------
-    depth, truth : ndarray of float
+    depth, ground_truth : ndarray of float
         Depth [m] of the same shape, NaN = unknown.
     mask : ndarray of bool, optional
         Only these pixels.
@@ -71,39 +71,39 @@ def judge(
 
     Examples
     --------
-    >>> truth = np.full((1, 4), 2.0)
-    >>> judgement = judge(truth + [[0.0, 0.2, -0.1, np.nan]], truth, expected=np.full((1, 4), 0.15))
-    >>> judgement.pixels, round(judgement.mae, 3), round(judgement.bias, 3), round(judgement.within, 2)
+    >>> ground_truth = np.full((1, 4), 2.0)
+    >>> evaluation = evaluate(ground_truth + [[0.0, 0.2, -0.1, np.nan]], ground_truth, expected=np.full((1, 4), 0.15))
+    >>> evaluation.pixels, round(evaluation.mae, 3), round(evaluation.bias, 3), round(evaluation.within, 2)
     (3, 0.1, 0.033, 0.67)
     """
-    given = {"depth": depth, "ground truth": truth, "mask": mask, "expected error": expected}
+    given = {"depth": depth, "ground truth": ground_truth, "mask": mask, "expected error": expected}
     if len({values.shape for values in given.values() if values is not None}) > 1:
         shapes = ", ".join(f"{name} {values.shape}" for name, values in given.items() if values is not None)
         raise InputError(f"Only arrays of the same shape can be compared: {shapes}.")
-    judged = np.isfinite(depth) & np.isfinite(truth)
+    evaluated = np.isfinite(depth) & np.isfinite(ground_truth)
     if mask is not None:
-        judged &= mask
-    if not judged.any():
-        return Judgement()
-    errors = measure_errors(depth, truth, judged)
-    return Judgement(
+        evaluated &= mask
+    if not evaluated.any():
+        return Evaluation()
+    errors = measure_errors(depth, ground_truth, evaluated)
+    return Evaluation(
         pixels=errors.pixels,
         rmse=errors.rmse,
         mae=errors.mae,
         median=errors.median,
         bias=errors.acc,
-        within=None if expected is None else _within(depth[judged], truth[judged], expected[judged]),
+        within=None if expected is None else _within(depth[evaluated], ground_truth[evaluated], expected[evaluated]),
     )
 
 
-def judge_completion(
+def evaluate_completion(
     frame: RGBDFrame,
     completion: Completion,
     area: NDArray[np.bool_] | Box | None = None,
     *,
     every: bool = False,
     expected: Depth | None = None,
-) -> Judgement:
+) -> Evaluation:
     """Compare the depth filled in the depth camera's view with the frame's ground truth.
 
     Parameters
@@ -116,7 +116,7 @@ def judge_completion(
     every : bool
         Evaluate previously known depth as well.
     expected : ndarray of float, shape (H, W), optional
-        `ilf.expected_error` of the completion, for `Judgement.within`.
+        `ilf.expected_error` of the completion, for `Evaluation.within`.
 
     Raises
     ------
@@ -128,35 +128,35 @@ def judge_completion(
     >>> import ilf
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
-    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
-    >>> judgement = judge_completion(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
-    >>> judgement.pixels, round(judgement.rmse, 3), round(judgement.bias, 3)
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, ground_truth=np.full((20, 30), 2.01))
+    >>> evaluation = evaluate_completion(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> evaluation.pixels, round(evaluation.rmse, 3), round(evaluation.bias, 3)
     (40, 0.01, -0.01)
     """
-    judged = _judged(frame, completion, every)
+    evaluated = _evaluated(frame, completion, every)
     if isinstance(area, tuple):
         inside = np.zeros(frame.shape, bool)
         inside[area] = True
-        judged &= inside
+        evaluated &= inside
     elif area is not None:
-        judged &= checked_mask(area, frame.shape, "the area to evaluate")
-    return judge(completion.depth, _truth(frame), judged, expected)
+        evaluated &= checked_mask(area, frame.shape, "the area to evaluate")
+    return evaluate(completion.depth, _ground_truth(frame), evaluated, expected)
 
 
-def judge_blocks(
+def evaluate_blocks(
     frame: RGBDFrame,
     completion: Completion,
     labels: NDArray[np.integer],
     *,
     every: bool = False,
     expected: Depth | None = None,
-) -> dict[int, Judgement]:
-    """`judge_completion` for every block that has pixels to evaluate.
+) -> dict[int, Evaluation]:
+    """`evaluate_completion` for every block that has pixels to evaluate.
 
     Parameters
     ----------
     frame, completion, every, expected
-        As for `judge_completion`.
+        As for `evaluate_completion`.
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
 
@@ -175,19 +175,21 @@ def judge_blocks(
     >>> import ilf
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
-    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, ground_truth=np.full((20, 30), 2.01))
     >>> blocks = np.repeat([[1, 2]], 20, axis=0).repeat(15, axis=1)
-    >>> found = judge_blocks(frame, ilf.complete(frame, blocks), blocks)
-    >>> {label: judgement.pixels for label, judgement in found.items()}
+    >>> found = evaluate_blocks(frame, ilf.complete(frame, blocks), blocks)
+    >>> {label: evaluation.pixels for label, evaluation in found.items()}
     {1: 20, 2: 20}
     """
-    truth, owners = _truth(frame), checked_labels(labels, frame.shape)
-    judged = _judged(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(truth) & (owners > 0)
-    everywhere = np.flatnonzero(judged)
+    ground_truth, owners = _ground_truth(frame), checked_labels(labels, frame.shape)
+    evaluated = (
+        _evaluated(frame, completion, every) & np.isfinite(completion.depth) & np.isfinite(ground_truth) & (owners > 0)
+    )
+    everywhere = np.flatnonzero(evaluated)
     return {
-        label: judge(
+        label: evaluate(
             completion.depth.ravel()[places],
-            truth.ravel()[places],
+            ground_truth.ravel()[places],
             expected=None if expected is None else expected.ravel()[places],
         )
         for label, chosen in by_label(owners, everywhere)
@@ -203,29 +205,29 @@ def by_label(labels: NDArray[np.int32], places: NDArray[np.intp]) -> Iterator[tu
     yield from zip(found.tolist(), np.split(order, starts[1:]), strict=False)
 
 
-def _truth(frame: RGBDFrame) -> NDArray[np.float32]:
-    if frame.truth is None:
+def _ground_truth(frame: RGBDFrame) -> NDArray[np.float32]:
+    if frame.ground_truth is None:
         raise InputError(f"{frame.name} has no ground truth. Load one, or run a hold-out test.")
-    return frame.truth
+    return frame.ground_truth
 
 
-def _judged(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
+def _evaluated(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
     if completion.depth.shape != frame.shape:
         raise InputError(f"The completion has shape {completion.depth.shape}, but the frame has {frame.shape}.")
     return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
 
 
-def _within(depth: Depth, truth: Depth, expected: Depth) -> float | None:
-    said = np.isfinite(expected)
-    if not said.any():
+def _within(depth: Depth, ground_truth: Depth, expected: Depth) -> float | None:
+    has_expected = np.isfinite(expected)
+    if not has_expected.any():
         return None
     # in the depth's own precision, as in the bench
-    return share_within(depth[said] - truth[said], expected[said])
+    return share_within(depth[has_expected] - ground_truth[has_expected], expected[has_expected])
 
 
 # Errors pixel by pixel, and their evaluation: in total, part by part, block by block.
 
-ENOUGH = 0.9
+MIN_RELATIVE_COVERAGE = 0.9
 """Minimum share of the best one's filled pixels for a comparison: otherwise the others would be evaluated only on the
 remaining easy pixels."""
 
@@ -240,19 +242,19 @@ class PixelErrors:
     ----------
     places : ndarray of int, shape (N,)
         Flat indices in the frame, in increasing order.
-    depth, truth, expected : ndarray of float32, shape (N,)
+    depth, ground_truth, expected : ndarray of float32, shape (N,)
         Completed depth, ground truth and expected error [m]; NaN where the pixel was not filled.
     """
 
     places: NDArray[np.intp]
     depth: Values
-    truth: Values
+    ground_truth: Values
     expected: Values
 
     @property
     def error(self) -> Values:
         """Completed depth - ground truth [m], NaN where the pixel was not filled."""
-        return self.depth - self.truth
+        return self.depth - self.ground_truth
 
     @property
     def filled(self) -> NDArray[np.bool_]:
@@ -266,11 +268,11 @@ class PixelErrors:
 
     def only(self, chosen: NDArray[np.intp]) -> PixelErrors:
         """Some of the pixels, by their positions in `places`."""
-        return PixelErrors(self.places[chosen], self.depth[chosen], self.truth[chosen], self.expected[chosen])
+        return PixelErrors(self.places[chosen], self.depth[chosen], self.ground_truth[chosen], self.expected[chosen])
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Evaluated:
     """The evaluated pixels of a completion, or of several of the same blocks with different hidden depth.
 
     Attributes
@@ -298,68 +300,68 @@ class Judged:
         return sum(int(np.count_nonzero(part.filled)) for part in self.parts) / max(self.pixels, 1)
 
     @cached_property
-    def whole(self) -> Judgement:
+    def whole(self) -> Evaluation:
         """The evaluation of all completions together."""
-        return _judgement(self._judged)
+        return _evaluation(self._evaluated)
 
     @cached_property
-    def by_part(self) -> tuple[Judgement, ...]:
+    def by_part(self) -> tuple[Evaluation, ...]:
         """The evaluation of every completion."""
-        return tuple(_judgement([part]) for part in self._judged)
+        return tuple(_evaluation([part]) for part in self._evaluated)
 
     @cached_property
-    def blocks(self) -> dict[int, Judgement]:
+    def blocks(self) -> dict[int, Evaluation]:
         """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}
-        for part in self._judged:
+        for part in self._evaluated:
             for label, chosen in by_label(self.labels, part.places):
                 found.setdefault(label, []).append(part.only(chosen))
-        return {label: _judgement(found[label]) for label in sorted(found)}
+        return {label: _evaluation(found[label]) for label in sorted(found)}
 
     @property
-    def _judged(self) -> tuple[PixelErrors, ...]:
+    def _evaluated(self) -> tuple[PixelErrors, ...]:
         return self.parts if self.shared is None else self.shared
 
 
 @dataclass(frozen=True, eq=False)
-class RunJudged:
+class RunEvaluation:
     """The evaluation of a run.
 
     Attributes
     ----------
     run : Run
-    judged : Judged
+    evaluated : Judged
         Its errors, pixel by pixel.
     seconds : float
         Duration.
     """
 
     run: Run
-    judged: Judged
+    evaluated: Evaluated
     seconds: float
 
     @property
-    def whole(self) -> Judgement:
+    def whole(self) -> Evaluation:
         """The evaluation of all blocks together."""
-        return self.judged.whole
+        return self.evaluated.whole
 
     @property
-    def blocks(self) -> dict[int, Judgement]:
+    def blocks(self) -> dict[int, Evaluation]:
         """Label -> evaluation of every block with pixels to be filled."""
-        return self.judged.blocks
+        return self.evaluated.blocks
 
     @property
     def errors(self) -> tuple[PixelErrors, ...]:
         """The errors pixel by pixel, one part per completion."""
-        return self.judged.parts
+        return self.evaluated.parts
 
     @property
     def coverage(self) -> float:
         """Share of the pixels to be filled that was filled, 0-1."""
-        return self.judged.coverage
+        return self.evaluated.coverage
 
 
-def over_shared(several: Sequence[Judged]) -> list[Judged]:
+def restrict_to_shared(several: Sequence[Evaluated]) -> list[Evaluated]:
     """Restrict evaluations to the pixels that all of them have filled.
 
     Those that fill less than nine tenths of what the best one fills do not restrict these pixels.
@@ -369,31 +371,35 @@ def over_shared(several: Sequence[Judged]) -> list[Judged]:
     several : sequence of Judged
         With equal numbers of corresponding parts.
     """
-    leading = [judged for judged in several if fills_enough(judged, several)]
+    leading = [evaluated for evaluated in several if fills_enough(evaluated, several)]
     if not leading:
         return list(several)
     shared = [
         reduce(np.intersect1d, (part.places[part.filled] for part in parts))
-        for parts in zip(*(judged.parts for judged in leading), strict=True)
+        for parts in zip(*(evaluated.parts for evaluated in leading), strict=True)
     ]
     return [
-        replace(judged, shared=tuple(part.among(places) for part, places in zip(judged.parts, shared, strict=True)))
-        for judged in several
+        replace(
+            evaluated, shared=tuple(part.among(places) for part, places in zip(evaluated.parts, shared, strict=True))
+        )
+        for evaluated in several
     ]
 
 
-def fills_enough(judged: Judged, several: Sequence[Judged]) -> bool:
+def fills_enough(evaluated: Evaluated, several: Sequence[Evaluated]) -> bool:
     """Whether it fills enough pixels for a comparison of its errors with the others'."""
-    return judged.coverage > 0 and judged.coverage >= ENOUGH * max(other.coverage for other in several)
-
-
-def _judgement(parts: Sequence[PixelErrors]) -> Judgement:
-    if not parts:
-        return Judgement()
-    depth, truth, expected = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("depth", "truth", "expected")
+    return evaluated.coverage > 0 and evaluated.coverage >= MIN_RELATIVE_COVERAGE * max(
+        other.coverage for other in several
     )
-    return judge(depth, truth, expected=expected)
+
+
+def _evaluation(parts: Sequence[PixelErrors]) -> Evaluation:
+    if not parts:
+        return Evaluation()
+    depth, ground_truth, expected = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("depth", "ground_truth", "expected")
+    )
+    return evaluate(depth, ground_truth, expected=expected)
 
 
 # Progress of a long evaluation.
@@ -418,7 +424,9 @@ class Step:
     text: str
 
 
-def part_of(steps: Generator[Step, None, T], start: float, width: float, before: str = "") -> Generator[Step, None, T]:
+def scaled_progress(
+    steps: Generator[Step, None, T], start: float, width: float, before: str = ""
+) -> Generator[Step, None, T]:
     """Map the progress of some steps to the range from `start` to `start + width`; returns their result."""
     with closing(steps):
         while True:
@@ -430,7 +438,7 @@ def part_of(steps: Generator[Step, None, T], start: float, width: float, before:
             yield Step(start + width * step.share, before + step.text)
 
 
-def run_out(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:
+def run_to_end(steps: Generator[S, None, T], on_step: Callable[[S], None] | None = None) -> T:
     """Run all steps and return their result. An exception in `on_step` ends them."""
     with closing(steps):
         while True:

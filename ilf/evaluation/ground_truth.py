@@ -15,12 +15,12 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
-from .evaluation import ENOUGH, Judged, PixelErrors, RunJudged, Step
+from .evaluation import MIN_RELATIVE_COVERAGE, Evaluated, PixelErrors, RunEvaluation, Step
 from .hold_out import completion_steps
 
 
 @dataclass(frozen=True, eq=False)
-class TruthResult(RunJudged):
+class GroundTruthResult(RunEvaluation):
     """Evaluation of a run against ground truth where depth was missing in the blocks that were run.
 
     Attributes
@@ -32,7 +32,7 @@ class TruthResult(RunJudged):
     completion: Completion
 
 
-def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None, TruthResult]:
+def ground_truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None, GroundTruthResult]:
     """Complete a run's blocks and compare them with ground truth; nothing is extrapolated, even if the run is dense.
 
     Parameters
@@ -48,7 +48,7 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
 
     Returns
     -------
-    TruthResult
+    GroundTruthResult
 
     Raises
     ------
@@ -60,28 +60,28 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
     >>> import ilf
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
-    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, truth=np.full((20, 30), 2.01))
-    >>> steps = truth_steps(ilf.Run(frame, np.ones((20, 30), np.int32)))
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, ground_truth=np.full((20, 30), 2.01))
+    >>> steps = ground_truth_steps(ilf.Run(frame, np.ones((20, 30), np.int32)))
     >>> next(steps).text
     '0 of 1 blocks'
     >>> steps.close()
     """
-    wanted, started = pixels_with_truth(run), time.perf_counter()
-    frame, truth = _without_truth(run.frame), run.frame.truth
-    assert truth is not None
-    completion = yield from completion_steps(replace(run, frame=frame, dense=False), threads)
+    wanted, started = pixels_with_ground_truth(run), time.perf_counter()
+    frame, ground_truth = _without_ground_truth(run.frame), run.frame.ground_truth
+    assert ground_truth is not None
+    completion = yield from completion_steps(replace(run, frame=frame, extrapolate=False), threads)
     expected = expected_error(completion)
-    errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], truth[wanted], expected[wanted])
-    return TruthResult(run, Judged(run.blocks, (errors,)), time.perf_counter() - started, completion)
+    errors = PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], ground_truth[wanted], expected[wanted])
+    return GroundTruthResult(run, Evaluated(run.blocks, (errors,)), time.perf_counter() - started, completion)
 
 
-def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
+def pixels_with_ground_truth(run: Run) -> NDArray[np.bool_]:
     """Pixels in view, bool (H, W), without depth but with ground truth in the blocks that are run; InputError if there
     are none."""
     frame = run.frame
-    if frame.truth is not None:
+    if frame.ground_truth is not None:
         there = run.blocks > 0 if run.only is None else np.isin(run.blocks, list(run.only))
-        wanted = there & frame.missing & np.isfinite(frame.truth)
+        wanted = there & frame.missing & np.isfinite(frame.ground_truth)
         if wanted.any():
             return wanted
     raise InputError(
@@ -91,9 +91,9 @@ def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
 
 
 @once_per_frame
-def _without_truth(frame: RGBDFrame) -> RGBDFrame:
+def _without_ground_truth(frame: RGBDFrame) -> RGBDFrame:
     """Cached, so that its edges are found once for all runs."""
-    return frame.with_truth(None)
+    return frame.with_ground_truth(None)
 
 
 # Pixels for the comparison of several completions of a frame: those that all of them have filled.
@@ -127,6 +127,8 @@ def shared_pixels(completions: Sequence[Completion], *, every: bool = False) -> 
     (40, 40)
     """
     counts = [int(np.count_nonzero(completion.filled)) for completion in completions]
-    leading = [one for one, count in zip(completions, counts, strict=True) if count >= ENOUGH * max(counts)]
+    leading = [
+        one for one, count in zip(completions, counts, strict=True) if count >= MIN_RELATIVE_COVERAGE * max(counts)
+    ]
     there = [np.isfinite(completion.depth) if every else completion.filled for completion in leading]
     return np.logical_and.reduce(there)

@@ -18,7 +18,16 @@ from ..data.frame_cache import once_per_frame
 from ..data.results import Completion
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import Judged, Judgement, PixelErrors, RunJudged, Step, over_shared, part_of, run_out
+from .evaluation import (
+    Evaluated,
+    Evaluation,
+    PixelErrors,
+    RunEvaluation,
+    Step,
+    restrict_to_shared,
+    run_to_end,
+    scaled_progress,
+)
 
 # Patterns of hidden depth: the same pixels for the same frame and seed.
 
@@ -31,7 +40,7 @@ AREAS_HIDDEN = 0.25
 AREA_SEMI_AXES = (0.03, 0.12)
 """Shortest and longest semi-axis of its ellipses, in widths of the frame."""
 
-HIDDEN_PATTERNS = {
+HOLD_OUT_PATTERNS = {
     "random": f"{RANDOM_KEPT:.2%} of the known depth kept, pixel by pixel",
     "areas": f"{AREAS_HIDDEN:.0%} of the known depth hidden in ellipses",
 }
@@ -46,7 +55,7 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     frame : RGBDFrame
         The pixels depend on its name and on where depth was measured, not on its invalid mask.
     pattern : str
-        One of `HIDDEN_PATTERNS`.
+        One of `HOLD_OUT_PATTERNS`.
     seed : int
         Not negative.
 
@@ -66,8 +75,8 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     >>> int(hidden_pixels(frame, "areas").sum()), int(hidden_pixels(frame, "random", seed=3).sum())
     (500, 1145)
     """
-    if pattern not in HIDDEN_PATTERNS:
-        raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
+    if pattern not in HOLD_OUT_PATTERNS:
+        raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
     return _hidden_pixels(frame, pattern, seed)
 
 
@@ -142,7 +151,7 @@ def _areas(known: NDArray[np.bool_], rng: np.random.Generator) -> NDArray[np.boo
 
 # Several runs of one frame, evaluated one after the other and then over the same pixels.
 
-R = TypeVar("R", bound=RunJudged)
+R = TypeVar("R", bound=RunEvaluation)
 
 
 def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Step, None, list[R]]:
@@ -153,7 +162,7 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
     Parameters
     ----------
     several : sequence of generators
-        `hidden_steps` of every run with the same test, or `truth_steps` of every run.
+        `hold_out_steps` of every run with the same test, or `ground_truth_steps` of every run.
 
     Yields
     ------
@@ -168,10 +177,10 @@ def compared_steps(several: Sequence[Generator[Step, None, R]]) -> Generator[Ste
     results = []
     for number, steps in enumerate(several):
         text = f"run {number + 1} of {len(several)}, "
-        result = yield from part_of(steps, number * width, width, text)
+        result = yield from scaled_progress(steps, number * width, width, text)
         results.append(result)
-    shared = over_shared([result.judged for result in results])
-    return [replace(result, judged=judged) for result, judged in zip(results, shared, strict=True)]
+    shared = restrict_to_shared([result.evaluated for result in results])
+    return [replace(result, evaluated=evaluated) for result, evaluated in zip(results, shared, strict=True)]
 
 
 # A run, step by step, with the finished fraction.
@@ -190,13 +199,13 @@ def completion_steps(run: Run, threads: int | None) -> Generator[Step, None, Com
 
 
 @dataclass(frozen=True)
-class HiddenTest:
+class HoldOutTest:
     """The pattern and the seeds of a hold-out test.
 
     Parameters
     ----------
     pattern : str
-        "areas", holes as large as those of cameras, or "random", pixel by pixel (`HIDDEN_PATTERNS`).
+        "areas", holes as large as those of cameras, or "random", pixel by pixel (`HOLD_OUT_PATTERNS`).
     seeds : tuple of int
         Not negative; the test runs once for each, and the errors are pooled.
 
@@ -210,8 +219,8 @@ class HiddenTest:
     seeds: tuple[int, ...] = (0, 1, 2)
 
     def __post_init__(self) -> None:
-        if self.pattern not in HIDDEN_PATTERNS:
-            raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
+        if self.pattern not in HOLD_OUT_PATTERNS:
+            raise ParameterError(f"There is no pattern {self.pattern!r}. Known: {', '.join(HOLD_OUT_PATTERNS)}.")
         object.__setattr__(self, "seeds", tuple(dict.fromkeys(self.seeds)))
         if not self.seeds or not all(type(seed) is int and seed >= 0 for seed in self.seeds):
             raise ParameterError(f"A hold-out test needs seeds: integers from 0 on, not {self.seeds!r:.40}.")
@@ -222,36 +231,36 @@ class HiddenTest:
 
 
 @dataclass(frozen=True, eq=False)
-class HiddenResult(RunJudged):
+class HoldOutResult(RunEvaluation):
     """Result of a hold-out test of a run; errors have one part per seed.
 
     Attributes
     ----------
-    test : HiddenTest
+    test : HoldOutTest
     """
 
-    test: HiddenTest
+    test: HoldOutTest
 
     @property
-    def by_seed(self) -> tuple[Judgement, ...]:
+    def by_seed(self) -> tuple[Evaluation, ...]:
         """The evaluation of all blocks together, for every seed."""
-        return self.judged.by_part
+        return self.evaluated.by_part
 
     @property
     def hidden(self) -> int:
         """Number of hidden pixels in the blocks, over all seeds."""
-        return self.judged.pixels
+        return self.evaluated.pixels
 
 
-def hidden_steps(
-    run: Run, test: HiddenTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
-) -> Generator[Step, None, HiddenResult]:
-    """`judge_hidden` step by step, for progress and cancellation.
+def hold_out_steps(
+    run: Run, test: HoldOutTest | None = None, only: Collection[int] | None = None, *, threads: int | None = None
+) -> Generator[Step, None, HoldOutResult]:
+    """`evaluate_hold_out` step by step, for progress and cancellation.
 
     Parameters
     ----------
     run, test, only, threads
-        As for `judge_hidden`.
+        As for `evaluate_hold_out`.
 
     Yields
     ------
@@ -259,7 +268,7 @@ def hidden_steps(
 
     Returns
     -------
-    HiddenResult
+    HoldOutResult
 
     Raises
     ------
@@ -270,30 +279,30 @@ def hidden_steps(
     --------
     >>> import ilf
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
-    >>> steps = hidden_steps(ilf.Run(frame, np.ones((40, 50), np.int32)), HiddenTest("random", (0,)))
+    >>> steps = hold_out_steps(ilf.Run(frame, np.ones((40, 50), np.int32)), HoldOutTest("random", (0,)))
     >>> step = next(steps)
     >>> step.share, step.text
     (0.0, 'seed 0: 0 of 1 blocks')
     >>> steps.close()
     """
-    chosen, started = test or HiddenTest(), time.perf_counter()
+    chosen, started = test or HoldOutTest(), time.perf_counter()
     width = 1 / len(chosen.seeds)
     parts = []
     for number, seed in enumerate(chosen.seeds):
         steps = _one_seed(run, chosen.pattern, seed, only, threads)
-        part = yield from part_of(steps, number * width, width, f"seed {seed}: ")
+        part = yield from scaled_progress(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
-    return HiddenResult(run, Judged(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
+    return HoldOutResult(run, Evaluated(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
 
 
-def judge_hidden(
+def evaluate_hold_out(
     run: Run,
-    test: HiddenTest | None = None,
+    test: HoldOutTest | None = None,
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
     on_step: Callable[[Step], None] | None = None,
-) -> HiddenResult:
+) -> HoldOutResult:
     """Hide some of a frame's known depth, complete its blocks without it, and compute the errors.
 
     The blocks are not changed: the hidden depth may have affected their borders, but nothing else. On eight real
@@ -303,7 +312,7 @@ def judge_hidden(
     Parameters
     ----------
     run : Run
-    test : HiddenTest, optional
+    test : HoldOutTest, optional
         Areas with three seeds if left out.
     only : collection of int, optional
         Only these blocks; those of the run if left out. Blocks without hidden depth are not run.
@@ -314,7 +323,7 @@ def judge_hidden(
 
     Returns
     -------
-    HiddenResult
+    HoldOutResult
 
     Raises
     ------
@@ -325,20 +334,20 @@ def judge_hidden(
     --------
     >>> import ilf
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
-    >>> result = judge_hidden(ilf.Run(frame, np.ones((40, 50), np.int32)), HiddenTest("areas", (0, 1)))
+    >>> result = evaluate_hold_out(ilf.Run(frame, np.ones((40, 50), np.int32)), HoldOutTest("areas", (0, 1)))
     >>> result.hidden, result.coverage, result.whole.pixels, bool(result.whole.rmse < 0.001)
     (1000, 1.0, 1000, True)
     """
-    return run_out(hidden_steps(run, test, only, threads=threads), on_step)
+    return run_to_end(hold_out_steps(run, test, only, threads=threads), on_step)
 
 
 def comparison_steps(
     runs: Sequence[Run],
-    test: HiddenTest | None = None,
+    test: HoldOutTest | None = None,
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
-) -> Generator[Step, None, list[HiddenResult]]:
+) -> Generator[Step, None, list[HoldOutResult]]:
     """`compare_hidden` step by step.
 
     Parameters
@@ -352,25 +361,25 @@ def comparison_steps(
 
     Returns
     -------
-    list of HiddenResult
+    list of HoldOutResult
 
     Raises
     ------
     InputError
         If too little depth is known.
     """
-    chosen = test or HiddenTest()
-    return compared_steps([hidden_steps(run, chosen, only, threads=threads) for run in runs])
+    chosen = test or HoldOutTest()
+    return compared_steps([hold_out_steps(run, chosen, only, threads=threads) for run in runs])
 
 
 def compare_hidden(
     runs: Sequence[Run],
-    test: HiddenTest | None = None,
+    test: HoldOutTest | None = None,
     only: Collection[int] | None = None,
     *,
     threads: int | None = None,
     on_step: Callable[[Step], None] | None = None,
-) -> list[HiddenResult]:
+) -> list[HoldOutResult]:
     """Compare runs of one frame on the same hidden depth, over the pixels that all of them have filled.
 
     Runs that fill less than nine tenths of what the best one fills do not restrict these pixels.
@@ -380,11 +389,11 @@ def compare_hidden(
     runs : sequence of Run
         Of one frame; blocks, parameters and invalid masks may differ.
     test, only, threads, on_step
-        As for `judge_hidden`.
+        As for `evaluate_hold_out`.
 
     Returns
     -------
-    list of HiddenResult
+    list of HoldOutResult
         In the order of the runs.
 
     Raises
@@ -398,22 +407,24 @@ def compare_hidden(
     >>> depth = 2 + 0.01 * np.arange(50) * np.ones((40, 1))
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
     >>> runs = [ilf.Run(frame, np.ones((40, 50), np.int32), ilf.preset(name)) for name in ("best", "paper")]
-    >>> best, paper = compare_hidden(runs, HiddenTest("areas", (0,)))
+    >>> best, paper = compare_hidden(runs, HoldOutTest("areas", (0,)))
     >>> best.whole.pixels == paper.whole.pixels, best.whole.rmse < paper.whole.rmse
     (True, True)
     """
-    return run_out(comparison_steps(runs, test, only, threads=threads), on_step)
+    return run_to_end(comparison_steps(runs, test, only, threads=threads), on_step)
 
 
 def _one_seed(
     run: Run, pattern: str, seed: int, only: Collection[int] | None, threads: int | None
 ) -> Generator[Step, None, PixelErrors]:
-    judged = hidden_pixels(run.frame, pattern, seed) & run.frame.known & (run.blocks > 0)
+    evaluated = hidden_pixels(run.frame, pattern, seed) & run.frame.known & (run.blocks > 0)
     wanted = run.only if only is None else only
     if wanted is not None:
-        judged &= np.isin(run.blocks, list(wanted))
-    labels = np.unique(run.blocks[judged]).tolist()
-    alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), dense=False)
+        evaluated &= np.isin(run.blocks, list(wanted))
+    labels = np.unique(run.blocks[evaluated]).tolist()
+    alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), extrapolate=False)
     completion = yield from completion_steps(alone, threads)
     error = expected_error(completion)
-    return PixelErrors(np.flatnonzero(judged), completion.depth[judged], run.frame.depth[judged], error[judged])
+    return PixelErrors(
+        np.flatnonzero(evaluated), completion.depth[evaluated], run.frame.depth[evaluated], error[evaluated]
+    )

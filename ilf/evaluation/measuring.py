@@ -108,7 +108,7 @@ def depth_profile(
     found = image[rows, columns]
     found = np.where(np.isfinite(found) & (found > 0), found, np.float32(np.nan))
     pixels = np.hypot(columns - columns[0], rows - rows[0])
-    metres = None if intrinsics is None else _along(intrinsics.points(columns, rows, found), pixels)
+    metres = None if intrinsics is None else _path_lengths(intrinsics.points(columns, rows, found), pixels)
     return DepthProfile(columns, rows, pixels, metres, found, _others(others or {}, image.shape, rows, columns))
 
 
@@ -124,7 +124,7 @@ def _pixels(start: ImagePoint, end: ImagePoint) -> tuple[NDArray[np.intp], NDArr
     )
 
 
-def _along(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+def _path_lengths(points: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
     """Length of the path through points (N, 3) up to each of them; missing ones are interpolated by `pixels`."""
     known = np.isfinite(points[:, 2])
     if not known.any():
@@ -147,11 +147,11 @@ def _others(
 CAMERA_UP = (0.0, -1.0, 0.0)
 """Up direction in the image: the camera's y axis points down."""
 
-NEEDS_CAMERA = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."
+NEEDS_INTRINSICS = "Lengths and angles need the camera's intrinsics, and this frame has none. Open it with intrinsics."
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredChain:
     """A chain of points in space.
 
     Attributes
@@ -177,7 +177,7 @@ class Measured:
         return float(self.distances.sum())
 
 
-def place_of(
+def point_in_space(
     depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics | None
 ) -> NDArray[np.float64]:
     """Compute the position in space [m] of the pixel at image coordinates x, y: its centre, at its depth.
@@ -189,11 +189,11 @@ def place_of(
 
     Examples
     --------
-    >>> place_of(np.full((9, 9), 2.0), (5.9, 4.1), CameraIntrinsics(100.0, 100.0, 0.0, 4.0)).tolist()
+    >>> point_in_space(np.full((9, 9), 2.0), (5.9, 4.1), CameraIntrinsics(100.0, 100.0, 0.0, 4.0)).tolist()
     [0.1, 0.0, 2.0]
     """
     if intrinsics is None:
-        raise InputError(NEEDS_CAMERA)
+        raise InputError(NEEDS_INTRINSICS)
     column, row = math.floor(point[0]), math.floor(point[1])
     height, width = depth.shape
     if not (0 <= row < height and 0 <= column < width):
@@ -209,7 +209,7 @@ def measure(
     chain: Sequence[ImagePoint],
     intrinsics: CameraIntrinsics | None,
     up: tuple[float, float, float] = CAMERA_UP,
-) -> Measured:
+) -> MeasuredChain:
     """Compute distances, heights and angles along a chain of image points.
 
     Parameters
@@ -242,18 +242,18 @@ def measure(
     [nan, 90.0, nan]
     """
     if intrinsics is None:
-        raise InputError(NEEDS_CAMERA)
+        raise InputError(NEEDS_INTRINSICS)
     axis = np.asarray(up, np.float64)
     size = float(np.linalg.norm(axis))
     if not (math.isfinite(size) and size > 0):
         raise InputError(f"{up} is not a direction for heights. Give a vector of finite length above 0.")
     image = np.asarray(depth)
-    points = np.array([_place_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
+    points = np.array([_point_or_nan(image, point, intrinsics) for point in chain]).reshape(-1, 3)
     ways = np.diff(points, axis=0)
     angles = np.full(len(points), np.nan)
     for n in range(1, len(points) - 1):
         angles[n] = _angle(-ways[n - 1], ways[n])
-    return Measured(points, np.linalg.norm(ways, axis=1), ways @ axis / size + 0.0, angles)
+    return MeasuredChain(points, np.linalg.norm(ways, axis=1), ways @ axis / size + 0.0, angles)
 
 
 def angle_between(one: PlaneFit, other: PlaneFit) -> float:
@@ -271,12 +271,12 @@ def angle_between(one: PlaneFit, other: PlaneFit) -> float:
     90.0
     """
     if one.normal is None or other.normal is None:
-        raise InputError(NEEDS_CAMERA)
+        raise InputError(NEEDS_INTRINSICS)
     angle = _angle(np.array(one.normal), np.array(other.normal))
     return min(angle, 180.0 - angle)
 
 
-def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], Measured]]) -> str:
+def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], MeasuredChain]]) -> str:
     """A table with one line per point: position, distance from the previous point and height above it, and angle.
 
     Missing values are empty cells.
@@ -292,9 +292,9 @@ def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], Measured]]) ->
     return csv_text(rows)
 
 
-def _place_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:
+def _point_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:
     try:
-        return place_of(depth, point, intrinsics)
+        return point_in_space(depth, point, intrinsics)
     except InputError:
         return np.full(3, np.nan)
 

@@ -47,14 +47,16 @@ class ErrorMeasures:
     prs: float
 
 
-def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mask: NDArray[np.bool_]) -> ErrorMeasures:
+def measure_errors(
+    depth: NDArray[np.floating], ground_truth: NDArray[np.floating], mask: NDArray[np.bool_]
+) -> ErrorMeasures:
     """Compare depth with ground truth over a mask.
 
     Parameters
     ----------
     depth : ndarray of float, shape (H, W)
         Completed depth [m].
-    truth : ndarray of float, shape (H, W)
+    ground_truth : ndarray of float, shape (H, W)
         Ground-truth depth [m].
     mask : ndarray of bool, shape (H, W)
         The pixels to compare; both depths must be known and positive there.
@@ -66,16 +68,17 @@ def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mas
 
     Examples
     --------
-    >>> truth = np.full((1, 4), 2.0)
-    >>> errors = measure_errors(truth + [[0.0, 0.2, -0.2, 1.0]], truth, np.array([[True, True, True, False]]))
+    >>> ground_truth = np.full((1, 4), 2.0)
+    >>> depth, where = ground_truth + [[0.0, 0.2, -0.2, 1.0]], np.array([[True, True, True, False]])
+    >>> errors = measure_errors(depth, ground_truth, where)
     >>> errors.pixels, round(errors.rmse, 3), round(errors.mae, 3), round(errors.acc, 3)
     (3, 0.163, 0.133, 0.0)
     """
-    if not depth.shape == truth.shape == mask.shape:
+    if not depth.shape == ground_truth.shape == mask.shape:
         raise InputError(
-            f"Depth {depth.shape}, ground truth {truth.shape} and mask {mask.shape} must have the same shape."
+            f"Depth {depth.shape}, ground truth {ground_truth.shape} and mask {mask.shape} must have the same shape."
         )
-    measured, true = depth[mask].astype(np.float64), truth[mask].astype(np.float64)
+    measured, true = depth[mask].astype(np.float64), ground_truth[mask].astype(np.float64)
     if measured.size == 0:
         raise InputError("No pixel is selected for the comparison with ground truth. Give a mask with pixels.")
     for name, values in (("depth", measured), ("ground truth", true)):

@@ -21,15 +21,15 @@ Array = NDArray[np.float64]
 _PER_COEFFICIENT = 4
 """Minimum number of points per coefficient of a surface."""
 
-_LEAST_WIDTH = 0.75, 1.05
+_MIN_WIDTH = 0.75, 1.05
 """Minimum standard deviation of the pixels across their strip for a plane and for a quadric [px]: a width of three and
 of four pixels."""
 
-_MOST = 40_000
+_MAX_POINTS = 40_000
 """Maximum number of points for a fit, evenly selected."""
 
 _ROUNDS = 12
-_PULL = 2.385
+_CAUCHY_SCALE = 2.385
 """Robust deviations at which Cauchy's weights are halved."""
 
 _OUTLIER = 3.5
@@ -91,13 +91,13 @@ def fit_plane(points: Array, pixels: Array) -> PlaneFit:
     InputError
         If there are too few of them, or if they form too narrow a strip.
     """
-    check_support(pixels, 3, _LEAST_WIDTH[0], "plane")
+    check_support(pixels, 3, _MIN_WIDTH[0], "plane")
     return _plane(points)[0]
 
 
 def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
     """Fit a quadric to points in camera space; parameters and errors as for `fit_plane`."""
-    check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
+    check_support(pixels, 6, _MIN_WIDTH[1], "quadric")
     _, axes, centre = _plane(points)
     local = (points - centre) @ axes.T
     return _height_fit(local[:, 2], local[:, :2], _quadratic, np.abs(points[:, 2]).max())
@@ -105,14 +105,14 @@ def fit_quadric(points: Array, pixels: Array) -> QuadricFit:
 
 def fit_depth_plane(depth: Array, pixels: Array) -> PlaneFit:
     """Fit depth [m], shape (N,), as a linear function of pixel coordinates, without intrinsics; as `fit_plane`."""
-    check_support(pixels, 3, _LEAST_WIDTH[0], "plane")
+    check_support(pixels, 3, _MIN_WIDTH[0], "plane")
     fit = _height_fit(depth, pixels, _linear, np.abs(depth).max())
     return PlaneFit(fit.rms, fit.outliers, None, float("nan"))
 
 
 def fit_depth_quadric(depth: Array, pixels: Array) -> QuadricFit:
     """Fit depth [m], shape (N,), as a quadratic function of pixel coordinates; as `fit_plane`."""
-    check_support(pixels, 6, _LEAST_WIDTH[1], "quadric")
+    check_support(pixels, 6, _MIN_WIDTH[1], "quadric")
     return _height_fit(depth, pixels, _quadratic, np.abs(depth).max())
 
 
@@ -140,7 +140,7 @@ def _plane(points: Array) -> tuple[PlaneFit, Array, Array]:
     good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
     axes, centre = _principal(few[good], np.ones(np.count_nonzero(good)))
     offsets = (points - centre) @ axes[2]
-    rms, outliers = _judged(offsets, floor)
+    rms, outliers = _evaluated(offsets, floor)
     x, y, z = axes[2].tolist()
     tilt = float(np.degrees(np.arccos(min(abs(z), 1.0))))
     return PlaneFit(rms, outliers, (x, y, z), tilt), axes, centre
@@ -170,7 +170,7 @@ def _height_fit(heights: Array, places: Array, terms: Callable[[Array], Array], 
         weights = _cauchy(offsets, floor)
     good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
     coefficients = _solved(few[good], low[good], np.ones(np.count_nonzero(good)))
-    return QuadricFit(*_judged(heights - design @ coefficients, floor))
+    return QuadricFit(*_evaluated(heights - design @ coefficients, floor))
 
 
 def _linear(places: Array) -> Array:
@@ -188,11 +188,11 @@ def _solved(design: Array, values: Array, weights: Array) -> Array:
 
 
 def _thinned(rows: Array) -> Array:
-    return rows[:: max(-(-len(rows) // _MOST), 1)]
+    return rows[:: max(-(-len(rows) // _MAX_POINTS), 1)]
 
 
 def _cauchy(offsets: Array, floor: float) -> Array:
-    return 1.0 / (1.0 + (offsets / (_PULL * _deviation(offsets, floor))) ** 2)
+    return 1.0 / (1.0 + (offsets / (_CAUCHY_SCALE * _deviation(offsets, floor))) ** 2)
 
 
 def _deviation(offsets: Array, floor: float) -> float:
@@ -200,7 +200,7 @@ def _deviation(offsets: Array, floor: float) -> float:
     return max(float(np.median(np.abs(offsets))) / 0.6745, floor)
 
 
-def _judged(offsets: Array, floor: float) -> tuple[float, float]:
+def _evaluated(offsets: Array, floor: float) -> tuple[float, float]:
     """Root mean square without outliers, and the share of outliers."""
     good = np.abs(offsets) <= _OUTLIER * _deviation(offsets, floor)
     return float(np.sqrt(np.mean(offsets[good] ** 2))), 1.0 - float(np.mean(good))

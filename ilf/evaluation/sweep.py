@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.declarations import Declaration, Value
-from ..data.parameters import Parameters, in_words
+from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError
 from ..run.run import Run
-from .evaluation import RunJudged, Step, fills_enough, over_shared, part_of, run_out
-from .ground_truth import pixels_with_truth, truth_steps
-from .hold_out import HiddenTest, completion_steps, hidden_steps
+from .evaluation import RunEvaluation, Step, fills_enough, restrict_to_shared, run_to_end, scaled_progress
+from .ground_truth import ground_truth_steps, pixels_with_ground_truth
+from .hold_out import HoldOutTest, completion_steps, hold_out_steps
 
-MOST_POINTS = 150
+MAX_POINTS = 150
 """Maximum number of points of a sweep: the depth of every point stays in memory."""
 
 
@@ -33,7 +33,7 @@ class Sweep:
         The run to vary.
     values : mapping of str to sequence
         Name of a parameter of the filter -> its values; one name, or two for a grid.
-    criterion : HiddenTest, optional
+    criterion : HoldOutTest, optional
         A hold-out test; the frame's ground truth at the filled pixels if left out.
     only : collection of int, optional
         Vary the own parameters of these blocks, and run only them. If left out, the common parameters are varied and
@@ -42,7 +42,7 @@ class Sweep:
     Raises
     ------
     ParameterError
-        If there are not one or two names, no values, more than `MOST_POINTS` points, an unknown parameter, a value out
+        If there are not one or two names, no values, more than `MAX_POINTS` points, an unknown parameter, a value out
         of range, or a parameter without effect for all values of the others.
     InputError
         If the frame has no ground truth for the criterion, or there are no such blocks.
@@ -52,14 +52,14 @@ class Sweep:
     >>> import ilf
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
     >>> run = ilf.Run(frame, np.ones((40, 50), np.int32))
-    >>> sweep = Sweep(run, {"smoothness": [1, 3], "trend": [True, False]}, HiddenTest("areas", (0,)))
+    >>> sweep = Sweep(run, {"smoothness": [1, 3], "trend": [True, False]}, HoldOutTest("areas", (0,)))
     >>> len(sweep.points), sweep.points[1]
     (4, {'smoothness': 1.0, 'trend': False})
     """
 
     run: Run
     values: Mapping[str, Sequence[Value]]
-    criterion: HiddenTest | None = None
+    criterion: HoldOutTest | None = None
     only: Collection[int] | None = None
 
     def __post_init__(self) -> None:
@@ -75,17 +75,17 @@ class Sweep:
         object.__setattr__(self, "values", checked)
         if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
             raise InputError(f"There are no such blocks: {sorted(self.only)}. Select existing blocks.")
-        if (count := math.prod(map(len, checked.values()))) > MOST_POINTS:
+        if (count := math.prod(map(len, checked.values()))) > MAX_POINTS:
             raise ParameterError(
-                f"A sweep of {count} points needs too much memory. Give fewer values: maximum {MOST_POINTS} points."
+                f"A sweep of {count} points needs too much memory. Give fewer values: maximum {MAX_POINTS} points."
             )
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
         for name in checked:
-            if not any(variant.matters(name) for variant in variants):
+            if not any(variant.has_effect(name) for variant in variants):
                 raise ParameterError(variants[0].without_effect([name])[0])
         if self.criterion is None:
-            pixels_with_truth(self.run_with(self.points[0]))
+            pixels_with_ground_truth(self.run_with(self.points[0]))
 
     @property
     def points(self) -> tuple[dict[str, Value], ...]:
@@ -97,13 +97,13 @@ class Sweep:
     def run_with(self, values: Mapping[str, Value]) -> Run:
         """The run with the values of a point."""
         if self.only is None:
-            return replace(self.run, parameters=self.run.parameters.replace(**values), dense=False)
+            return replace(self.run, parameters=self.run.parameters.replace(**values), extrapolate=False)
         own = {label: self.run.parameters_of(label).replace(**values) for label in self.only}
-        return replace(self.run, own={**self.run.own, **own}, only=tuple(self.only), dense=False)
+        return replace(self.run, own={**self.run.own, **own}, only=tuple(self.only), extrapolate=False)
 
 
 @dataclass(frozen=True, eq=False)
-class SweepPoint(RunJudged):
+class SweepPoint(RunEvaluation):
     """The result for some values, which its run has.
 
     Attributes
@@ -141,8 +141,8 @@ class SweepResult:
 
     def best_by(self, measure: str) -> SweepPoint | None:
         """The point with the smallest "rmse", "mae" or "median" among those that fill enough; None without any."""
-        everyone = [point.judged for point in self.points]
-        able = [point for point in self.points if point.whole.pixels and fills_enough(point.judged, everyone)]
+        everyone = [point.evaluated for point in self.points]
+        able = [point for point in self.points if point.whole.pixels and fills_enough(point.evaluated, everyone)]
         return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
@@ -173,12 +173,12 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     width = 1 / len(sweep.points)
     for number, values in enumerate(sweep.points):
         steps = _one_point(sweep, values, threads)
-        point = yield from part_of(steps, number * width, width, f"{', '.join(in_words(values))}: ")
+        point = yield from scaled_progress(steps, number * width, width, f"{', '.join(to_text(values))}: ")
         points.append(point)
         yield point
-    shared = over_shared([point.judged for point in points])
+    shared = restrict_to_shared([point.evaluated for point in points])
     return SweepResult(
-        sweep, tuple(replace(point, judged=judged) for point, judged in zip(points, shared, strict=True))
+        sweep, tuple(replace(point, evaluated=evaluated) for point, evaluated in zip(points, shared, strict=True))
     )
 
 
@@ -207,33 +207,33 @@ def run_sweep(
     Examples
     --------
     >>> import ilf
-    >>> truth = 2 + 0.01 * np.arange(50, dtype=np.float32) * np.ones((40, 1), np.float32)
-    >>> depth = truth.copy()
+    >>> ground_truth = 2 + 0.01 * np.arange(50, dtype=np.float32) * np.ones((40, 1), np.float32)
+    >>> depth = ground_truth.copy()
     >>> depth[10:30, 30:] = np.nan
-    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, truth=truth)
+    >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, ground_truth=ground_truth)
     >>> result = run_sweep(Sweep(ilf.Run(frame, np.ones((40, 50), np.int32)), {"filter": ["ideal", "edge-aware"]}))
     >>> [point.whole.pixels for point in result.points], result.best.values
     ([400, 400], {'filter': 'edge-aware'})
     """
-    return run_out(sweep_steps(sweep, threads=threads), on_step)
+    return run_to_end(sweep_steps(sweep, threads=threads), on_step)
 
 
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:
     started, run = time.perf_counter(), sweep.run_with(values)
     if sweep.criterion is None:
-        found = yield from truth_steps(run, threads=threads)
-        judged, depth = found.judged, found.completion.depth
+        found = yield from ground_truth_steps(run, threads=threads)
+        evaluated, depth = found.evaluated, found.completion.depth
     else:
         width = 1 / (1 + len(sweep.criterion.seeds))
-        completion = yield from part_of(completion_steps(run, threads), 0, width)
-        hidden = yield from part_of(hidden_steps(run, sweep.criterion, threads=threads), width, 1 - width)
-        judged, depth = hidden.judged, completion.depth
-    return SweepPoint(run, judged, time.perf_counter() - started, values, depth)
+        completion = yield from scaled_progress(completion_steps(run, threads), 0, width)
+        hidden = yield from scaled_progress(hold_out_steps(run, sweep.criterion, threads=threads), width, 1 - width)
+        evaluated, depth = hidden.evaluated, completion.depth
+    return SweepPoint(run, evaluated, time.perf_counter() - started, values, depth)
 
 
 # Values of a parameter for a sweep: a range around the present value, and values spread over it.
 
-LEAST_STEPS, MOST_STEPS = 2, 50
+MIN_STEPS, MAX_STEPS = 2, 50
 """Minimum and maximum number of values in a range."""
 
 _FACTOR = 8.0
@@ -251,15 +251,15 @@ def can_be_swept(declaration: Declaration) -> bool:
     return declaration.kind in (int, float)
 
 
-def usual_range(declaration: Declaration, present: Value) -> tuple[float, float]:
+def suggested_range(declaration: Declaration, present: Value) -> tuple[float, float]:
     """A suitable range around the present value, within the parameter's bounds.
 
     Examples
     --------
     >>> from ilf.data.parameters import Parameters
-    >>> usual_range(Parameters.declarations()["smoothness"], 1.0)
+    >>> suggested_range(Parameters.declarations()["smoothness"], 1.0)
     (0.125, 8.0)
-    >>> usual_range(Parameters.declarations()["boundary_strength"], 0.3)
+    >>> suggested_range(Parameters.declarations()["boundary_strength"], 0.3)
     (0.0, 1.0)
     """
     now, step = float(present), declaration.step
@@ -318,8 +318,8 @@ def spread(
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(f"{declaration.label}: the range must increase, not go from {low:g} to {high:g}.")
-    if not LEAST_STEPS <= steps <= MOST_STEPS:
-        raise ParameterError(f"A range has {LEAST_STEPS} to {MOST_STEPS} values, not {steps}.")
+    if not MIN_STEPS <= steps <= MAX_STEPS:
+        raise ParameterError(f"A range has {MIN_STEPS} to {MAX_STEPS} values, not {steps}.")
     if logarithmic and low <= 0:
         raise ParameterError(
             f"{declaration.label}: equal ratios cannot start at {low:g}. Start above 0, or use equal differences."

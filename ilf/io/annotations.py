@@ -17,7 +17,7 @@ from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..errors import FormatError, InputError
 from .images import image_header, read_image
-from .labels import UNNAMED, Candidate, LoadedBlocks, Part, cropped, stacked
+from .labels import UNNAMED, Candidate, LoadedBlocks, Region, cropped, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
 
 _IMAGES_SHOWN = 5
@@ -175,7 +175,7 @@ def _stacked(
     return stacked(path, shape, candidates, notes)
 
 
-def _coco_parts(segmentation: Any, where: str, shape: tuple[int, int]) -> Iterator[Part]:
+def _coco_parts(segmentation: Any, where: str, shape: tuple[int, int]) -> Iterator[Region]:
     if isinstance(segmentation, dict):
         found = [part_of_runs(segmentation, where, shape)]
     elif isinstance(segmentation, list):
@@ -265,7 +265,7 @@ def _way_to(image: Path, target: Path) -> str:
         return str(image)
 
 
-def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: tuple[int, int]) -> Iterator[Part]:
+def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: tuple[int, int]) -> Iterator[Region]:
     for number, one in shapes:
         where = f"{path}: shape {number} ({str(one.get('label'))!r:.40})"
         points = points_of(one.get("points"), where, shape)
@@ -287,7 +287,7 @@ def _rectangle(points: Points) -> Points:
     return np.column_stack((points[[0, 1, 1, 0], 0], points[[0, 0, 1, 1], 1]))
 
 
-def _part_of_circle(points: Points, shape: tuple[int, int]) -> Part | None:
+def _part_of_circle(points: Points, shape: tuple[int, int]) -> Region | None:
     """Return the disk around the first point through the second."""
     (x, y), rim = points
     radius = np.hypot(rim[0] - x, rim[1] - y)
@@ -295,7 +295,7 @@ def _part_of_circle(points: Points, shape: tuple[int, int]) -> Part | None:
     return cropped((columns - x) ** 2 + (rows - y) ** 2 <= radius**2)
 
 
-def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Part | None:
+def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Region | None:
     """Decode a mask, a PNG in base64, whose top left corner is the first point."""
     try:
         data = base64.b64decode(encoded, validate=True)

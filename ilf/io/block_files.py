@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._runtime.files import read_file, read_json, write_bytes
 from ..errors import ExportError, FormatError, InputError, cause
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
-from .labels import LoadedBlocks, blocks_of_mask_folder, checked_to_write, read_labels, write_labels
+from .labels import LoadedBlocks, blocks_of_mask_folder, checked_for_writing, read_labels, write_labels
 
 _MAX_JSON_BYTES = 2**28
 _KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"
@@ -136,7 +136,7 @@ def write_blocks(
     if chosen == "png":
         write_labels(target, labels)
         return
-    checked = checked_to_write(labels)
+    checked = checked_for_writing(labels)
     colour = None if image is None else Path(image).absolute()
     if chosen == "labelme":
         content = labelme_of_blocks(checked, names or {}, colour, target)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_json
 from .._runtime.schema import Section
-from ..data.camera import INTRINSICS, WAY_OUT, CameraIntrinsics, as_camera, camera_from_numbers, camera_of, is_preset
+from ..data.camera import INTRINSICS, REMEDY, CameraIntrinsics, as_camera, camera_from_numbers, camera_of, is_preset
 from ..errors import FormatError, InputError
 
 IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
@@ -65,7 +65,7 @@ def _from_text(text: str) -> CameraIntrinsics:
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError as error:
-        raise InputError(f"{text!r} is not a list of numbers. {WAY_OUT}") from error
+        raise InputError(f"{text!r} is not a list of numbers. {REMEDY}") from error
     return camera_from_numbers(numbers, name="")
 
 
@@ -73,9 +73,7 @@ def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
     if path.suffix != ".json" and len(path.parts) < 2 and not os.path.exists(path):
         near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
-        raise InputError(
-            f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {WAY_OUT}"
-        )
+        raise InputError(f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {REMEDY}")
     data = read_json(path)
     try:
         return camera_of(data, shape, name=path.name)

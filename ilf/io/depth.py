@@ -165,14 +165,14 @@ class PngFit:
         Maximum depth [m]; NaN if no depth is known.
     largest : int
         The value that it would need: above `UINT16_MAX` it does not fit.
-    clipped, vanished : int
+    clipped, rounded_to_zero : int
         Number of pixels that are too far, and of those so near that they would be rounded to 0, missing.
     """
 
     deepest: float
     largest: int
     clipped: int
-    vanished: int
+    rounded_to_zero: int
 
 
 def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
@@ -189,11 +189,11 @@ def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
     if not known.size:
         return PngFit(math.nan, 0, 0, 0)
     values = _in_units(known, units)
-    clipped, vanished = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
-    return PngFit(float(known.max()), int(values.max()), clipped, vanished)
+    clipped, rounded_to_zero = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
+    return PngFit(float(known.max()), int(values.max()), clipped, rounded_to_zero)
 
 
-def coarser_units(given: float, written: float) -> str:
+def precision_loss(given: float, written: float) -> str:
     """Describe in one sentence the precision that a PNG loses relative to the input; "" if it loses none.
 
     Parameters
@@ -273,10 +273,10 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
             f"clipped: {counted(fit.clipped, 'pixel')}. Use at most {largest:.6g} units per metre for "
             f"{fit.deepest:.4g} m, or write TIFF or NPY."
         )
-    if fit.vanished:
+    if fit.rounded_to_zero:
         warnings.append(
             f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing: "
-            f"{counted(fit.vanished, 'pixel')}. Use more units per metre, or write TIFF or NPY."
+            f"{counted(fit.rounded_to_zero, 'pixel')}. Use more units per metre, or write TIFF or NPY."
         )
     values = _in_units(metres, units)
     np.minimum(values, UINT16_MAX, out=values)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..data.frame import MEDIAN_DEPTH_RANGE, doubtful_scale
+from ..data.frame import MEDIAN_DEPTH_RANGE, scale_warning
 from ..errors import FormatError
 from .depth import UINT16_MAX, read_depth_values
-from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensors, chosen_encoding, is_name
+from .encodings import ENCODINGS, DepthEncoding, EncodingSpec, beyond_sensor_range, chosen_encoding, is_name
 from .float_images import COLMAP_SUFFIX
 
 # Signs that a depth file has another unit than assumed, or is not depth: names, sizes, steps and slopes.
@@ -32,7 +32,7 @@ _KITTI_ASPECT = 3.0
 _NEAR_FOLDERS = 4
 """Number of components at the end of a path, including the file name, that may identify a data set."""
 
-_MOST_FEW = 20
+_MIN_PIXELS_OF_VALUE = 20
 """Minimum number of pixels of a value, so that it is not noise."""
 
 _FEWEST_GAPS = 20
@@ -77,7 +77,7 @@ def sensor_scale(values: NDArray[Any], units: float) -> tuple[str, str] | None:
         return None
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0
-    levels = np.flatnonzero(counts >= _MOST_FEW)
+    levels = np.flatnonzero(counts >= _MIN_PIXELS_OF_VALUE)
     gaps = np.diff(levels)
     is_gap = gaps >= 3  # smaller gaps have too large rounding errors
     if np.count_nonzero(is_gap) < max(_FEWEST_GAPS, 0.2 * gaps.size):
@@ -136,10 +136,10 @@ _LEAST_SHARE = 0.005
 _LARGEST_HIGH_BYTE = 64  # 16 m
 _FEWEST_PIXELS = 1000
 _FEWEST_HOLES = 10
-_NEAREST_MARK = 4.0
+_MIN_MARKER_DEPTH = 4.0
 """Minimum depth of an invalid marker [m]: markers are farther than most scenes; round numbers below it are depth."""
 
-_ABOVE_MOST = 1.1
+_MARKER_RATIO = 1.1
 """Minimum ratio of an invalid marker to nearly all other depth."""
 
 _NOISE = 0.0025
@@ -149,7 +149,7 @@ _NUMBERS_OF_A_FRAME = re.compile(r"\d[\d.e+-]*(%| m\b)")
 
 
 @dataclass(frozen=True)
-class Doubt:
+class PlausibilityWarning:
     """A plausibility warning about how a file is read.
 
     Attributes
@@ -170,7 +170,7 @@ class Doubt:
     is_scale: bool = False
 
 
-def first_of_each(texts: Iterable[str], known: set[str]) -> list[str]:
+def unique_warnings(texts: Iterable[str], known: set[str]) -> list[str]:
     """Return plausibility warnings of several frames, each once: texts that differ only in shares and depths are equal.
 
     Parameters
@@ -181,7 +181,7 @@ def first_of_each(texts: Iterable[str], known: set[str]) -> list[str]:
 
     Examples
     --------
-    >>> first_of_each(["0 fills 3.1%.", "0 fills 4.2%.", "65535 fills 4.2%."], set())
+    >>> unique_warnings(["0 fills 3.1%.", "0 fills 4.2%.", "65535 fills 4.2%."], set())
     ['0 fills 3.1%.', '65535 fills 4.2%.']
     """
     first = []
@@ -193,13 +193,13 @@ def first_of_each(texts: Iterable[str], known: set[str]) -> list[str]:
     return first
 
 
-def doubts_of(
+def plausibility_warnings_of(
     values: NDArray[Any],
     metres: NDArray[np.float32],
     encoding: DepthEncoding,
     is_named: bool,
     path: Path | None = None,
-) -> tuple[Doubt, ...]:
+) -> tuple[PlausibilityWarning, ...]:
     """Check how a file's values are read and return plausibility warnings.
 
     Parameters
@@ -221,7 +221,7 @@ def doubts_of(
         found += [doubt for doubt in (_other_storage(values, metres),) if doubt]
     storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
     if encoding.invalid is None and not storage.is_disparity:  # which decodes its own invalid value
-        found += [doubt for doubt in (_mark(values, metres),) if doubt]
+        found += [doubt for doubt in (_invalid_marker(values, metres),) if doubt]
     if not (found or is_named) and encoding.name is None and np.isfinite(metres).any():
         found += [doubt for doubt in (_scale(values, metres, encoding, path),) if doubt]
     return tuple(found)
@@ -229,22 +229,23 @@ def doubts_of(
 
 def _scale(
     values: NDArray[Any], metres: NDArray[np.float32], encoding: DepthEncoding, path: Path | None
-) -> Doubt | None:
+) -> PlausibilityWarning | None:
     """Check for values that are not depth, or depth in another unit."""
-    unusual = doubtful_scale(metres, encoding.units)
+    unusual = scale_warning(metres, encoding.units)
     if not unusual and is_inverse(metres):
-        return Doubt(
+        return PlausibilityWarning(
             f"Values increase towards the bottom of the image, where depth usually decreases, and their median "
-            f"would be {np.nanmedian(metres):.2f} m: they are most likely disparity or inverse depth. Give disparity:FB "
+            f"would be {np.nanmedian(metres):.2f} m: they are most likely disparity or inverse depth. Give "
+            f"disparity:FB "
             "(focal length [px] times baseline [m]; disparity:1 for inverse depth), or m or mm if they are depth."
         )
     for found in (data_set_of(values, encoding.units, path, bool(unusual)), sensor_scale(values, encoding.units)):
         if found is not None and (doubt := _doubt(found[1], found[0], values, metres)):
             return doubt
-    return Doubt(unusual, is_scale=True) if unusual else None
+    return PlausibilityWarning(unusual, is_scale=True) if unusual else None
 
 
-def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
+def _invalid_marker(values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
     """Check for an invalid marker: one value far from all others in a share of the pixels, with only noise beyond."""
     known = metres[np.isfinite(metres)]
     if not known.size:
@@ -252,11 +253,11 @@ def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
     noise = min(int(_NOISE * metres.size) + 1, known.size)
     farthest = known.max(), np.partition(known, -noise)[-noise]
     return next(
-        (doubt for far in dict.fromkeys(map(float, farthest)) if (doubt := _mark_at(far, values, metres))), None
+        (doubt for far in dict.fromkeys(map(float, farthest)) if (doubt := _marker_warning(far, values, metres))), None
     )
 
 
-def _mark_at(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
+def _marker_warning(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
     is_mark = metres == far
     others, share = metres[metres < far], float(is_mark.mean())  # comparisons with NaN are false
     mark = values[is_mark][0]
@@ -267,7 +268,7 @@ def _mark_at(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> D
     if not (far >= (1.5 if is_full else 5.0) * most or _fills_holes(far, mark, is_mark, others)):
         return None
     all_else = "nearly all other depth" if (metres > far).any() else "all other depth"
-    return Doubt(
+    return PlausibilityWarning(
         f"{mark:.9g} fills {share:.1%} of the pixels and would be {far:.3g} m, while {all_else} is at most {most:.3g} "
         f"m: it most likely marks missing depth. Give {mark:.9g} as the invalid value, or 0 if it is depth.",
         invalid=float(mark),
@@ -279,19 +280,19 @@ def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDAr
     one of the usual numbers or forms many regions, unlike a wall."""
     at = int(0.99 * (others.size - 1))
     if (
-        far < _ABOVE_MOST * np.partition(others, at)[at]
+        far < _MARKER_RATIO * np.partition(others, at)[at]
         or np.unique(others[:: others.size // 1000 + 1]).size < _FEWEST_VALUES
     ):
         return False
     number = float(mark)
     is_power = number.is_integer() and number >= 2**12 - 1 and int(number + 1).bit_count() == 1
     is_round = f"{number:.6e}".partition("e")[0] in {"1.000000", "2.000000", "5.000000"}
-    if far >= _NEAREST_MARK and (is_power or is_round):
+    if far >= _MIN_MARKER_DEPTH and (is_power or is_round):
         return True
     return bool(cv2.connectedComponents(is_mark.astype(np.uint8))[0] > _FEWEST_HOLES)
 
 
-def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> Doubt | None:
+def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
     """Check for rotated bits, swapped bytes, or disparity instead of depth."""
     counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
@@ -308,7 +309,7 @@ def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> D
     return None
 
 
-def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.float32]) -> Doubt | None:
+def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
     """Return a warning; None if the other encoding is implausible, too, or gives about the same depth."""
     other = ENCODINGS[name].metres(values)
     if not np.isfinite(other).any():
@@ -318,7 +319,7 @@ def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.
         return None
     if np.mean(np.isclose(other, metres, rtol=0.1)) > 0.5:
         return None
-    return Doubt(
+    return PlausibilityWarning(
         f"{sign}: the depth encoding is most likely {name}, with a median of {median:.2f} m instead of "
         f"{present:.2f} m. Give {name}, or the correct encoding, by name.",
         encoding=name,
@@ -347,7 +348,7 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     )
 
 
-_SCENE = Doubt(
+_SCENE = PlausibilityWarning(
     "Depth maps of COLMAP are in the unit of their reconstruction, which is assumed to be metres: give its units per "
     "metre as depth units, or m as the encoding if it was scaled to metres."
 )
@@ -383,29 +384,31 @@ class DepthReading:
     is_named: bool
     left_out: str
     path: Path
-    file_doubt: Doubt | None = None
+    file_doubt: PlausibilityWarning | None = None
 
     @cached_property
-    def doubts(self) -> tuple[Doubt, ...]:
+    def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
         """Plausibility warnings about the encoding."""
-        found = doubts_of(self.values, self.metres, self.encoding, self.is_named, self.path)
+        found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
         return found if self.file_doubt is None else (self.file_doubt, *found)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for the user, a sentence or two each."""
-        return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.doubts))
+        return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.plausibility_warnings))
 
     @property
-    def other_ways(self) -> str:
+    def alternative_encodings(self) -> str:
         """The warnings that name a likelier encoding, to append to an error; "" if there are none."""
-        return "".join(f" {doubt.text}" for doubt in self.doubts if doubt.invalid is None and not doubt.is_scale)
+        return "".join(
+            f" {doubt.text}" for doubt in self.plausibility_warnings if doubt.invalid is None and not doubt.is_scale
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Notes to issue as Python warnings, with the path: all except those on an unusual scale if the scale was
         stated."""
-        scale = {doubt.text for doubt in self.doubts if doubt.is_scale}
+        scale = {doubt.text for doubt in self.plausibility_warnings if doubt.is_scale}
         return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
 
 
@@ -430,10 +433,10 @@ def read_depth(
     InputError, FormatError, ParameterError
         As `read_depth_values` and `encoding_of` do.
     """
-    return reading_of(read_depth_values(file), file.path, given, stated, invalid)
+    return interpret_depth(read_depth_values(file), file.path, given, stated, invalid)
 
 
-def reading_of(
+def interpret_depth(
     values: NDArray[Any],
     path: Path,
     given: EncodingSpec | None = None,
@@ -455,7 +458,7 @@ def reading_of(
 def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:
     """Convert values to depth [m], NaN = missing, with a note on depth left out beyond the range of sensors, or ""."""
     metres = encoding.metres(values)
-    far = beyond_sensors(metres, encoding.farthest)
+    far = beyond_sensor_range(metres, encoding.farthest)
     if far is None:
         return metres, ""
     metres[far] = np.nan

@@ -64,7 +64,11 @@ class DepthEncoding:
     @property
     def text(self) -> str:
         """Description for users."""
-        way = f"{self.units:g} units per metre" if self.name is None else f"{self.name}, {MEANINGS[_kind(self.name)]}"
+        way = (
+            f"{self.units:g} units per metre"
+            if self.name is None
+            else f"{self.name}, {ENCODING_DESCRIPTIONS[_kind(self.name)]}"
+        )
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
     @property
@@ -124,7 +128,7 @@ ENCODINGS: dict[str, DepthEncoding] = {
 """Name -> encoding. Besides these there are "bop", whose scale is read from the scene's scene_camera.json, and
 "disparity:FB"."""
 
-MEANINGS: dict[str, str] = {
+ENCODING_DESCRIPTIONS: dict[str, str] = {
     "mm": "millimetres",
     "0.1mm": "tenths of a millimetre",
     "cm": "centimetres",
@@ -174,7 +178,7 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     name = spec.strip().lower()
     if name in ENCODINGS:
         return ENCODINGS[name]
-    if needs_its_scene(name):
+    if needs_scene(name):
         return DepthEncoding(None, 1000 / _scale_beside(depth))
     if name == _DISPARITY:
         raise ParameterError(
@@ -190,22 +194,23 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
             return DepthEncoding(None, checked_units(1000 / scale))
         return DepthEncoding(None, checked_units(float(name)))
     except ValueError as error:
-        near = difflib.get_close_matches(name, MEANINGS, 1)
+        near = difflib.get_close_matches(name, ENCODING_DESCRIPTIONS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
         raise ParameterError(
-            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(MEANINGS)}, or a number of file "
+            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or "
+            f"a number of file "
             "units per metre."
         ) from error
 
 
-def needs_its_scene(spec: EncodingSpec) -> bool:
+def needs_scene(spec: EncodingSpec) -> bool:
     """Whether it is "bop", which is defined only for a depth file in its scene."""
     return isinstance(spec, str) and spec.strip().lower() == _BOP
 
 
 def is_name(spec: EncodingSpec | None) -> bool:
     """Whether it is the name of an encoding, not a number of units."""
-    return isinstance(spec, str) and _kind(spec) in MEANINGS
+    return isinstance(spec, str) and _kind(spec) in ENCODING_DESCRIPTIONS
 
 
 def _kind(name: str) -> str:
@@ -226,7 +231,7 @@ def chosen_encoding(
     return replace(encoding_of(spec, depth), invalid=None if invalid is None else checked_invalid(invalid))
 
 
-def one_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
+def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
     """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
         raise ParameterError(
@@ -252,7 +257,7 @@ def checked_invalid(value: object) -> float:
     return number
 
 
-def beyond_sensors(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:
+def beyond_sensor_range(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:
     """Return pixels whose depth [m] no sensor can measure; None if there are none, or if the scale is likely wrong.
 
     The scale is likely wrong if most of the depth is that large and does not have a single value, like an invalid

@@ -91,7 +91,7 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
 
 _MAGIC = b"\x76\x2f\x31\x01"
 _DEPTH_CHANNELS = "z", "depth"
-_WAY_OUT = "Export depth alone, as one channel Z."
+_REMEDY = "Export depth alone, as one channel Z."
 
 # stdout and stderr are global to the process
 _silent = threading.Lock()
@@ -130,7 +130,7 @@ def read_exr(file: FileContent) -> NDArray[Any]:
         ) from error
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
         raise FormatError(
-            f"{file}: its channels {', '.join(names)} differ: this is a colour image, not depth. {_WAY_OUT}"
+            f"{file}: its channels {', '.join(names)} differ: this is a colour image, not depth. {_REMEDY}"
         )
     return np.ascontiguousarray(found[0])
 
@@ -144,12 +144,12 @@ def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
         check_pixel_count(file, width, height)
         wanted += 4 * width * height * len(header["channels"])
     if wanted > MAX_FILE_BYTES:
-        raise FormatError(f"{file}: its channels would need {wanted / 2**30:.1f} GiB of memory. {_WAY_OUT}")
+        raise FormatError(f"{file}: its channels would need {wanted / 2**30:.1f} GiB of memory. {_REMEDY}")
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
         raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in first["channels"]):
-        raise FormatError(f"{file}: some of its channels are subsampled. {_WAY_OUT}")
+        raise FormatError(f"{file}: some of its channels are subsampled. {_REMEDY}")
     return _depth_channels(file, [channel.name for channel in first["channels"]])
 
 
@@ -165,7 +165,7 @@ def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
         return by_name or list(names)
     colours = [name for name in ("R", "G", "B") if name in names]
     if by_name or len(colours) != 3:
-        raise FormatError(f"{file} has the channels {', '.join(names):.200}: which one is depth is unclear. {_WAY_OUT}")
+        raise FormatError(f"{file} has the channels {', '.join(names):.200}: which one is depth is unclear. {_REMEDY}")
     return colours
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
 from .._runtime.files import FileSource, read_file
-from .._runtime.memory import check_fits
+from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
 
 # Headers of image files: format, size and orientation, read before anything is decoded.
@@ -34,7 +34,7 @@ _CIELAB = {8, 9, 10}
 """Values of a TIFF's tag PhotometricInterpretation: CIELAB, ICCLAB, ITULAB."""
 
 _PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
-_WAY_OUT = "Copy or export it again, as PNG or TIFF."
+_REMEDY = "Copy or export it again, as PNG or TIFF."
 
 # Pillow's limit and warning filters are global to the process
 _pillow = threading.Lock()
@@ -69,7 +69,7 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
         If it is of none of these formats, or its header is truncated or damaged.
     """
     if not data.startswith(_MAGIC):
-        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, despite its suffix. {_WAY_OUT}")
+        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, despite its suffix. {_REMEDY}")
     if data.startswith(_BIG_TIFF):
         raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
     with _reading(path, "its header has no image size, or is incomplete"):
@@ -102,7 +102,7 @@ def _reading(path: FileSource, problem: str) -> Iterator[None]:
         try:
             yield
         except Exception as error:
-            raise FormatError(f"{path}: the file is truncated or damaged: {problem}. {_WAY_OUT}") from error
+            raise FormatError(f"{path}: the file is truncated or damaged: {problem}. {_REMEDY}") from error
         finally:
             Image.MAX_IMAGE_PIXELS = limit
 
@@ -165,7 +165,7 @@ def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
     check_pixel_count(path, header.width, header.height)
     if header.kind == "PNG":
         check_checksums(path, content)
-    image = quietly(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
+    image = without_log(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
     if image is not None and header.orientation in _AS_STORED:
         image = np.ascontiguousarray(_AS_STORED[header.orientation](image))
     if image is None or image.shape[:2] != (header.height, header.width):
@@ -187,10 +187,10 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
     InputError, FormatError
         As `read_image`; FormatError also for floating-point or signed images, and for CIELAB.
     """
-    return read_doubted_colour(path)[0]
+    return read_colour_with_warning(path)[0]
 
 
-def read_doubted_colour(path: FileSource) -> tuple[NDArray[np.uint8], str]:
+def read_colour_with_warning(path: FileSource) -> tuple[NDArray[np.uint8], str]:
     """Read a colour image and return it with a plausibility warning about how it was read; "" if there is none."""
     image, header = _decoded(path)
     if header.is_cielab:
@@ -251,7 +251,7 @@ def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.
 
 def check_pixel_count(path: object, width: int, height: int) -> None:
     """Raise FormatError for an image that is too large; see `ilf._runtime.memory`."""
-    check_fits(path, width, height)
+    check_memory(path, width, height)
 
 
 def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
@@ -259,7 +259,7 @@ def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
     return cv2.imencode(suffix, image)[1].tobytes()
 
 
-def quietly(decode: Callable[[], NDArray[Any] | None]) -> NDArray[Any] | None:
+def without_log(decode: Callable[[], NDArray[Any] | None]) -> NDArray[Any] | None:
     """Run the decoder without its log on stderr; None if it fails."""
     with _decoding:
         level = cv2.utils.logging.getLogLevel()

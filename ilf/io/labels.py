@@ -43,9 +43,9 @@ def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None
     return read_labels(path, shape, what="mask") > 0
 
 
-def also_distrusting(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
+def with_more_invalid(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
     """Return the frame with a mask added to its invalid mask; raise as `read_mask` does."""
-    return frame.also_distrusting(read_mask(path, frame.shape))
+    return frame.with_more_invalid(read_mask(path, frame.shape))
 
 
 def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
@@ -71,10 +71,10 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     """
     if Path(path).suffix.lower() != ".png":
         raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
-    write_bytes(path, encode_image(".png", checked_to_write(labels).astype(np.uint16)))
+    write_bytes(path, encode_image(".png", checked_for_writing(labels).astype(np.uint16)))
 
 
-def checked_to_write(labels: ArrayLike) -> NDArray[np.int32]:
+def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
     """Return the label map as int32 (H, W); raise ExportError if it is invalid, or does not fit into 16 bits."""
     array = np.asarray(labels)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
@@ -131,7 +131,7 @@ UNNAMED = "block"
 _LONGEST_NAME = 80
 
 
-class Part(NamedTuple):
+class Region(NamedTuple):
     """Pixels in a box (rows, columns) of the image."""
 
     box: tuple[slice, slice]
@@ -154,7 +154,7 @@ class Candidate:
 
     name: str
     number: int | None
-    parts: Iterable[Part]
+    parts: Iterable[Region]
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,14 +213,14 @@ def stacked(
     return LoadedBlocks(stack.labels, names, tuple(found))
 
 
-def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Part | None:
+def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | None:
     """Crop a mask, whose first pixel is (top, left) of the image, to its bounding box; None if it is empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if rows.size == 0:
         return None
     inside = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
     box = slice(inside[0].start + top, inside[0].stop + top), slice(inside[1].start + left, inside[1].stop + left)
-    return Part(box, mask[inside])
+    return Region(box, mask[inside])
 
 
 class _Stack:
@@ -232,7 +232,7 @@ class _Stack:
         self._areas = np.full(shape, np.iinfo(np.int32).max, np.int32)
         self._scratch = np.zeros(shape, bool)
 
-    def add(self, label: int, parts: Iterable[Part]) -> bool:
+    def add(self, label: int, parts: Iterable[Region]) -> bool:
         """Add a candidate; return False if it has no pixels."""
         box: tuple[slice, slice] | None = None
         for part in parts:
@@ -307,7 +307,7 @@ def _listed(folder: Path) -> list[Path]:
     return [folder / f"{Path(one).name}.png" for one in ids]
 
 
-def _part(file: Path, shape: tuple[int, int]) -> Iterator[Part]:
+def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:
     content = read_file(file)
     header = image_header(content, content.data.tobytes())
     if (header.height, header.width) != shape:

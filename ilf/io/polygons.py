@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
 from ..errors import InputError
-from .labels import Part, cropped
+from .labels import Region, cropped
 
 Points = NDArray[np.float64]
 """(n, 2): x, y."""
 
-_AT_A_TIME = 2**22
+_CHUNK = 2**22
 """Crossings of edges and pixel rows computed at a time."""
 
-_WAY_OUT = "Is this the file of this frame? If so, correct the shape or export it again."
+_REMEDY = "Is this the file of this frame? If so, correct the shape or export it again."
 
 
 def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
@@ -43,27 +43,27 @@ def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
     height, width = shape
     most = max(100_000, 4 * (height + 1) * (width + 1))
     if not isinstance(values, list):
-        raise InputError(f"{where} has no list of points. {_WAY_OUT}")
+        raise InputError(f"{where} has no list of points. {_REMEDY}")
     if len(values) > 2 * most:
-        raise InputError(f"{where} has more points than the image has pixel edges. {_WAY_OUT}")
+        raise InputError(f"{where} has more points than the image has pixel edges. {_REMEDY}")
     try:
         points = np.asarray(values, np.float64)
         points = points.reshape(-1, 2) if points.ndim < 2 else points
     except (TypeError, ValueError, OverflowError):
         points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 2:
-        raise InputError(f"{where} has points that are not pairs of numbers. {_WAY_OUT}")
+        raise InputError(f"{where} has points that are not pairs of numbers. {_REMEDY}")
     if len(points) > most:
-        raise InputError(f"{where} has more points than the image has pixel edges. {_WAY_OUT}")
+        raise InputError(f"{where} has more points than the image has pixel edges. {_REMEDY}")
     if not np.isfinite(points).all():
-        raise InputError(f"{where} has a point that is not finite. {_WAY_OUT}")
+        raise InputError(f"{where} has a point that is not finite. {_REMEDY}")
     outside = (points.max(axis=0, initial=-np.inf) < 0) | (points.min(axis=0, initial=np.inf) > (width, height))
     if len(points) and (outside.any() or np.abs(points).max() > 10 * (height + width)):
-        raise InputError(f"{where} lies outside the image, which is {width} x {height}. {_WAY_OUT}")
+        raise InputError(f"{where} lies outside the image, which is {width} x {height}. {_REMEDY}")
     return points
 
 
-def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part | None:
+def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Region | None:
     """Return the pixels whose centre lies inside a polygon, by the even-odd rule; None if there are none.
 
     A line that the polygon follows in both directions has no effect, so that one polygon can have holes.
@@ -103,11 +103,11 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Part |
     counts = stop - first
     ends = np.cumsum(counts)
     if ends[-1] > 4 * height * width + 1_000_000:
-        raise InputError(f"{where} crosses the image too often to be an outline. {_WAY_OUT}")
+        raise InputError(f"{where} crosses the image too often to be an outline. {_REMEDY}")
     slope = (x2 - x1) / (y2 - y1)
     top = int(first.min())
     toggles = np.zeros((int(stop.max()) - top, width + 1), bool)
-    cuts = np.searchsorted(ends, np.arange(_AT_A_TIME, int(ends[-1]), _AT_A_TIME))
+    cuts = np.searchsorted(ends, np.arange(_CHUNK, int(ends[-1]), _CHUNK))
     for edges in np.split(np.arange(len(counts)), cuts):
         number = counts[edges]
         of = np.repeat(edges, number)
@@ -176,7 +176,7 @@ def _traced(parts: NDArray[np.integer]) -> Iterator[tuple[tuple[int, int], NDArr
     turn = np.bincount(loop, np.where(direction == _SOUTH, x, 0) - np.where(direction == _NORTH, x, 0), loops)
     first_edge = np.full(loops, count)
     np.minimum.at(first_edge, loop, np.arange(count))
-    ways = _Ways(following, start)
+    ways = _Loops(following, start)
     southward = np.flatnonzero((direction == _SOUTH) & (turn[loop] < 0))
     southward = southward[np.lexsort((x[southward], loop[southward]))]
     _, leftmost = np.unique(loop[southward], return_index=True)
@@ -213,7 +213,7 @@ def _linked(parts: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.i
     return edges, np.searchsorted(edges, chosen)
 
 
-class _Ways:
+class _Loops:
     """Closed loops of edges between corners, which can be joined into one."""
 
     def __init__(self, following: NDArray[np.int64], corner: NDArray[np.int64]) -> None:
@@ -249,7 +249,7 @@ def _corners_of(points: NDArray[np.int64]) -> NDArray[np.int64]:
 
 # Run lengths as in COCO: column by column, downwards, alternating between outside and inside, starting outside.
 
-_RLE_WAY_OUT = "Export it again."
+_RLE_REMEDY = "Export it again."
 _LONGEST = 7
 """Maximum number of characters of a run: 35 bits, more than any image has pixels."""
 
@@ -287,7 +287,7 @@ def compressed(counts: list[int]) -> str:
     return "".join(text)
 
 
-def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int]) -> Part | None:
+def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int]) -> Region | None:
     """Return the pixels of {"size": [H, W], "counts": run lengths or their text}; None if there are none.
 
     Raises
@@ -308,10 +308,10 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
         # values out of bounds are clipped to the range of the type and stay out of bounds
         runs = np.array([min(max(one, -1), height * width + 1) for one in counts[: height * width + 2]], np.int64)
     else:
-        raise InputError(f"{where} has run lengths that are neither integers nor encoded text. {_RLE_WAY_OUT}")
+        raise InputError(f"{where} has run lengths that are neither integers nor encoded text. {_RLE_REMEDY}")
     if len(runs) > height * width + 1 or (runs < 0).any() or runs.sum() != height * width:
         pixels = f"the image's {counted(height * width, 'pixel')}"
-        raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_RLE_WAY_OUT}")
+        raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_RLE_REMEDY}")
     ends = np.cumsum(runs)
     inside = np.flatnonzero(runs[1::2]) * 2 + 1
     if inside.size == 0:
@@ -326,7 +326,7 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
 
 def _from_text(text: str, where: str, pixels: int) -> NDArray[np.int64]:
     """Decode run lengths from text."""
-    damaged = InputError(f"{where} has damaged run lengths. {_RLE_WAY_OUT}")
+    damaged = InputError(f"{where} has damaged run lengths. {_RLE_REMEDY}")
     if not text or not text.isascii() or len(text) > _LONGEST * (pixels + 1):
         raise damaged
     codes = np.frombuffer(text.encode("ascii"), np.uint8).astype(np.int64) - 48

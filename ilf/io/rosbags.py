@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.installation import optional
-from .._runtime.temporary_files import moving, remove, unfinished
+from .._runtime.temporary_files import moving_into_place, remove, removed_on_exit
 from ..data.camera import CameraIntrinsics
 from ..errors import ExportError, ParameterError, cause
 from .depth import UINT16_MAX
@@ -100,19 +100,19 @@ def write_rosbag(
     if os.path.lexists(target):
         raise ExportError(f"{target} already exists. Choose another name.")
     # written under its final name, because its files contain the name
-    making = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
-    whole = making / target.name
+    temporary_folder = target.with_name(f".{target.name}-{secrets.token_hex(4)}")
+    temporary_bag = temporary_folder / target.name
     plugin = rosbag2.StoragePlugin[storage.upper()]
     try:
-        making.mkdir(parents=True)
-        with unfinished(making):
+        temporary_folder.mkdir(parents=True)
+        with removed_on_exit(temporary_folder):
             try:
-                with rosbag2.Writer(whole, version=9, storage_plugin=plugin) as writer:
+                with rosbag2.Writer(temporary_bag, version=9, storage_plugin=plugin) as writer:
                     count = _write(writer, frames, encoding, frame_id)
-                with moving():
-                    os.replace(whole, target)
+                with moving_into_place():
+                    os.replace(temporary_bag, target)
             finally:
-                remove(making)
+                remove(temporary_folder)
     except OSError as error:
         raise ExportError(f"{target} could not be written: {cause(error)}.") from error
     return count

@@ -15,7 +15,7 @@ LONGEST = 2**28
 """Maximum size of a value [bytes]: larger than any supported image."""
 
 STEPS = 10_000
-"""Steps of SQLite's virtual machine between checks of the time limit (`Allowance.is_spent`)."""
+"""Steps of SQLite's virtual machine between checks of the time limit (`TimeLimit.is_exceeded`)."""
 
 DEFINITIONS = "SELECT ifnull(CAST(name AS TEXT), ''), CAST(sql AS TEXT) FROM sqlite_master WHERE sql IS NOT NULL"
 """Query for the argument of `check_plain`; it includes definitions stored as bytes."""
@@ -26,7 +26,7 @@ _SECONDS, _SECONDS_PER_BYTE = 3.0, 2e-8
 _COMPUTED = re.compile(r"\b(as|virtual|trigger)\b", re.IGNORECASE)
 
 
-class Allowance:
+class TimeLimit:
     """Limit of the processor time of each statement on a file: three seconds, and more for a large file.
 
     Processor time, because an intact file may be on a slow disk. A damaged file whose pages refer to one another in a
@@ -42,20 +42,20 @@ class Allowance:
         self._began = time.thread_time()
         return True
 
-    def is_spent(self) -> bool:
+    def is_exceeded(self) -> bool:
         """Whether the statement has exceeded its time."""
         return time.thread_time() - self._began > self._seconds
 
 
 class LimitedConnection(sqlite3.Connection):
-    """A sqlite3 connection whose statements are limited by an `Allowance`, and whose values are limited to `LONGEST`
+    """A sqlite3 connection whose statements are limited by an `TimeLimit`, and whose values are limited to `LONGEST`
     bytes; for `sqlite3.connect(path, factory=LimitedConnection)`."""
 
     def __init__(self, database: Path, *args: Any, **options: Any) -> None:
         super().__init__(database, *args, **options)
-        self._allowance = Allowance(database.stat().st_size)
+        self._allowance = TimeLimit(database.stat().st_size)
         self.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LONGEST)
-        self.set_progress_handler(self._allowance.is_spent, STEPS)
+        self.set_progress_handler(self._allowance.is_exceeded, STEPS)
 
     def execute(self, *statement: Any) -> sqlite3.Cursor:
         self._allowance.begin()

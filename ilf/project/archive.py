@@ -107,12 +107,12 @@ class Archive:
         FormatError
             If the part is damaged.
         """
-        part = self.as_it_is(name)
+        part = self.read_raw(name)
         if part.checksum is not None:
             raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not match.")
         return part.content
 
-    def as_it_is(self, name: str) -> Part:
+    def read_raw(self, name: str) -> Part:
         """Read a part for copying, with its checksum if it does not match; raises as `read` if it cannot be copied."""
         with self._lock:
             if name not in self._members:
@@ -129,7 +129,7 @@ class Archive:
             return True
 
     @contextmanager
-    def let_go(self) -> Iterator[None]:
+    def closed_for_replacement(self) -> Iterator[None]:
         """Close the file while it is replaced, as some systems require, and reopen it afterwards."""
         with self._lock:
             self.close()
@@ -146,9 +146,9 @@ class Archive:
             self._identity = _identity(os.fstat(stream.fileno()))
         except (OSError, ValueError) as error:
             raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
-        self._members, self.problems = _listed(stream), ()
+        self._members, self.problems = _read_directory(stream), ()
         if _FIRST not in self._members:
-            self._members = _scanned(stream)
+            self._members = _scan_members(stream)
             if not self._members:
                 self.close()
                 raise FormatError(f"{self.path} is not a project file, or none of its parts can be read.")
@@ -212,10 +212,10 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
                 os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
         for opened in replacing:
             if os.path.realpath(opened.path) == str(target):
-                released.enter_context(opened.let_go())
+                released.enter_context(opened.closed_for_replacement())
 
 
-def _listed(stream: BinaryIO) -> dict[str, _Member]:
+def _read_directory(stream: BinaryIO) -> dict[str, _Member]:
     """Read the members from the directory at the file's end; empty if it cannot be read. In a truncated file it may be
     the directory of a part, since parts can be zips themselves."""
     try:
@@ -231,7 +231,7 @@ def _listed(stream: BinaryIO) -> dict[str, _Member]:
         return {}
 
 
-def _scanned(stream: BinaryIO) -> dict[str, _Member]:
+def _scan_members(stream: BinaryIO) -> dict[str, _Member]:
     """Find the members by their local headers, for a file whose directory cannot be read."""
     try:
         with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:

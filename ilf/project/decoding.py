@@ -12,26 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.schema import Section
-from ..data.frame import RGBDFrame, TruthFile
+from ..data.frame import GroundTruthFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
-from ..evaluation.hold_out import HiddenTest
+from ..evaluation.hold_out import HoldOutTest
 from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import Origin, measured_sha256
 from .frame_state import BlockNotes, FrameState
 from .packing import Npz, labels_from_bytes, mask_from_bytes
-from .recorded import (
+from .result_packs import unpack_results
+from .run_history import Extrapolation, StoredRun
+from .sources import ChangedSource, MissingSource, Places, with_ground_truth
+from .state_json import (
     UNREADABLE,
     array_content,
-    bare_state,
     block_infos,
-    chosen_labels,
     colour_of,
-    looked_at,
+    empty_state,
+    inspection_of,
     number_or_none,
     own_values_of,
     read_frame_part,
@@ -39,10 +41,8 @@ from .recorded import (
     recorded_frame,
     recorded_shape,
     result_rows,
+    selected_labels,
 )
-from .result_packs import unpack_results
-from .run_history import Guess, KeptRun
-from .sources import ChangedSource, MissingSource, Places, with_truth
 
 T = TypeVar("T")
 
@@ -137,7 +137,7 @@ class _Decoding:
 
     def state(self, frame_id: str) -> FrameState:
         """Decode the whole state."""
-        bare = bare_state(frame_id, self.frame)
+        bare = empty_state(frame_id, self.frame)
         try:
             data = read_frame_part(frame_id, self.parts)
             described = data.section("frame")
@@ -153,45 +153,51 @@ class _Decoding:
             )
             return bare
         self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
-        frame = self._tell("The frame's invalid mask, ground truth and guide are", lambda: self._seen(data), self.frame)
-        labels = self._tell("The blocks and their results are", lambda: self._labels(data, "labels"), None)
-        notes = self._tell(
+        frame = self._read_or_report(
+            "The frame's invalid mask, ground truth and guide are", lambda: self._frame_with_layers(data), self.frame
+        )
+        labels = self._read_or_report("The blocks and their results are", lambda: self._labels(data, "labels"), None)
+        notes = self._read_or_report(
             "Names and other settings of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
         )
-        results, guess = {}, None
+        results, extrapolation = {}, None
         if labels is not None:
             results = self._results(data, data)
-            guess = self._tell("The extrapolated depth is", lambda: self._guess(data, "guess"), None)
+            extrapolation = self._read_or_report(
+                "The extrapolated depth is", lambda: self._extrapolation(data, "extrapolation"), None
+            )
         state = FrameState(
             id=frame_id,
             frame=frame,
             labels=bare.labels if labels is None else labels,
             notes=notes,
-            common=self._tell("Parameters are", lambda: Parameters.from_dict(data.get("parameters", dict)), preset()),
+            common=self._read_or_report(
+                "Parameters are", lambda: Parameters.from_dict(data.get("parameters", dict)), preset()
+            ),
             results=results,
-            guess=guess,
-            runs=self._kept_runs(data),
-            **self._small(data),
+            extrapolation=extrapolation,
+            runs=self._run_history(data),
+            **self._plain_fields(data),
         )
-        self._tell("Colour and depth of the frame are", lambda: self._made(described), None)
+        self._read_or_report("Colour and depth of the frame are", lambda: self._register_frame_parts(described), None)
         return state
 
-    def _small(self, data: Section) -> dict[str, Any]:
+    def _plain_fields(self, data: Section) -> dict[str, Any]:
         """Decode the fields without arrays."""
         readers: dict[str, Callable[[], Any]] = {
             "compared": lambda: tuple(data.items("compared", int)),
             "next_number": lambda: data.get("next_number", int),
-            "dense": lambda: data.get("dense", bool),
+            "extrapolate": lambda: data.get("extrapolate", bool),
             "own_parameters": lambda: data.get("own_parameters", bool),
             "note": lambda: data.get("note", str),
             "to_check": lambda: frozenset(data.items("to_check", int)),
             "selected": lambda: tuple(data.items("selected", int)),
-            "looked": lambda: looked_at(data.section("looked")),
+            "looked": lambda: inspection_of(data.section("looked")),
             "view": lambda: data.get("view", dict),
         }
-        return self._each(readers)
+        return self._readable_fields(readers)
 
-    def _each(self, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+    def _readable_fields(self, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
         """Return the readable fields by name; fields that cannot be read are left out."""
         found = {}
         for name, read in readers.items():
@@ -201,7 +207,7 @@ class _Decoding:
                 self.problems.append(f"The frame's {name.replace('_', ' ')!r} is lost: {error}")
         return found
 
-    def _tell(self, what: str, read: Callable[[], T], default: T) -> T:
+    def _read_or_report(self, what: str, read: Callable[[], T], default: T) -> T:
         """Return what `read` returns; if it fails, the default, and report the problem."""
         try:
             return read()
@@ -233,16 +239,16 @@ class _Decoding:
         mask: NDArray[np.bool_] | None = self._array(data, key, mask_from_bytes)
         return mask
 
-    def _seen(self, data: Section) -> RGBDFrame:
+    def _frame_with_layers(self, data: Section) -> RGBDFrame:
         """Return the frame with the invalid mask, ground truth and guide of `data`; equal ones share one frame."""
-        key = json.dumps([data.values.get(name) for name in ("distrusted", "truth", "guide")], sort_keys=True)
+        key = json.dumps([data.values.get(name) for name in ("invalid_mask", "ground_truth", "guide")], sort_keys=True)
         if key not in self.frames:
-            mask = self._tell("The invalid mask is", lambda: self._mask(data, "distrusted"), None)
-            frame = self._tell("The ground truth is", lambda: self._judged(data), self.frame)
-            guide = self._tell("The guide is", lambda: self._guide_of(data), None)
-            seen = frame.distrusting(mask).with_guide(guide)
-            if seen.truth is not None and seen.inputs is None:
-                self.origins.append((seen.truth, data.section("truth").get("array", str)))
+            mask = self._read_or_report("The invalid mask is", lambda: self._mask(data, "invalid_mask"), None)
+            frame = self._read_or_report("The ground truth is", lambda: self._with_ground_truth(data), self.frame)
+            guide = self._read_or_report("The guide is", lambda: self._guide_of(data), None)
+            seen = frame.with_invalid_mask(mask).with_guide(guide)
+            if seen.ground_truth is not None and seen.inputs is None:
+                self.origins.append((seen.ground_truth, data.section("ground_truth").get("array", str)))
             self.frames[key] = seen
         return self.frames[key]
 
@@ -261,7 +267,7 @@ class _Decoding:
             self.guides[key] = guide
         return self.guides[key]
 
-    def _made(self, described: Section) -> None:
+    def _register_frame_parts(self, described: Section) -> None:
         """Record the parts with the colour, depth and outside view of a frame that was not read from files."""
         if self.same_depth and "inputs" not in described.values:
             colour, depth = described.get("rgb", str), described.get("depth", str)
@@ -273,22 +279,24 @@ class _Decoding:
             self.names.add(outside)
             self.origins.append((self.frame.outside_view, outside))
 
-    def _judged(self, data: Section) -> RGBDFrame:
+    def _with_ground_truth(self, data: Section) -> RGBDFrame:
         """Return the frame with the ground truth of `data`."""
-        if data.get("truth", dict, type(None)) is None:
-            return self.frame if self.frame.truth is None else self.frame.with_truth(None)
-        truth = data.section("truth")
-        if "array" in truth.values:
-            return self.frame.with_truth(self._array(truth, "array", _depth))
-        file = TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
-        known = None if self.frame.inputs is None else self.frame.inputs.truth
-        if self.frame.truth is not None and known and (known.sha256, known.units) == (file.sha256, file.units):
+        if data.get("ground_truth", dict, type(None)) is None:
+            return self.frame if self.frame.ground_truth is None else self.frame.with_ground_truth(None)
+        ground_truth = data.section("ground_truth")
+        if "array" in ground_truth.values:
+            return self.frame.with_ground_truth(self._array(ground_truth, "array", _depth))
+        file = GroundTruthFile(
+            ground_truth.get("path", str), ground_truth.get("sha256", str), ground_truth.get("units", float)
+        )
+        known = None if self.frame.inputs is None else self.frame.inputs.ground_truth
+        if self.frame.ground_truth is not None and known and (known.sha256, known.units) == (file.sha256, file.units):
             return self.frame
         try:
-            return with_truth(self.frame, file, self.parts, self.places)
+            return with_ground_truth(self.frame, file, self.parts, self.places)
         except InputError as error:
             self.problems.append(f"The ground truth is not available: {error}")
-            return self.frame.with_truth(None, file)  # the file stays listed and may be available the next time
+            return self.frame.with_ground_truth(None, file)  # the file stays listed and may be available the next time
 
     def _notes(self, data: Section) -> BlockNotes:
         readers: dict[str, Callable[[], Any]] = {
@@ -300,10 +308,10 @@ class _Decoding:
             "extracted": lambda: self._labels(data, "extracted"),
             "kept": lambda: frozenset(data.items("kept", int)),
             "handmade": lambda: frozenset(data.items("handmade", int)),
-            "carried_from": lambda: data.get("carried_from", str),
+            "propagated_from": lambda: data.get("propagated_from", str),
             "reasons": lambda: reasons_of(data.section("reasons")),
         }
-        return BlockNotes(**self._each(readers))
+        return BlockNotes(**self._readable_fields(readers))
 
     def _extraction(self, data: Section) -> BlockParameters | None:
         values = data.get("extraction", dict, type(None))
@@ -312,7 +320,7 @@ class _Decoding:
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
         """Return the readable results by label."""
         none: list[tuple[int, str, int]] = []
-        rows = self._tell("Results of blocks are", lambda: result_rows(data, frame_part), none)
+        rows = self._read_or_report("Results of blocks are", lambda: result_rows(data, frame_part), none)
         results = {}
         for label, name, place in rows:
             found = self._pack(name)
@@ -324,7 +332,7 @@ class _Decoding:
 
     def _pack(self, name: str) -> list[BlockResult]:
         if name not in self.packs:
-            self.packs[name] = self._tell("Results of some blocks are", lambda: self._unpacked(name), [])
+            self.packs[name] = self._read_or_report("Results of some blocks are", lambda: self._unpacked(name), [])
             self.origins += [(result, (name, place)) for place, result in enumerate(self.packs[name])]
         return self.packs[name]
 
@@ -333,11 +341,11 @@ class _Decoding:
             raise InputError("the frame's depth has changed since. Run the blocks again.")
         return unpack_results(name, self._content(name), self.frame.measured)
 
-    def _guess(self, data: Section, key: str) -> Guess | None:
+    def _extrapolation(self, data: Section, key: str) -> Extrapolation | None:
         if data.get(key, dict, type(None)) is None:
             return None
-        guess = data.section(key)
-        name, count = guess.get("array", str), guess.get("count", int)
+        extrapolation = data.section(key)
+        name, count = extrapolation.get("array", str), extrapolation.get("count", int)
         height, width = self.frame.shape
         if not 0 <= count <= height * width:
             raise FormatError(f"{count} extrapolated pixels are more than the frame has.")
@@ -348,11 +356,13 @@ class _Decoding:
         depth = packed.array("depth", np.float32, (count,))
         depth.setflags(write=False)
         self.origins.append((depth, name))
-        return Guess(pixels, depth, tuple(guess.items("notes", str)), guess.get("network", str, type(None)))
+        return Extrapolation(
+            pixels, depth, tuple(extrapolation.items("notes", str)), extrapolation.get("network", str, type(None))
+        )
 
-    def _kept_runs(self, data: Section) -> tuple[KeptRun, ...]:
+    def _run_history(self, data: Section) -> tuple[StoredRun, ...]:
         none: list[dict[str, Any]] = []
-        rows = self._tell("The run history is", lambda: data.items("runs", dict), none)
+        rows = self._read_or_report("The run history is", lambda: data.items("runs", dict), none)
         runs = []
         for row in rows:
             name = str(row.get("name", row.get("number", "?")))
@@ -362,13 +372,13 @@ class _Decoding:
                 self.problems.append(f"The stored run {name!r:.60} is lost: {error}")
         return tuple(runs)
 
-    def _kept(self, kept: Section, data: Section) -> KeptRun:
+    def _kept(self, kept: Section, data: Section) -> StoredRun:
         test = None
-        if kept.get("hidden_test", dict, type(None)) is not None:
-            stated = kept.section("hidden_test")
-            test = HiddenTest(stated.get("pattern", str), tuple(stated.items("seeds", int)))
+        if kept.get("hold_out_test", dict, type(None)) is not None:
+            stated = kept.section("hold_out_test")
+            test = HoldOutTest(stated.get("pattern", str), tuple(stated.items("seeds", int)))
         run = self._run(kept.section("run"))
-        return KeptRun(
+        return StoredRun(
             number=kept.get("number", int),
             name=kept.get("name", str),
             run=run,
@@ -379,11 +389,13 @@ class _Decoding:
             when=datetime.datetime.fromisoformat(kept.get("when", str)),
             done=frozenset(kept.items("done", int)),
             how=kept.get("how", str),
-            guess=self._tell("The extrapolated depth of a stored run is", lambda: self._guess(kept, "guess"), None),
-            truth_error=number_or_none(kept, "truth_error"),
-            hidden_error=number_or_none(kept, "hidden_error"),
+            extrapolation=self._read_or_report(
+                "The extrapolated depth of a stored run is", lambda: self._extrapolation(kept, "extrapolation"), None
+            ),
+            ground_truth_error=number_or_none(kept, "ground_truth_error"),
+            hold_out_error=number_or_none(kept, "hold_out_error"),
             expected_error=number_or_none(kept, "expected_error"),
-            hidden_test=test,
+            hold_out_test=test,
         )
 
     def _run(self, data: Section) -> Run:
@@ -394,12 +406,12 @@ class _Decoding:
         parameters = Parameters.from_dict(data.get("parameters", dict))
         own = own_values_of(data.section("own"))
         return Run(
-            self._seen(data),
+            self._frame_with_layers(data),
             labels,
             parameters,
             {label: parameters.replace(**values) for label, values in own.items()},
-            only=None if only is None else chosen_labels(data),
-            dense=data.get("dense", bool),
+            only=None if only is None else selected_labels(data),
+            extrapolate=data.get("extrapolate", bool),
             extraction=self._extraction(data),
             edited=data.get("edited", bool),
             network=data.get("network", str, type(None)),

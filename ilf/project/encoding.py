@@ -18,10 +18,10 @@ from ..data.guide import Guide
 from ..data.results import BlockResult
 from ..run.record import array_sha256
 from ..run.run import Run
-from .frame_state import BlockNotes, FrameState, Looked
+from .frame_state import BlockNotes, FrameState, InspectionState
 from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
 from .result_packs import PACK_BYTES, pack_results, packed_bytes
-from .run_history import Guess, KeptRun
+from .run_history import Extrapolation, StoredRun
 
 SCHEMA = 1
 """Version of the format of a project's parts."""
@@ -146,28 +146,28 @@ class _Encoding:
 
     def state(self, state: FrameState) -> dict[str, Any]:
         """Encode a whole state for JSON."""
-        frame, guess = state.frame, state.guess
-        self._pack_new(_all_results(state), frame.measured)
+        frame, extrapolation = state.frame, state.extrapolation
+        self._pack_results(_all_results(state), frame.measured)
         data = {
             "program": PROGRAM,
             "schema": SCHEMA,
             "id": state.id,
             "frame": self._frame(frame),
-            **self._seen(frame),
+            **self._encode_layers(frame),
             "labels": self._array(state.labels, labels_to_bytes),
             "notes": self._notes(state.notes),
             "parameters": state.common.to_dict(),
             "results": self._results(state.results),
-            "guess": None if guess is None else self._guess(guess),
-            "runs": [self._kept(run) for run in state.runs],
+            "extrapolation": None if extrapolation is None else self._extrapolation(extrapolation),
+            "runs": [self._encode_run_history(run) for run in state.runs],
             "compared": list(state.compared),
             "next_number": state.next_number,
-            "dense": state.dense,
+            "extrapolate": state.extrapolate,
             "own_parameters": state.own_parameters,
             "note": state.note,
             "to_check": sorted(state.to_check),
             "selected": list(state.selected),
-            "looked": _looked(state.looked),
+            "looked": _encode_inspection(state.looked),
             "view": plain(state.view),
         }
         return data | {"packs": list(self.packs), "arrays": sorted(self.names)}
@@ -189,18 +189,18 @@ class _Encoding:
             return data | {"inputs": dataclasses.asdict(inputs)}
         return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
-    def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
+    def _encode_layers(self, frame: RGBDFrame) -> dict[str, Any]:
         """Encode the frame's invalid mask, ground truth (as a file or an array) and guide."""
-        truth: dict[str, Any] | None = None
-        file = None if frame.inputs is None else frame.inputs.truth
+        ground_truth: dict[str, Any] | None = None
+        file = None if frame.inputs is None else frame.inputs.ground_truth
         if file is not None:
-            truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
-        elif frame.truth is not None:
-            truth = {"array": self._array(frame.truth, _depth)}
-        seen = {"distrusted": self._array(frame.distrusted, mask_to_bytes), "truth": truth}
-        return seen if frame.guide is None else seen | {"guide": self._guided(frame.guide)}
+            ground_truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
+        elif frame.ground_truth is not None:
+            ground_truth = {"array": self._array(frame.ground_truth, _depth)}
+        seen = {"invalid_mask": self._array(frame.invalid_mask, mask_to_bytes), "ground_truth": ground_truth}
+        return seen if frame.guide is None else seen | {"guide": self._encode_guide(frame.guide)}
 
-    def _guided(self, guide: Guide) -> dict[str, Any]:
+    def _encode_guide(self, guide: Guide) -> dict[str, Any]:
         values, confidence = (self._array(array, _depth) for array in (guide.values, guide.confidence))
         return {"values": values, "confidence": confidence, "path": guide.path}
 
@@ -222,12 +222,12 @@ class _Encoding:
             "extracted": self._array(notes.extracted, labels_to_bytes),
             "kept": sorted(notes.kept),
             "handmade": sorted(notes.handmade),
-            "carried_from": notes.carried_from,
+            "propagated_from": notes.propagated_from,
             "reasons": {str(label): reason for label, reason in notes.reasons.items()},
         }
 
-    def _kept(self, kept: KeptRun) -> dict[str, Any]:
-        test = kept.hidden_test
+    def _encode_run_history(self, kept: StoredRun) -> dict[str, Any]:
+        test = kept.hold_out_test
         data = {
             "number": kept.number,
             "name": kept.name,
@@ -239,22 +239,22 @@ class _Encoding:
             "when": kept.when.isoformat(),
             "done": sorted(kept.done),
             "how": kept.how,
-            "guess": None if kept.guess is None else self._guess(kept.guess),
-            "hidden_test": None if test is None else {"pattern": test.pattern, "seeds": list(test.seeds)},
+            "extrapolation": None if kept.extrapolation is None else self._extrapolation(kept.extrapolation),
+            "hold_out_test": None if test is None else {"pattern": test.pattern, "seeds": list(test.seeds)},
         }
-        errors = ("truth_error", "hidden_error", "expected_error")
+        errors = ("ground_truth_error", "hold_out_error", "expected_error")
         # an error that was not computed has no key; an undefined one is null
         return data | {name: getattr(kept, name) for name in errors if getattr(kept, name) is not None}
 
     def _run(self, run: Run) -> dict[str, Any]:
         return {
-            **self._seen(run.frame),
+            **self._encode_layers(run.frame),
             "blocks": self._array(run.blocks, labels_to_bytes),
             "parameters": run.parameters.to_dict(),
-            "own": {str(label): own.unlike(run.parameters) for label, own in run.own.items()},
+            "own": {str(label): own.differences_from(run.parameters) for label, own in run.own.items()},
             "only": None if run.only is None else [int(label) for label in run.only],
             "in_order": isinstance(run.only, Sequence),
-            "dense": run.dense,
+            "extrapolate": run.extrapolate,
             "extraction": None if run.extraction is None else run.extraction.to_dict(),
             "edited": run.edited,
             "network": run.network,
@@ -262,11 +262,19 @@ class _Encoding:
             "drawn": self._array(run.drawn, mask_to_bytes),
         }
 
-    def _guess(self, guess: Guess) -> dict[str, Any]:
+    def _extrapolation(self, extrapolation: Extrapolation) -> dict[str, Any]:
         # differences of successive indices are small numbers, which compress well
-        arrays = {"steps": np.diff(guess.pixels, prepend=np.int64(0)).astype(np.int32), "depth": guess.depth}
-        name = self._array(guess.depth, lambda _: (npz(arrays), ".npz"))
-        return {"array": name, "count": len(guess.pixels), "notes": list(guess.notes), "network": guess.network}
+        arrays = {
+            "steps": np.diff(extrapolation.pixels, prepend=np.int64(0)).astype(np.int32),
+            "depth": extrapolation.depth,
+        }
+        name = self._array(extrapolation.depth, lambda _: (npz(arrays), ".npz"))
+        return {
+            "array": name,
+            "count": len(extrapolation.pixels),
+            "notes": list(extrapolation.notes),
+            "network": extrapolation.network,
+        }
 
     def _results(self, results: Mapping[int, BlockResult]) -> list[list[int]]:
         """Return label, index of the pack and index in it, for each result."""
@@ -279,7 +287,7 @@ class _Encoding:
             rows.append([int(label), self.packs.setdefault(name, len(self.packs)), place])
         return rows
 
-    def _pack_new(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:
+    def _pack_results(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:
         """Pack the results that are in no part yet."""
         waiting: list[BlockResult] = []
         size = 0
@@ -332,7 +340,7 @@ def measured_sha256(frame: RGBDFrame) -> str:
     return array_sha256(frame.measured)
 
 
-def _looked(looked: Looked) -> dict[str, Any]:
+def _encode_inspection(looked: InspectionState) -> dict[str, Any]:
     region = looked.region
     return {
         "line": None if looked.line is None else [list(point) for point in looked.line],

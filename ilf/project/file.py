@@ -19,14 +19,14 @@ from .frame_state import FrameState
 from .packing import ARRAYS
 from .project import Project, ProjectFrame
 from .project_json import PROJECT, ReadProject, decode_project, encode_project
-from .recorded import UNREADABLE, arrays_of, bare_state, files_of
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
+from .state_json import UNREADABLE, arrays_of, empty_state, files_of
 from .thumbnail import thumbnail_part
 
 # Collecting the parts of a project file: changed parts, and stored parts that are copied.
 
 
-class Saving:
+class PartCollector:
     """Collects the parts of a project file; see `save_project` for the parameters.
 
     Attributes
@@ -54,7 +54,7 @@ class Saving:
         self._names = {parts: set(parts.names()) for parts in self.stores}
         self._files: dict[str, FilePlace] = {}
 
-    def gather(self, states: Sequence[FrameState]) -> list[str]:
+    def collect(self, states: Sequence[FrameState]) -> list[str]:
         """Encode the changed states; return the names of all parts of the file, project.json first."""
         encoder = Encoder()
         for state in states:
@@ -65,9 +65,9 @@ class Saving:
         for frame in self._project.frames:
             frame = self._with_state(encoder, frame)
             if frame.has_state:
-                whole &= self._refer(frame, names)
+                whole &= self._add_references(frame, names)
             else:
-                self._note_places(frame)
+                self._record_paths(frame)
             listed.append(frame)
             picture = thumbnail_part(frame.id)
             if self._store_of(picture, frame.id) is not None:
@@ -87,7 +87,7 @@ class Saving:
         damaged: Part | None = None
         for parts in self._stores_of(name, name.split("/")[-1].split(".")[0]):
             try:
-                part = parts.as_it_is(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
+                part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
             except FormatError as error:
                 self.notes.append(f"{error} It is not saved.")
                 continue
@@ -121,13 +121,13 @@ class Saving:
             self.notes.append(f"The stored work on {frame.name} was not found and is not saved.")
         if not has and self._embed and frame.source is not None:
             try:
-                self._encode(encoder, bare_state(frame.id, frame.source.load()))
+                self._encode(encoder, empty_state(frame.id, frame.source.load()))
                 has = True
             except IlfError as error:
                 self.notes.append(f"{frame.name} is not embedded: {error}")
         return replace(frame, has_state=has)
 
-    def _refer(self, frame: ProjectFrame, names: dict[str, None]) -> bool:
+    def _add_references(self, frame: ProjectFrame, names: dict[str, None]) -> bool:
         """Add the parts that a frame's state refers to; return False if the state cannot be read."""
         name = frame_part(frame.id)
         names[name] = None
@@ -138,8 +138,8 @@ class Saving:
             return False
         names |= dict.fromkeys(sorted(arrays))
         for file in files:
-            self._refer_to_file(file, names)
-        self._note_places(frame)
+            self._add_file(file, names)
+        self._record_paths(frame)
         return True
 
     def _content(self, name: str, frame_id: str) -> bytes:
@@ -150,47 +150,47 @@ class Saving:
             raise InputError(f"There is no part {name:.40}.")
         return parts.read(name)
 
-    def _refer_to_file(self, file: InputFile, names: dict[str, None]) -> None:
+    def _add_file(self, file: InputFile, names: dict[str, None]) -> None:
         """Embed a frame's file, keep it embedded, or record its path."""
         name = source_part(file.sha256, file.path)
-        self._place(file)
+        self._record_path(file)
         if not file.sha256:
             note = f"Not embedded: {file.path} is a recording; recordings are never embedded."
             if self._embed and note not in self.notes:
                 self.notes.append(note)
             return
         embedded = self._store_of(name, "") is not None
-        if (self._embed is None and embedded) or (self._embed is False and embedded and not self._is_at_hand(file)):
+        if (self._embed is None and embedded) or (self._embed is False and embedded and not self._is_on_disk(file)):
             names[name] = None
         elif self._embed and name not in names:
             try:
-                self._made[name] = find_source(file, _First(self.stores), self._places).data.tobytes()
+                self._made[name] = find_source(file, _FirstStore(self.stores), self._places).data.tobytes()
                 names[name] = None
             except InputError as error:
                 self.notes.append(f"Not embedded: {error}")
 
-    def _is_at_hand(self, file: InputFile) -> bool:
+    def _is_on_disk(self, file: InputFile) -> bool:
         try:
             find_source(file, None, self._places)
         except InputError:
             return False
         return True
 
-    def _place(self, file: InputFile) -> None:
+    def _record_path(self, file: InputFile) -> None:
         """Record the path of a file relative to the project's new folder."""
         if file.path not in self._files:
             present = self._places.present(file) or Path(file.path)
             self._files[file.path] = FilePlace(_relative(present, self._path.parent), str(present))
 
-    def _note_places(self, frame: ProjectFrame) -> None:
+    def _record_paths(self, frame: ProjectFrame) -> None:
         source = frame.source
         if source is not None:
-            for path in (source.rgb, source.depth, source.truth):
+            for path in (source.rgb, source.depth, source.ground_truth):
                 if path is not None and path not in self._files:
                     self._files[path] = FilePlace(_relative(Path(path), self._path.parent), path)
 
 
-class _First:
+class _FirstStore:
     """The parts of several stores; each is read from the first store that has it."""
 
     def __init__(self, stores: Sequence[Parts]) -> None:
@@ -282,7 +282,7 @@ class OpenedProject:
         """
         frame = self.frame(frame_id)
         if not frame.has_state and frame.source is not None:
-            return Decoded(bare_state(frame_id, frame.source.load()))
+            return Decoded(empty_state(frame_id, frame.source.load()))
         return load_state(frame_id, self.parts, frame.source, places or self.places)
 
     def close(self) -> None:
@@ -374,8 +374,8 @@ def save_project(
     ('Flat.', 'wall', 24)
     """
     _check_replaceable(path)
-    saving = Saving(Path(path).absolute(), project, base, frames or {}, places or Places(), embed)
-    names = saving.gather(states)
+    saving = PartCollector(Path(path).absolute(), project, base, frames or {}, places or Places(), embed)
+    names = saving.collect(states)
     total = len(names)
 
     def parts() -> Iterator[Part]:

@@ -15,7 +15,7 @@ from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..run.run import Run
-from .run_history import Guess, KeptRun
+from .run_history import Extrapolation, StoredRun
 
 # Own parameters of blocks: values that replace the common ones.
 
@@ -29,7 +29,7 @@ def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
     return {name: value for name, value in ours.items() if value != values[name]}
 
 
-def differing(one: OwnValues, other: OwnValues) -> set[str]:
+def differing_names(one: OwnValues, other: OwnValues) -> set[str]:
     """Return the names whose values differ, or that only one of the two has."""
     return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
 
@@ -75,7 +75,7 @@ class BlockNotes:
         Blocks that the extraction left unchanged, so that they do not come from it.
     handmade : frozenset of int
         Those of `kept` that were made by hand.
-    carried_from : str
+    propagated_from : str
         Name of the frame from which the blocks were propagated; "" if they were not. `extracted` is then the
         propagated map.
     reasons : dict
@@ -90,7 +90,7 @@ class BlockNotes:
     extracted: NDArray[np.int32] | None = None
     kept: frozenset[int] = frozenset()
     handmade: frozenset[int] = frozenset()
-    carried_from: str = ""
+    propagated_from: str = ""
     reasons: dict[int, str] = field(default_factory=dict)
 
 
@@ -102,7 +102,7 @@ _STRIP = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Looked:
+class InspectionState:
     """The user's inspections of a frame; stored with the frame, but not part of its results.
 
     Attributes
@@ -141,15 +141,15 @@ class FrameState:
         Parameters of all blocks without parameters of their own.
     results : mapping of int to BlockResult
         Block label -> the present result of the block as it is now.
-    guess : Guess or None
+    extrapolation : Guess or None
         Depth that the extrapolation has added to the results.
-    runs : tuple of KeptRun
+    runs : tuple of StoredRun
         Run history, oldest first.
     compared : tuple of int
         Numbers of the stored runs that are shown beside the present result.
     next_number : int
         Number of the next stored run.
-    dense : bool
+    extrapolate : bool
         Whether to extrapolate the depth that is still missing after a run.
     own_parameters : bool
         Whether `common` belongs to this frame alone while the project's parameters apply to all frames.
@@ -170,16 +170,16 @@ class FrameState:
     notes: BlockNotes = field(default_factory=BlockNotes)
     common: Parameters = field(default_factory=preset)
     results: Mapping[int, BlockResult] = field(default_factory=dict)
-    guess: Guess | None = None
-    runs: tuple[KeptRun, ...] = ()
+    extrapolation: Extrapolation | None = None
+    runs: tuple[StoredRun, ...] = ()
     compared: tuple[int, ...] = ()
     next_number: int = 1
-    dense: bool = False
+    extrapolate: bool = False
     own_parameters: bool = False
     note: str = ""
     to_check: frozenset[int] = frozenset()
     selected: tuple[int, ...] = ()
-    looked: Looked = field(default_factory=Looked)
+    looked: InspectionState = field(default_factory=InspectionState)
     view: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -187,7 +187,7 @@ class FrameState:
         """Whether the blocks differ from the extracted ones."""
         return is_edited(self.notes, self.labels)
 
-    def as_set(self, note: str, for_all: Parameters | None) -> FrameState:
+    def with_current_settings(self, note: str, for_all: Parameters | None) -> FrameState:
         """Return the state with settings made since it was stored: the note, and the parameters for all frames (None
         if there are none)."""
         return replace(self, note=note, common=self.common if for_all is None or self.own_parameters else for_all)
@@ -201,7 +201,7 @@ class FrameState:
             self.labels,
             self.common,
             {label: self.common.replace(**own) for label, own in notes.own.items() if label in there},
-            dense=self.dense,
+            extrapolate=self.extrapolate,
             extraction=notes.extraction,
             edited=self.edited,
             network=notes.network,
@@ -214,9 +214,9 @@ def is_edited(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
     return bool(notes.kept) or not _as_extracted(notes, labels)
 
 
-def is_carried(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
+def is_propagated(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
     """Return whether a label map was propagated from another frame and has not been edited since."""
-    return bool(notes.carried_from) and _as_extracted(notes, labels)
+    return bool(notes.propagated_from) and _as_extracted(notes, labels)
 
 
 def _as_extracted(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:

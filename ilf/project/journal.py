@@ -20,7 +20,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.files import MAX_FILE_BYTES, way_out
+from .._runtime.files import MAX_FILE_BYTES, remedy
 from .._runtime.installation import __version__
 from .._runtime.schema import check_schema
 from .._runtime.temporary_files import private_file
@@ -166,7 +166,7 @@ def _now() -> datetime:
 
 
 @dataclass(frozen=True)
-class JournalNote:
+class JournalHeader:
     """Origin and times of the work in a journal.
 
     Attributes
@@ -248,13 +248,13 @@ class Journal:
         there = self.path.exists()
         # wait for a brief lock on a new file, but not for a window that uses an existing one
         wait = 0.0 if there else _WAIT_S
-        with self._telling(reading=there):
+        with self._translated_errors(reading=there):
             private_file(self.path)
             self._database = sqlite3.connect(
                 self.path, timeout=wait, isolation_level=None, check_same_thread=False, factory=LimitedConnection
             )
         try:
-            with self._telling(reading=True):
+            with self._translated_errors(reading=True):
                 self._open()
             self._file = _identity(self.path)
         except BaseException:
@@ -268,10 +268,10 @@ class Journal:
             database.execute(f"PRAGMA {name}").fetchone() for name in ("application_id", "user_version")
         )
         if application == 0 and not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-            with self._telling(reading=False):
+            with self._translated_errors(reading=False):
                 database.execute("PRAGMA journal_mode = WAL")
                 database.executescript(_TABLES)
-            self.note = JournalNote()
+            self.note = JournalHeader()
             return
         if application != _APPLICATION:
             raise InputError(f"{self.path} is not a journal of this program.")
@@ -279,13 +279,13 @@ class Journal:
         check_plain(self.path, database.execute(DEFINITIONS))
         self.note = self._read_note()
 
-    def _read_note(self) -> JournalNote:
+    def _read_note(self) -> JournalHeader:
         try:
             row = self._database.execute("SELECT content FROM note").fetchone()
-            return JournalNote() if row is None else JournalNote.from_json(row[0])
+            return JournalHeader() if row is None else JournalHeader.from_json(row[0])
         except (sqlite3.DatabaseError, ValueError, TypeError, KeyError):
             changed = datetime.fromtimestamp(self.path.stat().st_mtime, UTC)
-            return JournalNote("", True, "", 0, "", changed, changed)
+            return JournalHeader("", True, "", 0, "", changed, changed)
 
     @property
     def is_there(self) -> bool:
@@ -347,7 +347,7 @@ class Journal:
         except (sqlite3.DatabaseError, TypeError, ValueError):
             return None
 
-    def commit(self, put: Mapping[str, bytes], drop: Collection[str] = (), note: JournalNote | None = None) -> None:
+    def commit(self, put: Mapping[str, bytes], drop: Collection[str] = (), note: JournalHeader | None = None) -> None:
         """Store and remove parts and update the note, atomically, even on a power cut.
 
         Raises
@@ -358,7 +358,7 @@ class Journal:
         if not self.is_there:
             raise ExportError(f"{self.path} no longer exists: it was moved or deleted, or its drive was removed.")
         note = replace(self.note if note is None else note, changed=_now())
-        with self._lock, self._telling(reading=False):
+        with self._lock, self._translated_errors(reading=False):
             if self._pieces is None:
                 rows = self._database.execute("SELECT name, pieces FROM parts")
                 self._pieces = Pieces({name: np.frombuffer(numbers, np.int64) for name, numbers in rows})
@@ -367,7 +367,7 @@ class Journal:
             self._pieces.take(change)
         self.note = note
 
-    def _write(self, change: Change, put: Mapping[str, bytes], drop: Collection[str], note: JournalNote) -> None:
+    def _write(self, change: Change, put: Mapping[str, bytes], drop: Collection[str], note: JournalHeader) -> None:
         with _transaction(self._database) as database:
             gone = [(name,) for name in {*drop} - put.keys()]
             database.executemany("DELETE FROM parts WHERE name = ?", gone)
@@ -397,7 +397,7 @@ class Journal:
         return self.path.with_name(f"{self.path.name}-wal")
 
     @contextmanager
-    def _telling(self, reading: bool) -> Iterator[None]:
+    def _translated_errors(self, reading: bool) -> Iterator[None]:
         """Translate errors of SQLite and the file system into errors with a message for the user."""
         try:
             yield
@@ -411,7 +411,7 @@ class Journal:
             kind, what = (InputError, "read") if reading else (ExportError, "write")
             raise kind(f"Could not {what} {self.path}: {reason}.") from error
         except OSError as error:
-            raise ExportError(f"Could not write {self.path}: {way_out(error)}.") from error
+            raise ExportError(f"Could not write {self.path}: {remedy(error)}.") from error
 
 
 @contextmanager

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .._runtime.files import FileContent
-from ..data.frame import fixed
+from ..data.frame import read_only
 from ..errors import FormatError
 from ..io.images import encode_image, image_header, read_colour
 from ..io.labels import read_labels
@@ -87,10 +87,10 @@ ARRAYS = "arrays/"
 MAX_UNPACKED = 2**29
 """Maximum size of an array [bytes]: the depth of the largest frame that can be read."""
 
-_MAX_UNPACKED_TOGETHER = 2 * MAX_UNPACKED + 2**20
+_MAX_UNPACKED_TOTAL = 2 * MAX_UNPACKED + 2**20
 """Maximum total size of the arrays read from one npz [bytes]; an extrapolation has two arrays."""
 
-_LONGEST_HEADER = 1024
+_MAX_HEADER_BYTES = 1024
 _NPY_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, LookupError, RuntimeError, ValueError, SyntaxError)
 """Exceptions of reading a damaged npz: NotImplementedError is a RuntimeError, decoding errors are ValueErrors."""
 
@@ -189,7 +189,7 @@ class Npz:
 
     def __init__(self, name: str, content: bytes) -> None:
         self._name = name
-        self._left = _MAX_UNPACKED_TOGETHER
+        self._left = _MAX_UNPACKED_TOTAL
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(content))
         except _NPY_ERRORS as error:
@@ -199,7 +199,7 @@ class Npz:
         """Read an array; it must have exactly this type and shape."""
         wanted = np.dtype(dtype)
         size = wanted.itemsize * int(np.prod(shape, dtype=object))
-        content = io.BytesIO(self.text(f"{name}.npy", size + _LONGEST_HEADER))
+        content = io.BytesIO(self.text(f"{name}.npy", size + _MAX_HEADER_BYTES))
         try:
             if np.lib.format.read_magic(content) != (1, 0):
                 raise ValueError(f"{name} has another version")
@@ -215,7 +215,7 @@ class Npz:
         """Read a file of at most `at_most` bytes."""
         try:
             entry = self._zip.getinfo(name)
-            if entry.file_size > min(at_most, MAX_UNPACKED + _LONGEST_HEADER, self._left):
+            if entry.file_size > min(at_most, MAX_UNPACKED + _MAX_HEADER_BYTES, self._left):
                 raise ValueError(f"{name} is too large")
             self._left -= entry.file_size
             with self._zip.open(entry) as stream:
@@ -238,4 +238,4 @@ def _image(name: str, content: bytes, shape: tuple[int, int]) -> FileContent:
 
 def _read_only(array: Array) -> Array:
     array.setflags(write=False)
-    return fixed(array)
+    return read_only(array)

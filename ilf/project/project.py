@@ -16,7 +16,7 @@ class Stage(StrEnum):
 
     UNTOUCHED = "untouched"
     EXTRACTED = "extracted"
-    CARRIED = "carried"
+    PROPAGATED = "propagated"
     EDITED = "edited"
     RUN = "run"
     FAILED = "failed"
@@ -54,7 +54,7 @@ class FrameSummary:
     own_parameters: bool = False
 
     @property
-    def is_worked_on(self) -> bool:
+    def has_work(self) -> bool:
         """Whether the frame has a note, or work beyond extracted blocks."""
         return bool(self.note) or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
 

@@ -26,8 +26,8 @@ from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import PROGRAM, SCHEMA
 from .project import FrameSummary, Project, ProjectFrame, Stage
-from .recorded import UNREADABLE, read_frame_part
 from .sources import FilePlace, Places
+from .state_json import UNREADABLE, read_frame_part
 
 PROJECT = "project.json"
 
@@ -117,7 +117,7 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
             raise FormatError("It was written by another program.")
     except UNREADABLE as error:
-        frames = tuple(found_frames(parts))
+        frames = tuple(frames_with_state(parts))
         if not frames:
             raise FormatError(f"There is no project in it: {error}") from error
         lost = (
@@ -194,7 +194,7 @@ def _frame(row: Section, moved: Places | None) -> ProjectFrame:
                 source,
                 rgb=_present(source.rgb, moved),
                 depth=None if source.depth is None else _present(source.depth, moved),
-                truth=None if source.truth is None else _present(source.truth, moved),
+                ground_truth=None if source.ground_truth is None else _present(source.ground_truth, moved),
                 guide=None if source.guide is None else _present(source.guide, moved),
             )
     identity = row.get("id", str)
@@ -235,8 +235,8 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "depth": source.depth,
         "depth_units": source.depth_units,
         "intrinsics": _camera(source.intrinsics),
-        "truth": source.truth,
-        "truth_units": source.truth_units,
+        "ground_truth": source.ground_truth,
+        "ground_truth_units": source.ground_truth_units,
         "guide": source.guide,
         "encoding": source.encoding,
         "invalid": source.invalid,
@@ -258,8 +258,8 @@ def _source_from(data: Section) -> FrameSource:
         data.get("depth", str, type(None)),
         data.get("depth_units", float, type(None)),
         camera,
-        data.get("truth", str, type(None)),
-        data.get("truth_units", float, type(None)),
+        data.get("ground_truth", str, type(None)),
+        data.get("ground_truth_units", float, type(None)),
         data.get("guide", str, type(None)),
         data.get("encoding", str, float, type(None)),
         data.get("invalid", float, type(None)),
@@ -278,19 +278,19 @@ def _camera(given: IntrinsicsSpec | None) -> Any:
     return plain(os.fspath(given) if isinstance(given, os.PathLike) else given)
 
 
-def found_frames(parts: Parts) -> list[ProjectFrame]:
+def frames_with_state(parts: Parts) -> list[ProjectFrame]:
     """List the frames whose states are stored, with the summaries in these states."""
     frames = []
     for name in sorted(parts.names()):
         if name.startswith("frames/"):
             try:
-                frames.append(_of_its_own(name.removeprefix("frames/").removesuffix(".json"), parts))
+                frames.append(_frame_from_part(name.removeprefix("frames/").removesuffix(".json"), parts))
             except UNREADABLE:
                 continue
     return frames
 
 
-def _of_its_own(identity: str, parts: Parts) -> ProjectFrame:
+def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
     """Build a frame's list entry from its stored state."""
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
@@ -307,7 +307,7 @@ def _stage(data: Mapping[str, Any]) -> Stage:
     if data.get("results"):
         return Stage.RUN
     notes = data.get("notes") or {}
-    as_it_came = notes.get("extracted") == data.get("labels")
-    if as_it_came and notes.get("carried_from"):
-        return Stage.CARRIED
-    return Stage.EXTRACTED if as_it_came and not notes.get("kept") else Stage.EDITED
+    is_unedited = notes.get("extracted") == data.get("labels")
+    if is_unedited and notes.get("propagated_from"):
+        return Stage.PROPAGATED
+    return Stage.EXTRACTED if is_unedited and not notes.get("kept") else Stage.EDITED

@@ -15,7 +15,7 @@ from .frame_state import BlockNotes, FrameState
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Propagated:
     """The result of a propagation.
 
     Attributes
@@ -30,7 +30,7 @@ class Carried:
     followed: Followed
 
 
-def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
+def propagate_state(before: FrameState, after: FrameState, how: str = "auto") -> Propagated:
     """Propagate the blocks of a frame to another by `ilf.segmentation.propagation.propagate`.
 
     Names, colours, locks, visibility, own parameters, drawn borders, the common parameters and the extrapolation
@@ -72,9 +72,9 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     def now(label: int) -> int:
         return int(numbers[label]) if label < numbers.size else label
 
-    carried = there - stays
+    propagated = there - stays
     handmade = notes.handmade | made_by_hand(before.labels, notes.extracted)
-    reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in carried}
+    reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in propagated}
     came = labels.copy()
     came.setflags(write=False)
     others = stays - set(range(numbers.size))  # their labels may be those of removed blocks of the source frame
@@ -88,7 +88,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
         notes.network,
         came,
         there,
-        stays | {now(label) for label in handmade if now(label) in carried},
+        stays | {now(label) for label in handmade if now(label) in propagated},
         before.frame.name,
         reasons,
     )
@@ -97,21 +97,21 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
         labels=labels,
         notes=known,
         common=before.common,
-        dense=before.dense,
+        extrapolate=before.extrapolate,
         own_parameters=before.own_parameters,
         results={},
-        guess=None,
-        to_check=frozenset(now(label) for label in followed.to_check) & carried,
-        selected=tuple(label for label in map(now, before.selected) if label in carried),
+        extrapolation=None,
+        to_check=frozenset(now(label) for label in followed.to_check) & propagated,
+        selected=tuple(label for label in map(now, before.selected) if label in propagated),
     )
-    return Carried(state, followed)
+    return Propagated(state, followed)
 
 
 def _staying(after: FrameState) -> frozenset[int]:
     """Return the locked blocks of the target frame that the propagation must not change."""
     there = frozenset(np.flatnonzero(np.bincount(after.labels.ravel())).tolist()) - {0}
     locked = there & {label for label, info in after.notes.infos.items() if info.locked}
-    return locked & made_by_hand(after.labels, after.notes.extracted) if after.notes.carried_from else locked
+    return locked & made_by_hand(after.labels, after.notes.extracted) if after.notes.propagated_from else locked
 
 
 def _numbers(labels: NDArray[np.int32], stays: Collection[int], taken: Collection[int]) -> NDArray[np.int32]:

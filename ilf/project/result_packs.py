@@ -40,7 +40,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
     measured : ndarray of float32, shape (H, W)
         The frame's `measured` depth [m], which is needed to unpack them.
     """
-    parameters, edges = _Numbered(), _Numbered()
+    parameters, edges = _UniqueValues(), _UniqueValues()
     entries: list[dict[str, Any]] = []
     masks, changed, depths, drawn = [], [], [], []
     columns: dict[tuple[str, str], list[NDArray[Any]]] = {}
@@ -100,7 +100,7 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
         raise FormatError(f"The results in {name[:24]}... cannot be read ({error}).") from error
 
 
-class _Numbered:
+class _UniqueValues:
     """A list of unique values, addressed by their numbers."""
 
     def __init__(self) -> None:
@@ -115,7 +115,7 @@ class _Numbered:
         return self._places[key]
 
 
-class _Stretch:
+class _ArrayReader:
     """A sequential reader of an array."""
 
     def __init__(self, array: NDArray[Any]) -> None:
@@ -137,15 +137,15 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
     shapes = [(box[0].stop - box[0].start, box[1].stop - box[1].start) for box in boxes]
     if sum(h * w for h, w in shapes) > 8 * PACK_BYTES + measured.size:
         raise FormatError("The part contains more results than a part can.")
-    mask_bits = _Stretch(packed.array("masks", np.uint8, (sum((h * w + 7) // 8 for h, w in shapes),)))
+    mask_bits = _ArrayReader(packed.array("masks", np.uint8, (sum((h * w + 7) // 8 for h, w in shapes),)))
     masks = [mask_bits.bits(h * w).reshape(h, w) for h, w in shapes]
     pixels = [int(np.count_nonzero(mask)) for mask in masks]
-    changed_bits = _Stretch(packed.array("changed", np.uint8, (sum((count + 7) // 8 for count in pixels),)))
+    changed_bits = _ArrayReader(packed.array("changed", np.uint8, (sum((count + 7) // 8 for count in pixels),)))
     changed = [changed_bits.bits(count) for count in pixels]
-    depth = _Stretch(packed.array("depth", np.float32, (sum(int(np.count_nonzero(one)) for one in changed),)))
+    depth = _ArrayReader(packed.array("depth", np.float32, (sum(int(np.count_nonzero(one)) for one in changed),)))
     with_drawn = [entry.get("drawn", bool) for entry in entries]
     size = sum((count + 7) // 8 for count, has in zip(pixels, with_drawn, strict=True) if has)
-    drawn = _Stretch(packed.array("drawn", np.uint8, (size,)))
+    drawn = _ArrayReader(packed.array("drawn", np.uint8, (size,)))
     histories = _histories(packed, entries)
     results = []
     for place, entry in enumerate(entries):
@@ -181,7 +181,7 @@ def _histories(packed: Npz, entries: Sequence[Section]) -> list[History]:
         lengths[kind] = lengths.get(kind, 0) + length
     columns = {
         kind: {
-            field.name: _Stretch(
+            field.name: _ArrayReader(
                 packed.array(
                     f"{kind}.{field.name}", _dtype(field.name), (total, 2) if field.name in _PAIRS else (total,)
                 )
@@ -193,7 +193,7 @@ def _histories(packed: Npz, entries: Sequence[Section]) -> list[History]:
     return [
         ()
         if history is None
-        else CompactHistory.of_columns(
+        else CompactHistory.from_columns(
             _KINDS[history[0]], {name: column.next(history[1]) for name, column in columns[history[0]].items()}
         )
         for history in stated

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.results import BlockResult, Completion, compose
-from ..evaluation.hold_out import HiddenTest
+from ..evaluation.hold_out import HoldOutTest
 from ..run.run import Run
 
 Colour = tuple[int, int, int]
 """Red, green, blue, 0-255."""
 
 
-class Guess(NamedTuple):
+class Extrapolation(NamedTuple):
     """Depth that the extrapolation has added to a run's results: flat pixel indices and their depth [m]."""
 
     pixels: NDArray[np.int64]
@@ -32,24 +32,29 @@ class Guess(NamedTuple):
     @classmethod
     def of(cls, completion: Completion) -> Self:
         """Return the extrapolated depth of a completion."""
-        pixels = np.flatnonzero(completion.guessed)
+        pixels = np.flatnonzero(completion.extrapolated)
         depth = completion.depth.ravel()[pixels]
         depth.setflags(write=False)
-        return cls(pixels, depth, completion.notes, completion.guess_network)
+        return cls(pixels, depth, completion.notes, completion.extrapolation_network)
 
     def added_to(self, completion: Completion) -> Completion:
         """Return the completion with the extrapolated depth added."""
-        depth, guessed = completion.depth.copy(), np.zeros_like(completion.filled)
+        depth, extrapolated = completion.depth.copy(), np.zeros_like(completion.filled)
         depth.ravel()[self.pixels] = self.depth
-        guessed.ravel()[self.pixels] = True
-        filled = completion.filled | guessed
+        extrapolated.ravel()[self.pixels] = True
+        filled = completion.filled | extrapolated
         return replace(
-            completion, depth=depth, filled=filled, guessed=guessed, notes=self.notes, guess_network=self.network
+            completion,
+            depth=depth,
+            filled=filled,
+            extrapolated=extrapolated,
+            notes=self.notes,
+            extrapolation_network=self.network,
         )
 
 
 @dataclass(eq=False)
-class KeptRun:
+class StoredRun:
     """A run in the run history, with its results and errors.
 
     Stored runs share equal data: frames, label maps, results of blocks.
@@ -74,12 +79,12 @@ class KeptRun:
         Blocks that it has run.
     how : str
         "finished", "cancelled" or "failed".
-    guess : Guess or None
+    extrapolation : Guess or None
         Extrapolated depth, if the missing rest was extrapolated.
-    truth_error, hidden_error, expected_error : float or None
+    ground_truth_error, hold_out_error, expected_error : float or None
         RMS [m] over the pixels that its blocks have filled: of the error against ground truth, of the error on
         hold-out, and of the expected error. NaN if undefined, None if not computed.
-    hidden_test : HiddenTest or None
+    hold_out_test : HoldOutTest or None
         The hold-out; errors on different hold-outs cannot be compared.
     """
 
@@ -93,11 +98,11 @@ class KeptRun:
     when: datetime.datetime = field(default_factory=datetime.datetime.now)
     done: frozenset[int] = frozenset()
     how: str = "finished"
-    guess: Guess | None = None
-    truth_error: float | None = None
-    hidden_error: float | None = None
+    extrapolation: Extrapolation | None = None
+    ground_truth_error: float | None = None
+    hold_out_error: float | None = None
     expected_error: float | None = None
-    hidden_test: HiddenTest | None = None
+    hold_out_test: HoldOutTest | None = None
     _composed: weakref.ref[Completion] | None = field(default=None, repr=False)
     _held: Completion | None = field(default=None, repr=False)
 
@@ -107,8 +112,8 @@ class KeptRun:
         found = None if self._composed is None else self._composed()
         if found is None:
             found = self.blocks_completion()
-            if self.guess is not None:
-                found = self.guess.added_to(found)
+            if self.extrapolation is not None:
+                found = self.extrapolation.added_to(found)
             self._composed = weakref.ref(found)
         return found
 
@@ -120,17 +125,17 @@ class KeptRun:
         """Keep the completion in memory while the run is viewed, or release it."""
         self._held = self.completion if on else None
 
-    def take_guess(self, completion: Completion) -> None:
+    def take_extrapolation(self, completion: Completion) -> None:
         """Store the extrapolated depth of a completion."""
-        self.guess, self._composed = Guess.of(completion), weakref.ref(completion)
+        self.extrapolation, self._composed = Extrapolation.of(completion), weakref.ref(completion)
         if self._held is not None:
             self.hold(True)
 
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
         """Replace run and results by a later state of the same step."""
         self.run, self.results = run, results
-        self.guess = self.hidden_test = None
-        self.truth_error = self.hidden_error = self.expected_error = None
+        self.extrapolation = self.hold_out_test = None
+        self.ground_truth_error = self.hold_out_error = self.expected_error = None
         self._composed = None
         for name in ("checksum", "block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)

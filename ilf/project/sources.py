@@ -14,12 +14,12 @@ import numpy as np
 
 from .._runtime.files import FileContent, read_file
 from ..data.camera import CameraIntrinsics
-from ..data.frame import FrameInputs, InputFile, RGBDFrame, TruthFile
+from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
-from ..io.companions import read_truth
 from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
+from ..io.frame_additions import read_ground_truth
 from ..io.images import read_colour
 from ..sources.poses import camera_pose
 from ..sources.recorded import read_recorded
@@ -178,7 +178,7 @@ def load_inputs(
     parts: Parts | None = None,
     places: Places | None = None,
 ) -> RGBDFrame:
-    """Load a frame from its files at their present paths, without its ground truth (see `with_truth`).
+    """Load a frame from its files at their present paths, without its ground truth (see `with_ground_truth`).
 
     Returns
     -------
@@ -199,7 +199,7 @@ def load_inputs(
         inputs,
         rgb=InputFile(str(colour.path), inputs.rgb.sha256),
         depth=InputFile(str(depth.path), inputs.depth.sha256),
-        truth=None,
+        ground_truth=None,
     )
     metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
     return RGBDFrame(read_colour(colour), metres, intrinsics, name, found, pose=camera_pose(depth.path))
@@ -233,10 +233,10 @@ def _of_recording(
     raise MissingSource(f"{wanted.path}: the recording no longer exists. Give its new path.", wanted)
 
 
-def with_truth(
-    frame: RGBDFrame, wanted: TruthFile, parts: Parts | None = None, places: Places | None = None
+def with_ground_truth(
+    frame: RGBDFrame, wanted: GroundTruthFile, parts: Parts | None = None, places: Places | None = None
 ) -> RGBDFrame:
     """Return the frame with the ground truth of a file at its present path; raises as `find_source`, and InputError."""
     content = find_source(wanted, parts, places)
-    truth, file = read_truth(content, frame.shape, wanted.units)
-    return frame.with_truth(truth, file)
+    ground_truth, file = read_ground_truth(content, frame.shape, wanted.units)
+    return frame.with_ground_truth(ground_truth, file)

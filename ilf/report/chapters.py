@@ -9,16 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._runtime.cancellation import stoppable
+from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import UNKNOWN, counted, grouped, millimetres
 from ..completion.confidence.expected_error import MEDIAN_NAME, RMS_MEANING, RMS_NAME
 from ..completion.edge_aware.fitted_guide import fit_guide
 from ..data.camera import camera_text
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import InputFile
-from ..data.parameters import BlockParameters, Parameters, in_words, likeness
+from ..data.parameters import BlockParameters, Parameters, nearest_preset, to_text
 from ..data.results import Status, blocks_by_message
-from ..evaluation.evaluation import Judgement
+from ..evaluation.evaluation import Evaluation
 from ..io.encodings import encoding_of_inputs
 from ..project.frame_state import own_values
 from ..run.options import ExportOptions
@@ -28,20 +28,20 @@ from .content import (
     Cell,
     Chapter,
     Column,
+    Element,
     Fact,
     Facts,
     Gallery,
     Image,
     Paragraph,
-    Part,
     Section,
     Subject,
     Table,
     Unreadable,
 )
-from .curves import MOST_CURVES, curve_blocks, curve_plots
-from .figures import ErrorFigures, Figures
-from .pictures import frame_pictures, photo, thumbnail
+from .curves import MAX_CURVES, curve_blocks, curve_plots
+from .frame_statistics import ErrorStatistics, FrameStatistics
+from .pictures import frame_pictures, jpeg_image, thumbnail
 
 # The tables of a frame: blocks, errors, run history, own parameters of blocks.
 
@@ -52,10 +52,10 @@ EXPECTED = Column(f"{RMS_NAME} [mm]", RMS_MEANING)
 NOT_RUN, OUTDATED = "not run", "values changed"
 
 
-def block_table(figures: Figures) -> Table:
+def block_table(figures: FrameStatistics) -> Table:
     """Make the table of blocks."""
     subject, completion = figures.subject, figures.subject.completion
-    judged = figures.judged_by
+    evaluated = figures.evaluated_by
     columns = [
         Column("no."),
         Column("block", number=_WORDS),
@@ -67,8 +67,10 @@ def block_table(figures: Figures) -> Table:
         Column("sigma [mm]", "sigma_i of the last iteration: its remaining change of the surface"),
         EXPECTED,
     ]
-    if judged:
-        columns.append(Column(f"RMSE, {judged} [mm]", f"Root mean square error of the filled depth against {judged}"))
+    if evaluated:
+        columns.append(
+            Column(f"RMSE, {evaluated} [mm]", f"Root mean square error of the filled depth against {evaluated}")
+        )
     rows = []
     frame, blocks = subject.run.frame, subject.run.blocks
     pixels = np.bincount(blocks.ravel())
@@ -93,8 +95,8 @@ def block_table(figures: Figures) -> Table:
                 Cell(millimetres(outcome.sigma_i)),
                 Cell(millimetres(figures.expected_of(result))),
             ]
-        if judged:
-            cells.append(Cell(millimetres(figures.by_block.get(label, Judgement()).rmse)))
+        if evaluated:
+            cells.append(Cell(millimetres(figures.by_block.get(label, Evaluation()).rmse)))
         rows.append(tuple(cells))
     return Table(tuple(columns), tuple(rows))
 
@@ -116,7 +118,7 @@ def block_remarks(subject: Subject) -> list[str]:
     return remarks
 
 
-def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
+def error_table(errors: tuple[ErrorStatistics, ...]) -> Table:
     """Make the table of errors, with a row per evaluation."""
     columns = (
         Column("evaluation", number=_WORDS),
@@ -132,13 +134,13 @@ def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
     rows = tuple(
         (
             Cell(one.name),
-            Cell(grouped(one.judgement.pixels)),
-            Cell(millimetres(one.judgement.rmse)),
-            Cell(millimetres(one.judgement.mae)),
-            Cell(millimetres(one.judgement.median)),
+            Cell(grouped(one.evaluation.pixels)),
+            Cell(millimetres(one.evaluation.rmse)),
+            Cell(millimetres(one.evaluation.mae)),
+            Cell(millimetres(one.evaluation.median)),
             Cell(millimetres(one.p95)),
-            Cell(millimetres(one.judgement.bias)),
-            Cell(share(one.judgement.within)),
+            Cell(millimetres(one.evaluation.bias)),
+            Cell(share(one.evaluation.within)),
             Cell(share(one.coverage)),
         )
         for one in errors
@@ -146,12 +148,12 @@ def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
     return Table(columns, rows)
 
 
-def own_table(subject: Subject) -> Table | None:
+def own_parameters_table(subject: Subject) -> Table | None:
     """Make the table of blocks with own parameters; None if there are none."""
     run = subject.run
     own = {label: own_values(parameters, run.parameters) for label, parameters in sorted(run.own.items())}
     rows = tuple(
-        (Cell(str(label)), Cell(subject.name_of(label), subject.colour_of(label)), Cell("; ".join(in_words(values))))
+        (Cell(str(label)), Cell(subject.name_of(label), subject.colour_of(label)), Cell("; ".join(to_text(values))))
         for label, values in own.items()
         if values
     )
@@ -180,14 +182,14 @@ def runs_table(subject: Subject) -> Table:
             Cell(str(kept.number)),
             Cell(kept.name if kept.how == "finished" else f"{kept.name} ({kept.how})", kept.colour),
             Cell(f"{kept.when:%Y-%m-%d %H:%M}"),
-            Cell(likeness(kept.run.parameters).text()),
+            Cell(nearest_preset(kept.run.parameters).text()),
             Cell(str(len(kept.done))),
             Cell(grouped(kept.iterations)),
             Cell(f"{kept.seconds:.1f}"),
             Cell(grouped(kept.recovered)),
             Cell(_or_unknown(kept.expected_error)),
-            Cell(_or_unknown(kept.truth_error)),
-            Cell(_or_unknown(kept.hidden_error)),
+            Cell(_or_unknown(kept.ground_truth_error)),
+            Cell(_or_unknown(kept.hold_out_error)),
             Cell(kept.note),
         )
         for kept in subject.kept
@@ -207,7 +209,7 @@ def _or_unknown(metres: float | None) -> str:
 # The command that reproduces a run, if there is one.
 
 
-def again_text(run: Run) -> tuple[str, str]:
+def replay_text(run: Run) -> tuple[str, str]:
     """Return a sentence and the command that reproduces the run; the command is empty if there is none.
 
     Parameters
@@ -217,13 +219,13 @@ def again_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command reproduces the run.", ""
-    by_hand = run.edited or run.own or frame.distrusted is not None or run.drawn is not None
+    by_hand = run.edited or run.own or frame.invalid_mask is not None or run.drawn is not None
     if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
         return (
             "Blocks, parameters or depth were edited by hand. Export the frame and replay its run.json.",
             "ilf complete --replay run.json",
         )
-    nearest = likeness(run.parameters)
+    nearest = nearest_preset(run.parameters)
     encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
     files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
     words = ["ilf", "complete", *files, "--depth-encoding", encoding]
@@ -234,14 +236,14 @@ def again_text(run: Run) -> tuple[str, str]:
     if frame.guide is not None and frame.guide.path is not None:
         words += ["--guide", frame.guide.path]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
-    words += _flags(run.extraction, run.extraction.unlike(BlockParameters()), "blocks-")
-    words += ["--extrapolate"] * run.dense
+    words += _flags(run.extraction, run.extraction.differences_from(BlockParameters()), "blocks-")
+    words += ["--extrapolate"] * run.extrapolate
     return "This command reproduces the run; its run.json contains all hashes.", shlex.join(words)
 
 
 def _flags(values: ParameterSet, differing: Mapping[str, Value], prefix: str = "") -> list[str]:
     flags = []
-    for name in filter(values.matters, differing):
+    for name in filter(values.has_effect, differing):
         flag, value = f"{prefix}{name.replace('_', '-')}", differing[name]
         if isinstance(value, bool):
             flags.append(f"--{flag}" if value else f"--no-{flag}")
@@ -265,16 +267,16 @@ class Entry:
     note: str = ""
 
 
-def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
+def frame_chapter(id: str, figures: FrameStatistics, most: int) -> Chapter:
     """Make the chapter of a frame; its pictures have at most `most` pixels on the longer side."""
     subject = figures.subject
-    return Chapter(id, subject.run.frame.name, subject.note, tuple(stoppable(_sections(figures, most))))
+    return Chapter(id, subject.run.frame.name, subject.note, tuple(cancellable_items(_sections(figures, most))))
 
 
-def _sections(figures: Figures, most: int) -> Iterator[Section]:
+def _sections(figures: FrameStatistics, most: int) -> Iterator[Section]:
     subject = figures.subject
     record = make_record(subject.run, subject.completion, ExportOptions())
-    yield Section("", (_head(figures), *(Paragraph(text, warns=True) for text in subject.problems)))
+    yield Section("", (_summary(figures), *(Paragraph(text, warns=True) for text in subject.problems)))
     yield Section("Pictures", (Gallery(frame_pictures(figures, most)),))
     yield Section("Accuracy", _accuracy(figures))
     yield Section("Blocks", _blocks(figures))
@@ -284,7 +286,7 @@ def _sections(figures: Figures, most: int) -> Iterator[Section]:
         yield Section("Run history", (runs_table(subject),))
     yield Section("Files and versions", (_provenance(record),))
     if subject.completion.results:
-        yield Section("Reproduce this run", _again(subject))
+        yield Section("Reproduce this run", _reproduction(subject))
 
 
 def unreadable_chapter(id: str, frame: Unreadable) -> Chapter:
@@ -292,7 +294,7 @@ def unreadable_chapter(id: str, frame: Unreadable) -> Chapter:
     return Chapter(id, frame.name, "", (Section("", (Paragraph(frame.why, warns=True),)),))
 
 
-def index_entry(id: str, figures: Figures) -> Entry:
+def index_entry(id: str, figures: FrameStatistics) -> Entry:
     """Make a frame's entry in the index."""
     subject = figures.subject
     frame, completion = subject.run.frame, subject.completion
@@ -304,11 +306,13 @@ def index_entry(id: str, figures: Figures) -> Entry:
         str(blocks),
         str(len(completion.results)),
         millimetres(figures.whole_expected.rms),
-        _rmse(figures.against_truth),
-        _rmse(figures.on_hidden_depth),
+        _rmse(figures.against_ground_truth),
+        _rmse(figures.on_hold_out),
     )
     small = thumbnail(subject, _THUMBNAIL)
-    return Entry(id, frame.name, photo(small, _THUMBNAIL_QUALITY), tuple(Cell(text) for text in cells), subject.note)
+    return Entry(
+        id, frame.name, jpeg_image(small, _THUMBNAIL_QUALITY), tuple(Cell(text) for text in cells), subject.note
+    )
 
 
 def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
@@ -341,11 +345,11 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
     return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{counted(len(entries), 'frame')}."), table)),))
 
 
-def _rmse(errors: ErrorFigures | None) -> str:
-    return "" if errors is None else millimetres(errors.judgement.rmse)
+def _rmse(errors: ErrorStatistics | None) -> str:
+    return "" if errors is None else millimetres(errors.evaluation.rmse)
 
 
-def _head(figures: Figures) -> Facts:
+def _summary(figures: FrameStatistics) -> Facts:
     subject = figures.subject
     frame, completion = subject.run.frame, subject.completion
     height, width = frame.shape
@@ -366,16 +370,16 @@ def _head(figures: Figures) -> Facts:
         more = f", {grouped(filled)} of them filled" if filled else ""
         share = f"{outside / frame.depth.size:.1%} ({grouped(outside)} pixels{more})"
         facts.append(Fact("Outside the depth camera's view", share))
-    if frame.distrusted is not None:
-        count = int(np.count_nonzero(frame.distrusted & np.isfinite(frame.measured)))
+    if frame.invalid_mask is not None:
+        count = int(np.count_nonzero(frame.invalid_mask & np.isfinite(frame.measured)))
         facts.append(Fact("Marked invalid", f"{grouped(count)} measured pixels, which count as missing"))
     guide = fit_guide(frame)
     if guide is not None:
-        facts.append(Fact("Guide", guide.in_words()))
+        facts.append(Fact("Guide", guide.to_text()))
     if completion.results:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
-        if guessed := int(np.count_nonzero(completion.guessed)):
-            facts.append(Fact("Extrapolated", f"{grouped(guessed)} pixels that no block has filled"))
+        if extrapolated := int(np.count_nonzero(completion.extrapolated)):
+            facts.append(Fact("Extrapolated", f"{grouped(extrapolated)} pixels that no block has filled"))
         expected = figures.whole_expected
         if math.isfinite(expected.rms):
             facts.append(Fact(RMS_NAME, f"{millimetres(expected.rms)} mm"))
@@ -385,7 +389,7 @@ def _head(figures: Figures) -> Facts:
     return Facts(tuple(facts))
 
 
-def _accuracy(figures: Figures) -> tuple[Part, ...]:
+def _accuracy(figures: FrameStatistics) -> tuple[Element, ...]:
     if figures.errors:
         return (error_table(figures.errors),)
     if not figures.subject.completion.results:
@@ -393,7 +397,7 @@ def _accuracy(figures: Figures) -> tuple[Part, ...]:
     return (Paragraph("The frame has no ground truth and was not evaluated on hold-out: its errors are unknown."),)
 
 
-def _blocks(figures: Figures) -> tuple[Part, ...]:
+def _blocks(figures: FrameStatistics) -> tuple[Element, ...]:
     subject = figures.subject
     if not subject.run.blocks.any():
         return (Paragraph("The frame has no blocks."),)
@@ -407,30 +411,30 @@ def _blocks(figures: Figures) -> tuple[Part, ...]:
     )
 
 
-def _parameters(subject: Subject) -> tuple[Part, ...]:
+def _parameters(subject: Subject) -> tuple[Element, ...]:
     run = subject.run
-    nearest = likeness(run.parameters)
-    parts: list[Part] = []
+    nearest = nearest_preset(run.parameters)
+    parts: list[Element] = []
     if nearest.differs:
         parts.append(Paragraph(f"Filter: preset {nearest.preset} with these changes."))
         parts.append(_differing(Parameters, nearest.differs))
     else:
         parts.append(Paragraph(f"Filter: preset {nearest.preset}."))
-    own = own_table(subject)
+    own = own_parameters_table(subject)
     if own is not None:
         parts.append(own)
     if run.extraction is None:
         parts.append(Paragraph("The blocks were given, not extracted."))
     else:
-        differs = run.extraction.unlike(BlockParameters())
-        differs = {name: differs[name] for name in filter(run.extraction.matters, differs)}
+        differs = run.extraction.differences_from(BlockParameters())
+        differs = {name: differs[name] for name in filter(run.extraction.has_effect, differs)}
         edited = " The blocks were edited afterwards." if run.edited else ""
         if differs:
             parts.append(Paragraph(f"Extraction: defaults with these changes.{edited}"))
             parts.append(_differing(BlockParameters, differs))
         else:
             parts.append(Paragraph(f"Extraction: defaults.{edited}"))
-    if run.dense:
+    if run.extrapolate:
         parts.append(Paragraph("Depth still missing after the blocks is extrapolated."))
     return tuple(parts)
 
@@ -438,20 +442,20 @@ def _parameters(subject: Subject) -> tuple[Part, ...]:
 def _differing(kind: type[ParameterSet], values: Mapping[str, Value]) -> Table:
     declared = kind.declarations()
     rows = tuple(
-        (Cell(declared[name].label, about=declared[name].help), Cell(name), Cell(declared[name].in_words(value)))
+        (Cell(declared[name].label, about=declared[name].help), Cell(name), Cell(declared[name].to_text(value)))
         for name, value in values.items()
     )
     return Table((Column("parameter", number=False), Column("name", number=False), Column("value")), rows)
 
 
-def _convergence(subject: Subject) -> tuple[Part, ...]:
+def _convergence(subject: Subject) -> tuple[Element, ...]:
     plots = curve_plots(subject)
     if not plots:
         return (Paragraph("No block was iterated."),)
     shown = len(curve_blocks(subject))
     iterated = sum(bool(len(result.history)) for result in subject.completion.results.values())
     text = f"The {shown} of {iterated} iterated blocks that have filled most pixels are shown."
-    return (*((Paragraph(text),) if iterated > MOST_CURVES else ()), Gallery(plots))
+    return (*((Paragraph(text),) if iterated > MAX_CURVES else ()), Gallery(plots))
 
 
 def _provenance(record: RunRecord) -> Facts:
@@ -462,7 +466,7 @@ def _provenance(record: RunRecord) -> Facts:
         files: list[tuple[str, InputFile | None]] = [
             ("Colour", record.inputs.rgb),
             ("Depth", record.inputs.depth),
-            ("Ground truth", record.inputs.truth),
+            ("Ground truth", record.inputs.ground_truth),
         ]
         for name, file in files:
             if file is not None:
@@ -483,8 +487,8 @@ def _provenance(record: RunRecord) -> Facts:
     return Facts((*facts, Fact("Processor", record.processor)))
 
 
-def _again(subject: Subject) -> tuple[Part, ...]:
-    text, command = again_text(subject.run)
+def _reproduction(subject: Subject) -> tuple[Element, ...]:
+    text, command = replay_text(subject.run)
     if subject.again:
         text, command = "This command replays the runs and reports differences.", subject.again
     return (Paragraph(text), *((Paragraph(command, code=True),) if command else ()))

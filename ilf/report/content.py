@@ -9,9 +9,9 @@ from typing import Self, TypeAlias
 from ..data.results import Completion
 from ..drawing.blocks import block_colour
 from ..drawing.colours import Colour
+from ..project.facts import present_completion
 from ..project.frame_state import FrameState
-from ..project.run_history import KeptRun
-from ..project.stored import stored_completion
+from ..project.run_history import StoredRun
 from ..run.run import Run
 
 
@@ -156,7 +156,7 @@ class Gallery:
     items: tuple[Picture | Plot, ...]
 
 
-Part: TypeAlias = Paragraph | Facts | Table | Gallery
+Element: TypeAlias = Paragraph | Facts | Table | Gallery
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Section:
     """A heading and its content."""
 
     title: str
-    parts: tuple[Part, ...]
+    parts: tuple[Element, ...]
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Subject:
         Block label -> name and colour; the defaults follow from the label.
     note : str
         The user's note on the frame.
-    kept : tuple of KeptRun
+    kept : tuple of StoredRun
         Run history of the frame.
     again : str
         Command that reproduces the run; derived from the run if empty.
@@ -215,7 +215,7 @@ class Subject:
     names: Mapping[int, str] = field(default_factory=dict)
     colours: Mapping[int, Colour] = field(default_factory=dict)
     note: str = ""
-    kept: tuple[KeptRun, ...] = ()
+    kept: tuple[StoredRun, ...] = ()
     again: str = ""
     problems: tuple[str, ...] = ()
 
@@ -224,8 +224,8 @@ class Subject:
         """Return the subject of a frame in a project, with its present results."""
         infos = state.notes.infos
         return cls(
-            replace(state.run(), dense=state.guess is not None),
-            stored_completion(state),
+            replace(state.run(), extrapolate=state.extrapolation is not None),
+            present_completion(state),
             {label: info.name for label, info in infos.items()},
             {label: info.colour for label, info in infos.items()},
             state.note,

@@ -40,12 +40,12 @@ def _luminance(rgb: tuple[float, float, float]) -> float:
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
-MOST_CURVES = 6
+MAX_CURVES = 6
 
 _SIZE = 560, 320
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62, 12, 12, 44
 _DASHES = ("", "7 3", "2 3")
-_MOST_POINTS = 400
+_MAX_POINTS = 400
 _INK, _FAINT = "#444a52", "#c9cdd3"
 
 Point = tuple[float, float]
@@ -120,7 +120,7 @@ def curve_plots(subject: Subject) -> tuple[Plot, ...]:
     return tuple(plots)
 
 
-def curve_blocks(subject: Subject, most: int = MOST_CURVES) -> list[int]:
+def curve_blocks(subject: Subject, most: int = MAX_CURVES) -> list[int]:
     """Return the labels of the blocks whose curves are shown: the iterated blocks that have filled most pixels."""
     iterated = {label: result for label, result in subject.completion.results.items() if len(result.history)}
     return sorted(iterated, key=lambda label: (-iterated[label].outcome.recovered, label))[:most]
@@ -207,9 +207,9 @@ def _text(x: float, y: float, text: str, anchor: str) -> str:
 
 def _thinned(points: Sequence[Point]) -> tuple[Point, ...]:
     """Reduce points to a visible number, keeping the highest and the lowest of each stretch."""
-    if len(points) <= _MOST_POINTS:
+    if len(points) <= _MAX_POINTS:
         return tuple(points)
-    stretch = math.ceil(2 * len(points) / _MOST_POINTS)
+    stretch = math.ceil(2 * len(points) / _MAX_POINTS)
     kept = {points[0], points[-1]}
     for start in range(0, len(points), stretch):
         few = points[start : start + stretch]

@@ -10,12 +10,12 @@ from .._runtime.installation import __version__
 from .content import (
     Cell,
     Chapter,
+    Element,
     Facts,
     Gallery,
     Image,
     Legend,
     Paragraph,
-    Part,
     Picture,
     Plot,
     Report,
@@ -121,9 +121,9 @@ def page(report: Report, made: str) -> str:
     ])  # fmt: skip
 
 
-def _chapter(chapter: Chapter, leads_back: bool, report: Report) -> str:
+def _chapter(chapter: Chapter, links_to_index: bool, report: Report) -> str:
     first = report.chapters[0]
-    back = f'<p class="back"><a href="#{first.id}">All frames</a></p>' if leads_back else ""
+    back = f'<p class="back"><a href="#{first.id}">All frames</a></p>' if links_to_index else ""
     lead = f'<p class="lead">{escape(chapter.lead)}</p>' if chapter.lead else ""
     head = f"<h1>{escape(chapter.title)}</h1>"
     sections = "\n".join(_section(section) for section in chapter.sections)
@@ -135,7 +135,7 @@ def _section(section: Section) -> str:
     return f"<section>{title}{''.join(_part(part) for part in section.parts)}</section>"
 
 
-def _part(part: Part) -> str:
+def _part(part: Element) -> str:
     if isinstance(part, Paragraph):
         if part.code:
             return f"<pre><code>{escape(part.text)}</code></pre>"

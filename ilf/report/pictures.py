@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from .._runtime.cancellation import stoppable
+from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import counted
 from ..data.frame import RGBDFrame
 from ..drawing.blocks import inner_points
@@ -29,7 +29,7 @@ from ..drawing.colours import (
     to_indices,
 )
 from .content import ColourBar, Image, Legend, Mark, Picture, ScaleBar, Subject
-from .figures import Figures
+from .frame_statistics import FrameStatistics
 
 # Encoding arrays as images of limited size.
 
@@ -37,14 +37,14 @@ _QUALITY = 85
 _BAR_PIXELS = 255
 
 
-def photo(rgb: NDArray[np.uint8], quality: int = _QUALITY) -> Image:
+def jpeg_image(rgb: NDArray[np.uint8], quality: int = _QUALITY) -> Image:
     """Encode a colour image, uint8 (H, W, 3), as JPEG."""
     buffer = io.BytesIO()
     Pillow.fromarray(rgb).save(buffer, "JPEG", quality=quality, optimize=True)
     return Image(buffer.getvalue(), "jpeg", rgb.shape[1], rgb.shape[0])
 
 
-def by_table(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
+def indexed_png(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
     """Encode indices, uint8 (H, W), into a lookup table, uint8 (256, 3), as lossless PNG."""
     picture = Pillow.fromarray(indices)
     picture.putpalette(table.tobytes())
@@ -56,16 +56,16 @@ def by_table(indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> Image:
 def colour_bar(table: NDArray[np.uint8], ticks: tuple[str, str, str]) -> ColourBar:
     """Make the colour bar of a lookup table, without the colour of missing values."""
     row = np.arange(1, _BAR_PIXELS + 1, dtype=np.uint8)[None]
-    return ColourBar(by_table(row, table), ticks)
+    return ColourBar(indexed_png(row, table), ticks)
 
 
-def shrunk_shape(shape: tuple[int, int], most: int) -> tuple[int, int]:
+def reduced_shape(shape: tuple[int, int], most: int) -> tuple[int, int]:
     """Return height and width of a picture reduced to at most `most` pixels on its longer side."""
     factor = min(1.0, most / max(shape))
     return max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1)
 
 
-def shrunk(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -> NDArray[Any]:
+def resized(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -> NDArray[Any]:
     """Resample an array of pixels: by nearest neighbour, or averaged (`smooth`)."""
     if values.shape[:2] == shape:
         return values
@@ -75,7 +75,7 @@ def shrunk(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -
 
 # The scale bar of a frame's pictures: a round length, and the depth that it applies to.
 
-_LARGEST_SHARE = 0.3
+_MAX_SHARE = 0.3
 
 
 def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> ScaleBar:
@@ -96,11 +96,11 @@ def scale_bar(frame: RGBDFrame, depth: NDArray[np.floating]) -> ScaleBar:
     """
     width = frame.shape[1]
     if frame.intrinsics is None:
-        pixels = _round_down(_LARGEST_SHARE * width)
+        pixels = _round_down(_MAX_SHARE * width)
         return ScaleBar(pixels / width, f"{pixels:g} px")
     median = float(np.nanmedian(depth))
     across = width * median / frame.intrinsics.fx
-    metres = _round_down(_LARGEST_SHARE * across)
+    metres = _round_down(_MAX_SHARE * across)
     length = f"{metres:g} m" if metres >= 1 else f"{1000 * metres:g} mm" if metres < 0.01 else f"{100 * metres:g} cm"
     return ScaleBar(metres / across, f"{length} at {median:.2f} m depth")
 
@@ -112,7 +112,7 @@ def _round_down(value: float) -> float:
 
 
 _NO_DEPTH = Legend(MISSING, "no depth")
-_LEAST_ROOM = 0.011
+_MIN_LABEL_RADIUS = 0.011
 """Minimum radius of a block's inner circle, as a share of the picture's width, to print the block's number."""
 _MM = np.float32(1000)
 
@@ -125,10 +125,10 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
     ("outside the view", (60, 100, 160)),
     ("filled outside the view", (120, 170, 225)),
 )
-_MISSING, _MEASURED, _FILLED, _GUESSED, _DISTRUSTED, _OUTSIDE, _FILLED_OUTSIDE = range(len(_ORIGINS))
+_MISSING, _MEASURED, _FILLED, _EXTRAPOLATED, _INVALID_DEPTH, _OUTSIDE, _FILLED_OUTSIDE = range(len(_ORIGINS))
 
 
-def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
+def frame_pictures(figures: FrameStatistics, most: int) -> tuple[Picture, ...]:
     """Make all pictures of a frame.
 
     Parameters
@@ -137,33 +137,33 @@ def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
     most : int
         Maximum width and height of a picture [px].
     """
-    return tuple(stoppable(_pictures(figures, most)))
+    return tuple(cancellable_items(_pictures(figures, most)))
 
 
 def thumbnail(subject: Subject, most: int) -> NDArray[np.uint8]:
     """Draw a small colour image with the outlines of its blocks, uint8 (H, W, 3)."""
-    return _outlined(subject, shrunk_shape(subject.run.frame.shape, most))
+    return _outlined(subject, reduced_shape(subject.run.frame.shape, most))
 
 
-def _pictures(figures: Figures, most: int) -> Iterator[Picture]:
+def _pictures(figures: FrameStatistics, most: int) -> Iterator[Picture]:
     subject = figures.subject
     frame, completion = subject.run.frame, subject.completion
-    shape = shrunk_shape(frame.shape, most)
+    shape = reduced_shape(frame.shape, most)
     levels = robust_depth_levels(np.stack([frame.depth, completion.depth]))
     scale = scale_bar(frame, completion.depth)
     blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
     yield Picture(
         "Colour and blocks",
-        photo(_outlined(subject, shape)),
+        jpeg_image(_outlined(subject, shape)),
         f"{counted(blocks, 'block')}, numbered as in the table." if blocks else "There are no blocks.",
         scale=scale,
         marks=_marks(subject),
     )
     table, bar = depth_colours(), (f"{levels[0]:.2f} m", f"{sum(levels) / 2:.2f} m", f"{levels[1]:.2f} m")
     for title, depth in (("Depth in", frame.depth), ("Depth out", completion.depth)):
-        indices = to_indices(shrunk(depth, shape), *levels)
+        indices = to_indices(resized(depth, shape), *levels)
         yield Picture(
-            title, by_table(indices, table), bar=colour_bar(table, bar), scale=scale, legend=_no_depth(indices)
+            title, indexed_png(indices, table), bar=colour_bar(table, bar), scale=scale, legend=_no_depth(indices)
         )
     yield _origin(subject, shape)
     if np.isfinite(figures.expected).any():
@@ -171,10 +171,10 @@ def _pictures(figures: Figures, most: int) -> Iterator[Picture]:
     yield from _differences(figures, shape)
 
 
-def _differences(figures: Figures, shape: tuple[int, int]) -> Iterator[Picture]:
+def _differences(figures: FrameStatistics, shape: tuple[int, int]) -> Iterator[Picture]:
     frame, completion = figures.subject.run.frame, figures.subject.completion
-    if frame.truth is not None and completion.filled.any():
-        error = np.where(completion.filled, completion.depth - frame.truth, np.float32(np.nan))
+    if frame.ground_truth is not None and completion.filled.any():
+        error = np.where(completion.filled, completion.depth - frame.ground_truth, np.float32(np.nan))
         yield _difference("Error against ground truth", error, shape, "Of filled pixels: depth out minus ground truth.")
     if figures.hidden is not None:
         error = np.full(frame.shape, np.nan, np.float32)
@@ -189,17 +189,17 @@ def _differences(figures: Figures, shape: tuple[int, int]) -> Iterator[Picture]:
 
 def _difference(title: str, metres: NDArray[np.float32], shape: tuple[int, int], caption: str) -> Picture:
     level = robust_difference_level(metres * _MM)
-    indices = to_indices(shrunk(metres, shape) * _MM, -level, level)
+    indices = to_indices(resized(metres, shape) * _MM, -level, level)
     table = difference_colours()
     bar = colour_bar(table, (f"\N{MINUS SIGN}{level:g} mm", "0", f"+{level:g} mm"))
-    return Picture(title, by_table(indices, table), caption, bar, legend=(Legend(MISSING, "not compared"),))
+    return Picture(title, indexed_png(indices, table), caption, bar, legend=(Legend(MISSING, "not compared"),))
 
 
-def _expected(figures: Figures, shape: tuple[int, int]) -> Picture:
+def _expected(figures: FrameStatistics, shape: tuple[int, int]) -> Picture:
     low, high = robust_error_levels(figures.expected * _MM)
     table = error_colours()
     bar: ColourBar = colour_bar(table, (f"{low:g} mm", f"{np.sqrt(low * high):.3g} mm", f"{high:g} mm"))
-    picture = by_table(log_indices(shrunk(figures.expected, shape), (low, high)), table)
+    picture = indexed_png(log_indices(resized(figures.expected, shape), (low, high)), table)
     caption = "About 68 % of the true errors of filled pixels are expected to lie within it."
     return Picture("Expected error", picture, caption, bar, legend=(Legend(MISSING, "not filled"),))
 
@@ -207,11 +207,11 @@ def _expected(figures: Figures, shape: tuple[int, int]) -> Picture:
 def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
     frame, completion = subject.run.frame, subject.completion
     origin = np.full(frame.shape, _MISSING, np.uint8)
-    if frame.distrusted is not None:
-        origin[frame.distrusted & np.isfinite(frame.measured)] = _DISTRUSTED
+    if frame.invalid_mask is not None:
+        origin[frame.invalid_mask & np.isfinite(frame.measured)] = _INVALID_DEPTH
     origin[frame.known] = _MEASURED
     origin[completion.filled] = _FILLED
-    origin[completion.guessed] = _GUESSED
+    origin[completion.extrapolated] = _EXTRAPOLATED
     if frame.outside_view is not None:
         origin[frame.outside_view] = np.where(completion.filled, _FILLED_OUTSIDE, _OUTSIDE)[frame.outside_view]
     table = np.zeros((256, 3), np.uint8)
@@ -222,7 +222,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
         for number, (text, colour) in enumerate(_ORIGINS)
         if counts[number]
     )
-    picture = by_table(shrunk(origin, shape), table)
+    picture = indexed_png(resized(origin, shape), table)
     return Picture("Origin of the depth", picture, legend=legend)
 
 
@@ -233,8 +233,8 @@ def _no_depth(indices: NDArray[np.uint8]) -> tuple[Legend, ...]:
 def _outlined(subject: Subject, shape: tuple[int, int]) -> NDArray[np.uint8]:
     """Draw the colour image at a shape, with the blocks' borders in their colours on both sides."""
     blocks = subject.run.blocks
-    picture = np.array(shrunk(subject.run.frame.rgb, shape, smooth=True))
-    labels = shrunk(blocks, shape)
+    picture = np.array(resized(subject.run.frame.rgb, shape, smooth=True))
+    labels = resized(blocks, shape)
     there = np.flatnonzero(np.bincount(blocks.ravel()))
     numbers = np.searchsorted(there, labels).astype(np.float32)  # small enough to be exact
     side = 3 if max(shape) < 900 else 5
@@ -250,5 +250,5 @@ def _marks(subject: Subject) -> tuple[Mark, ...]:
     return tuple(
         Mark(x / width, y / height, str(label))
         for label, (x, y, radius) in inner_points(subject.run.blocks).items()
-        if radius >= _LEAST_ROOM * width
+        if radius >= _MIN_LABEL_RADIUS * width
     )

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 
 from .._runtime.files import write_bytes
 from ..errors import InputError
-from ..evaluation.evaluation import Step, part_of, run_out
-from ..evaluation.hold_out import HiddenResult, HiddenTest, hidden_steps
+from ..evaluation.evaluation import Step, run_to_end, scaled_progress
+from ..evaluation.hold_out import HoldOutResult, HoldOutTest, hold_out_steps
 from .chapters import Entry, frame_chapter, index_chapter, index_entry, unreadable_chapter
 from .content import Chapter, Report, Subject, Unreadable
-from .figures import Figures
+from .frame_statistics import FrameStatistics
 from .page import page
 
-_MOST_PIXELS, _MOST_PIXELS_OF_MANY = 1024, 640
+_MAX_PIXELS, _MAX_PIXELS_WITH_INDEX = 1024, 640
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class ReportOptions:
     ----------
     title : str
         Title of a report of several frames; a report of one frame has the frame's name.
-    hidden : HiddenTest, optional
+    hidden : HoldOutTest, optional
         Also evaluate every frame with results on hold-out; repeats its run once per seed.
     made : datetime
         Date of the report.
@@ -36,7 +36,7 @@ class ReportOptions:
     """
 
     title: str = "Report"
-    hidden: HiddenTest | None = None
+    hidden: HoldOutTest | None = None
     made: datetime.datetime = field(default_factory=datetime.datetime.now)
     threads: int | None = None
 
@@ -68,15 +68,15 @@ def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | No
     (True, True)
     """
     chosen = options or ReportOptions()
-    return html_of(run_out(report_steps(list(subjects), chosen)), chosen)
+    return html_of(run_to_end(report_steps(list(subjects), chosen)), chosen)
 
 
 def html_of(content: Report, options: ReportOptions) -> str:
     """Return the HTML page of a report."""
-    return page(content, made_text(options))
+    return page(content, date_text(options))
 
 
-def made_text(options: ReportOptions) -> str:
+def date_text(options: ReportOptions) -> str:
     """Return the date of a report as text."""
     return f"{options.made:%d %B %Y, %H:%M}"
 
@@ -114,7 +114,7 @@ def report_steps(
         As for `report`.
     """
     total = count if count is not None else len(subjects) if isinstance(subjects, Sequence) else 1
-    most = _MOST_PIXELS if total == 1 else _MOST_PIXELS_OF_MANY
+    most = _MAX_PIXELS if total == 1 else _MAX_PIXELS_WITH_INDEX
     chapters: list[Chapter] = []
     entries: list[Entry] = []
     for number, subject in enumerate(subjects):
@@ -125,8 +125,8 @@ def report_steps(
             continue
         name = subject.run.frame.name
         yield Step(done, name)
-        hidden = yield from part_of(_tested(subject, options), done, 1 / total, f"{name}, hold-out: ")
-        figures = Figures(subject, hidden)
+        hidden = yield from scaled_progress(_hold_out_result(subject, options), done, 1 / total, f"{name}, hold-out: ")
+        figures = FrameStatistics(subject, hidden)
         chapters.append(frame_chapter(id, figures, most))
         if total > 1:
             entries.append(index_entry(id, figures))
@@ -137,11 +137,11 @@ def report_steps(
     return Report(chapters[0].title, tuple(chapters))
 
 
-def _tested(subject: Subject, options: ReportOptions) -> Generator[Step, None, HiddenResult | None]:
+def _hold_out_result(subject: Subject, options: ReportOptions) -> Generator[Step, None, HoldOutResult | None]:
     """Evaluate the blocks with results on hold-out, with the parameters of these results; None if not requested, or
     if there are no results."""
     results = subject.completion.results
     if options.hidden is None or not results:
         return None
     run = replace(subject.run, own={label: result.parameters for label, result in results.items()})
-    return (yield from hidden_steps(run, options.hidden, list(results), threads=options.threads))
+    return (yield from hold_out_steps(run, options.hidden, list(results), threads=options.threads))

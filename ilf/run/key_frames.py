@@ -20,7 +20,7 @@ from .run import Run
 BUDGET = 64 * 2**20
 """Maximum memory [bytes] of the key frames of one frame."""
 
-MOST = 64
+MAX_KEY_FRAMES = 64
 """Maximum number of key frames of a block in one run."""
 
 
@@ -61,15 +61,15 @@ class Track:
         """The iterations with key frames, in increasing order."""
         return [record.i for record, _ in self._frames]
 
-    def is_of(self, records: Sequence[IterationRecord]) -> bool:
+    def belongs_to(self, records: Sequence[IterationRecord]) -> bool:
         """Whether it belongs to the iterations with these records."""
         return bool(self._frames) and self._frames[0].record is records[0]
 
     def add(self, record: IterationRecord, snapshot: Snapshot) -> None:
-        """Store an iteration; if there are more than `MOST`, keep every second."""
+        """Store an iteration; if there are more than `MAX_KEY_FRAMES`, keep every second."""
         self.nbytes += snapshot.nbytes if self._frames else snapshot.nbytes + snapshot.shared
         self._frames.append(KeyFrame(record, snapshot))
-        if len(self._frames) > MOST:
+        if len(self._frames) > MAX_KEY_FRAMES:
             self.thin()
 
     @property
@@ -170,7 +170,7 @@ class KeyFrames:
         with self._lock:
             track = self._by_first.get(id(records[0]))
         # the id may have been reused
-        return track if track is not None and track.is_of(records) else None
+        return track if track is not None and track.belongs_to(records) else None
 
     def _make_room(self) -> None:
         while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
@@ -201,14 +201,16 @@ class KeyFrames:
         return True
 
 
-def past_depth(present: NDArray[np.float32], moments: Iterable[tuple[Track, KeyFrame]]) -> NDArray[np.float32]:
+def depth_at_key_frames(
+    present: NDArray[np.float32], block_states: Iterable[tuple[Track, KeyFrame]]
+) -> NDArray[np.float32]:
     """The depth of a frame with some blocks at a key frame.
 
     Parameters
     ----------
     present : ndarray of float32, shape (H, W)
         Depth [m] of all other pixels, NaN = missing.
-    moments : iterable of (Track, KeyFrame)
+    block_states : iterable of (Track, KeyFrame)
         The blocks' tracks, and their key frames.
 
     Returns
@@ -216,6 +218,6 @@ def past_depth(present: NDArray[np.float32], moments: Iterable[tuple[Track, KeyF
     ndarray of float32, shape (H, W)
     """
     depth = present.copy()
-    for track, key_frame in moments:
+    for track, key_frame in block_states:
         depth[track.block.box][track.block.mask] = track.depth(key_frame)
     return depth

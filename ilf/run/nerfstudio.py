@@ -23,8 +23,8 @@ from ..io.labels import read_mask
 from ..sources.frames import frame_folder
 from ..sources.opening import is_recording, opened
 from ..sources.pairing import natural
-from ..sources.poses import OF_OPENGL
-from .options import ERROR_FILES, RECORD_FILE, UNVOUCHED_FILE
+from ..sources.poses import OPENGL_AXES
+from .options import ERROR_FILES, RECORD_FILE, UNSUPPORTED_FILE
 from .record import RunRecord
 from .record_file import read_record
 from .writing import Written
@@ -72,7 +72,9 @@ class _Result:
     weight: NDArray[np.float32] | None
 
 
-def depth_weight(depth: ArrayLike, error: ArrayLike, unvouched: NDArray[np.bool_] | None = None) -> NDArray[np.float32]:
+def depth_weight(
+    depth: ArrayLike, error: ArrayLike, unsupported: NDArray[np.bool_] | None = None
+) -> NDArray[np.float32]:
     """Weight of depth in a fit: 1 / (1 + (error / (1 % of the depth))²).
 
     Parameters
@@ -81,8 +83,8 @@ def depth_weight(depth: ArrayLike, error: ArrayLike, unvouched: NDArray[np.bool_
         Depth [m], (H, W), NaN = missing.
     error : array_like
         Expected error [m], (H, W), from `ilf.expected_error`: NaN where depth was measured or is missing.
-    unvouched : ndarray of bool, optional
-        Mask (H, W) from `ilf.unvouched`.
+    unsupported : ndarray of bool, optional
+        Mask (H, W) from `ilf.unsupported`.
 
     Returns
     -------
@@ -96,8 +98,8 @@ def depth_weight(depth: ArrayLike, error: ArrayLike, unvouched: NDArray[np.bool_
     """
     metres, expected = np.asarray(depth, np.float64), np.nan_to_num(np.asarray(error, np.float64))
     weight = np.where(np.isfinite(metres), 1 / (1 + (expected / (_HALF_WEIGHT * metres)) ** 2), 0)
-    if unvouched is not None:
-        weight[unvouched] = 0
+    if unsupported is not None:
+        weight[unsupported] = 0
     return weight.astype(np.float32)
 
 
@@ -180,7 +182,7 @@ def _weight(folder: Path, record: RunRecord, depth: NDArray[np.float32]) -> NDAr
     depth_format = next(known for known in ("npy", "tiff", "png") if known in options.depth_formats)
     stored = read_depth_values(folder / ERROR_FILES[depth_format]).astype(np.float64)
     error = np.where(stored > 0, stored / (options.depth_units if depth_format == "png" else 1), np.nan)
-    return depth_weight(depth, error, read_mask(folder / UNVOUCHED_FILE, (depth.shape[0], depth.shape[1])))
+    return depth_weight(depth, error, read_mask(folder / UNSUPPORTED_FILE, (depth.shape[0], depth.shape[1])))
 
 
 def _write_frame(target: Path, number: int, result: _Result) -> tuple[dict[str, Any], list[Path], list[str]]:
@@ -198,7 +200,7 @@ def _write_frame(target: Path, number: int, result: _Result) -> tuple[dict[str, 
     entry = {
         **names,
         "name": result.record.name,
-        "transform_matrix": (result.pose @ OF_OPENGL).tolist(),
+        "transform_matrix": (result.pose @ OPENGL_AXES).tolist(),
         "fl_x": camera.fx,
         "fl_y": camera.fy,
         "cx": camera.cx + _PIXEL_CENTRE,

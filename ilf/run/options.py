@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
-GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
+EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
 COLOUR_FILE = "rgb.png"
 """Colour of the frame, if no file contains it: from a recording, or undistorted."""
@@ -24,7 +24,7 @@ DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
 """Depth format -> file name of the expected error, in the same units."""
 
-UNVOUCHED_FILE = "unvouched.png"
+UNSUPPORTED_FILE = "unvouched.png"
 """Mask, beside the expected errors, of the filled pixels that are unsupported by measurements."""
 
 CLOUD_FILES = {
@@ -117,7 +117,7 @@ class ExportOptions:
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
         if self.expected_error:
             names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
-            names += [UNVOUCHED_FILE] if self.depth_formats else []
+            names += [UNSUPPORTED_FILE] if self.depth_formats else []
         if self.labels:
             names.append(LABELS_FILE)
         if self.curves:
@@ -131,14 +131,14 @@ class ExportOptions:
         return tuple(names)
 
 
-def without_impossible_cloud(
-    options: ExportOptions, frame: RGBDFrame, way_out: str = ""
+def drop_impossible_cloud(
+    options: ExportOptions, frame: RGBDFrame, remedy: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
     """Remove the cloud from the options if the frame has no intrinsics; returns options and a note that ends with the
     remedy."""
     if frame.intrinsics is not None or options.cloud is None:
         return options, ()
-    note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
+    note = f"No point cloud is written, because the camera's intrinsics are not known{remedy}."
     return replace(options, cloud=None), (note,)
 
 

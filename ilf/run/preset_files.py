@@ -13,7 +13,7 @@ from typing import Any
 
 import platformdirs
 
-from .._runtime.files import made_folder, read_json, write_bytes
+from .._runtime.files import ensure_folder, read_json, write_bytes
 from .._runtime.schema import check_schema
 from ..data.declarations import Value
 from ..data.parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
@@ -32,7 +32,7 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class OwnPreset:
+class UserPreset:
     """Named parameters.
 
     Parameters
@@ -53,7 +53,7 @@ class OwnPreset:
     Examples
     --------
     >>> from ilf import preset
-    >>> OwnPreset("soft", preset("best", smoothness=3)).changes
+    >>> UserPreset("soft", preset("best", smoothness=3)).changes
     {'smoothness': 3.0}
     """
 
@@ -69,12 +69,12 @@ class OwnPreset:
     @property
     def changes(self) -> dict[str, Value]:
         """The parameters of the filter that differ from the base."""
-        return self.parameters.unlike(PRESETS[self.base])
+        return self.parameters.differences_from(PRESETS[self.base])
 
     @property
     def extraction_changes(self) -> dict[str, Value]:
         """The parameters of the extraction that differ from the defaults."""
-        return {} if self.extraction is None else self.extraction.unlike(BlockParameters())
+        return {} if self.extraction is None else self.extraction.differences_from(BlockParameters())
 
 
 @dataclass(frozen=True)
@@ -84,16 +84,16 @@ class PresetList:
     Attributes
     ----------
     presets : dict
-        Name -> OwnPreset, in alphabetical order.
+        Name -> UserPreset, in alphabetical order.
     problems : tuple of str
         One sentence for every file that cannot be read.
     """
 
-    presets: dict[str, OwnPreset]
+    presets: dict[str, UserPreset]
     problems: tuple[str, ...]
 
 
-def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
+def read_preset(path: str | os.PathLike[str]) -> UserPreset:
     """Read a preset's file.
 
     Parameters
@@ -112,7 +112,7 @@ def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
     Examples
     --------
     >>> from ilf import preset
-    >>> write_preset("soft.json", OwnPreset("soft", preset("best", smoothness=3)))
+    >>> write_preset("soft.json", UserPreset("soft", preset("best", smoothness=3)))
     >>> read_preset("soft.json").parameters.smoothness
     3.0
     """
@@ -125,14 +125,14 @@ def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
         raise FormatError(f"{Path(path).absolute()}: {error}") from error
 
 
-def write_preset(path: str | os.PathLike[str], preset: OwnPreset) -> None:
+def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
     """Write a preset's file, atomically.
 
     Parameters
     ----------
     path : path-like
         Usually with the suffix .json.
-    preset : OwnPreset
+    preset : UserPreset
 
     Raises
     ------
@@ -168,7 +168,7 @@ def list_presets() -> PresetList:
     return PresetList(presets, tuple(problems))
 
 
-def find_preset(name: str) -> OwnPreset:
+def find_preset(name: str) -> UserPreset:
     """Find a preset by name or file. Those of the paper include parameters of the extraction.
 
     Parameters
@@ -189,7 +189,7 @@ def find_preset(name: str) -> OwnPreset:
     'ideal'
     """
     if name in PRESETS:
-        return OwnPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+        return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name)
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)
@@ -199,12 +199,12 @@ def find_preset(name: str) -> OwnPreset:
     raise ParameterError(f"There is no preset {name!r}, and no such file. Known: {known}.")
 
 
-def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
+def save_preset(preset: UserPreset, *, replace: bool = False) -> Path:
     """Save a preset in the presets folder.
 
     Parameters
     ----------
-    preset : OwnPreset
+    preset : UserPreset
     replace : bool
         Whether it may replace one of the same name.
 
@@ -222,7 +222,7 @@ def save_preset(preset: OwnPreset, *, replace: bool = False) -> Path:
     """
     former = _existing(preset.name) if replace else None
     path = _free_path(preset.name, keeps=former)
-    made_folder(path.parent)
+    ensure_folder(path.parent)
     write_preset(former or path, preset)
     return former or path
 
@@ -237,7 +237,7 @@ def rename_preset(old: str, new: str) -> Path:
     ExportError
         If its file cannot be renamed.
     """
-    source = _own(old)
+    source = _user_preset(old)
     target = _free_path(new, keeps=source)
     try:
         return source.rename(target)
@@ -255,7 +255,7 @@ def delete_preset(name: str) -> Path:
     ExportError
         If it cannot be deleted.
     """
-    path = _own(name)
+    path = _user_preset(name)
     try:
         path.unlink()
     except OSError as error:
@@ -263,7 +263,7 @@ def delete_preset(name: str) -> Path:
     return path
 
 
-def import_preset(path: str | os.PathLike[str], name: str | None = None, *, replace: bool = False) -> OwnPreset:
+def import_preset(path: str | os.PathLike[str], name: str | None = None, *, replace: bool = False) -> UserPreset:
     """Copy a preset's file to the presets folder.
 
     Parameters
@@ -285,7 +285,7 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
     return preset
 
 
-def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
+def _parsed(data: Mapping[str, Any], stem: str) -> UserPreset:
     check_schema(data, SCHEMA, "preset")
     name, base = data.get("name", stem), data.get("base", DEFAULT_PRESET)
     if not isinstance(name, str) or not name:
@@ -301,10 +301,10 @@ def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
         extraction = BlockParameters().replace(**parts["extraction"]) if "extraction" in data else None
     except ParameterError as error:
         raise FormatError(str(error)) from error
-    return OwnPreset(name, parameters, base, extraction)
+    return UserPreset(name, parameters, base, extraction)
 
 
-def _own(name: str) -> Path:
+def _user_preset(name: str) -> Path:
     path = _existing(name)
     if path is None:
         known = ", ".join(list_presets().presets) or "none"

@@ -24,16 +24,16 @@ from ..data.results import BlockOutcome, Completion
 from ..errors import InputError
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
-from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
+from .options import DRAWN_FILE, GUIDE_FILE, INVALID_MASK_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
 from .setup import RunSetup
 
 # The networks used by a run, by name.
 
-Asked = tuple[str, ...]
+Requested = tuple[str, ...]
 """Names of networks: the requested one, then its replacement if that does not work."""
 
 
-def asked_networks(detector: str, model: str) -> Asked:
+def requested_networks(detector: str, model: str) -> Requested:
     """The networks that may produce the edges.
 
     Parameters
@@ -45,20 +45,20 @@ def asked_networks(detector: str, model: str) -> Asked:
 
     Examples
     --------
-    >>> asked_networks("rgbd", "edges"), asked_networks("combined", "mine"), asked_networks("canny", "edges")
-    (('depth-edges', 'edges'), ('mine',), ())
+    >>> requested_networks("rgbd", "edges"), requested_networks("combined", "mine")
+    (('depth-edges', 'edges'), ('mine',))
     """
     return {"canny": (), "rgbd": (DEPTH_EDGES, model)}.get(detector, (model,))
 
 
-def used_network(sha256: str | None, asked: Asked) -> dict[str, str]:
+def used_network(sha256: str | None, requested: Requested) -> dict[str, str]:
     """Name -> SHA-256 of the network used: the requested one with that file, else the first; empty if none was used."""
-    if sha256 is None or not asked:
+    if sha256 is None or not requested:
         return {}
-    return {next((name for name in asked[1:] if present_sha256(name) == sha256), asked[0]): sha256}
+    return {next((name for name in requested[1:] if installed_sha256(name) == sha256), requested[0]): sha256}
 
 
-def present_sha256(name: str) -> str | None:
+def installed_sha256(name: str) -> str | None:
     """SHA-256 of the installed network of this name; None if there is none that works.
 
     Raises
@@ -105,7 +105,7 @@ class RunRecord:
         Name of the frame.
     inputs : FrameInputs or None
         None if the frame was not read from files.
-    distrusted, drawn : RecordedMask or None
+    invalid_mask, drawn : RecordedMask or None
         The invalid mask and the mask of drawn borders; None for none.
     outside_view : RecordedMask or None
         The mask of pixels outside the depth camera's view, if the frame has it from a file; None for none.
@@ -128,7 +128,7 @@ class RunRecord:
         Label of every block that was run -> its parameters.
     common : Parameters
         Parameters of most blocks.
-    dense : bool
+    extrapolate : bool
         Whether the remaining depth was extrapolated.
     options : ExportOptions
     outcomes : tuple of BlockOutcome
@@ -146,7 +146,7 @@ class RunRecord:
 
     name: str
     inputs: FrameInputs | None
-    distrusted: RecordedMask | None
+    invalid_mask: RecordedMask | None
     extraction: BlockParameters | None
     labels_sha256: str
     shape: tuple[int, int]
@@ -156,7 +156,7 @@ class RunRecord:
     networks: dict[str, str]
     parameters: dict[int, Parameters]
     common: Parameters
-    dense: bool
+    extrapolate: bool
     options: ExportOptions
     outcomes: tuple[BlockOutcome, ...]
     depth_sha256: str
@@ -187,7 +187,7 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
     return RunRecord(
         name=run.frame.name,
         inputs=run.frame.inputs,
-        distrusted=_recorded(run.frame.distrusted, DISTRUSTED_FILE),
+        invalid_mask=_recorded(run.frame.invalid_mask, INVALID_MASK_FILE),
         extraction=run.extraction,
         labels_sha256=array_sha256(run.blocks),
         shape=run.frame.shape,
@@ -197,7 +197,7 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
         networks=_networks(completion),
         parameters={label: result.parameters for label, result in results.items()},
         common=used.most_common(1)[0][0] if used else run.parameters,
-        dense=run.dense,
+        extrapolate=run.extrapolate,
         options=options,
         outcomes=tuple(result.outcome for result in results.values()),
         depth_sha256=array_sha256(completion.depth),
@@ -230,7 +230,7 @@ def to_json(record: RunRecord) -> bytes:
         "processor": record.processor,
         "name": record.name,
         "inputs": None if record.inputs is None else dataclasses.asdict(record.inputs),
-        "distrusted": _as_dict(record.distrusted),
+        "invalid_mask": _as_dict(record.invalid_mask),
         "drawn": _as_dict(record.drawn),
         "outside_view": _as_dict(record.outside_view),
         "guide": _as_dict(record.guide),
@@ -249,7 +249,7 @@ def to_json(record: RunRecord) -> bytes:
             for label, own in record.parameters.items()
             if own != record.common
         },
-        "dense": record.dense,
+        "extrapolate": record.extrapolate,
         "export": dataclasses.asdict(record.options),
         "blocks_outcome": [outcome_to_dict(outcome) for outcome in record.outcomes],
         "depth_sha256": record.depth_sha256,
@@ -279,17 +279,17 @@ def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
 def _extraction_networks(run: RunSetup) -> dict[str, str]:
     if run.extraction is None:
         return {}
-    return used_network(run.network, asked_networks(run.extraction.detector, run.extraction.model))
+    return used_network(run.network, requested_networks(run.extraction.detector, run.extraction.model))
 
 
 def _networks(completion: Completion) -> dict[str, str]:
     # extrapolation uses the preset "best"
-    used = [(preset(), completion.guess_network)]
+    used = [(preset(), completion.extrapolation_network)]
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}
     for result in completion.results.values():
         if result.correction is not None:
             networks[CORRECTION] = result.correction
     for parameters, sha256 in dict.fromkeys(used):
-        networks |= used_network(sha256, asked_networks(parameters.edges, parameters.model))
+        networks |= used_network(sha256, requested_networks(parameters.edges, parameters.model))
     return networks

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from .._runtime.files import read_json
 from .._runtime.schema import Section, check_schema, is_plain
-from ..data.camera import checked_motion
-from ..data.frame import FrameInputs, InputFile, TruthFile
+from ..data.camera import checked_transform
+from ..data.frame import FrameInputs, GroundTruthFile, InputFile
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, Status
 from ..errors import FormatError, InputError, ParameterError
 from ..io.encodings import encoding_of
-from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, OUTSIDE_FILE, ExportOptions
+from .options import DRAWN_FILE, GUIDE_FILE, INVALID_MASK_FILE, OUTSIDE_FILE, ExportOptions
 from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 
 
@@ -56,7 +56,7 @@ def _parsed(record: Section) -> RunRecord:
     return RunRecord(
         name=record.get("name", str),
         inputs=None if inputs is None else parsed_inputs(Section("inputs", inputs)),
-        distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
+        invalid_mask=_parsed_mask(record, "invalid_mask", INVALID_MASK_FILE),
         extraction=None if extraction is None else BlockParameters.from_dict(extraction),
         labels_sha256=blocks.get("sha256", str),
         shape=(shape[0], shape[1]),
@@ -71,7 +71,7 @@ def _parsed(record: Section) -> RunRecord:
             for outcome in outcomes
         },
         common=common,
-        dense=record.get("dense", bool),
+        extrapolate=record.get("extrapolate", bool),
         options=_parsed_options(record.section("export")),
         outcomes=outcomes,
         depth_sha256=record.get("depth_sha256", str),
@@ -95,7 +95,7 @@ def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | N
 
 def _parsed_pose(record: Section) -> tuple[tuple[float, ...], ...] | None:
     pose = record.get("pose", list, type(None))
-    return None if pose is None else tuple(map(tuple, checked_motion(pose, "'pose' in the run record").tolist()))
+    return None if pose is None else tuple(map(tuple, checked_transform(pose, "'pose' in the run record").tolist()))
 
 
 def _parsed_guide(record: Section) -> RecordedGuide | None:
@@ -125,18 +125,20 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
         depth,
         units,
         camera,
-        _parsed_truth(inputs),
+        _parsed_ground_truth(inputs),
         encoding,
         inputs.get("invalid", float, type(None)),
         inputs.get("frame", str, type(None)),
     )
 
 
-def _parsed_truth(inputs: Section) -> TruthFile | None:
-    if inputs.get("truth", dict, type(None)) is None:
+def _parsed_ground_truth(inputs: Section) -> GroundTruthFile | None:
+    if inputs.get("ground_truth", dict, type(None)) is None:
         return None
-    truth = inputs.section("truth")
-    return TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
+    ground_truth = inputs.section("ground_truth")
+    return GroundTruthFile(
+        ground_truth.get("path", str), ground_truth.get("sha256", str), ground_truth.get("units", float)
+    )
 
 
 def _parsed_options(options: Section) -> ExportOptions:

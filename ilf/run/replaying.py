@@ -20,20 +20,20 @@ from ..data.frame import InputFile, RGBDFrame
 from ..data.guide import Guide
 from ..data.results import Completion
 from ..errors import InputError
-from ..io.companions import load_guide, load_truth
 from ..io.depth import depth_in_metres, read_depth_values
+from ..io.frame_additions import load_ground_truth, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
 from ..sources.frames import load_frame
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
-from .record import RecordedGuide, RecordedMask, RunRecord, array_sha256, asked_networks, present_sha256
+from .record import RecordedGuide, RecordedMask, RunRecord, array_sha256, installed_sha256, requested_networks
 from .record_file import read_record
 from .run import Run
 
 # Differences from the recorded state: files, edge networks, versions and processor.
 
 
-def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
+def file_problems(record: RunRecord, folder: Path) -> tuple[str, ...]:
     """Check a record's set of files; one sentence each for files that are missing and files that have changed.
 
     Parameters
@@ -75,22 +75,22 @@ def processor_difference(record: RunRecord) -> str:
     return f"another kind of processor ({record.processor}; here {processor()})"
 
 
-def networks_that_were_missing(record: RunRecord) -> list[str]:
+def networks_now_available(record: RunRecord) -> list[str]:
     """Sentences on edge networks that were replaced when the run was recorded, but are available now."""
     missed = set()
     if record.extraction is not None:
-        asked = asked_networks(record.extraction.detector, record.extraction.model)
-        missed.update(set(asked[:1]) - record.extraction_networks.keys())
+        requested = requested_networks(record.extraction.detector, record.extraction.model)
+        missed.update(set(requested[:1]) - record.extraction_networks.keys())
     for outcome in record.outcomes:
         parameters = record.parameters[outcome.label]
         if parameters.filter == "edge-aware" and outcome.iterations:
-            asked = asked_networks(parameters.edges, parameters.model)
-            missed.update(set(asked[:1]) - record.networks.keys())
+            requested = requested_networks(parameters.edges, parameters.model)
+            missed.update(set(requested[:1]) - record.networks.keys())
     return [
         f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges replaced "
         "its own: blocks and depth may differ now that it is available."
         for name in sorted(missed)
-        if present_sha256(name) is not None
+        if installed_sha256(name) is not None
     ]
 
 
@@ -103,7 +103,7 @@ def network_differences(record: RunRecord) -> list[str]:
     )
     for networks, had, means in parts:
         for name, sha256 in networks.items():
-            present = present_sha256(name)
+            present = installed_sha256(name)
             if present == sha256:
                 continue
             state = "is not available" if present is None else "has changed"
@@ -113,8 +113,8 @@ def network_differences(record: RunRecord) -> list[str]:
                     "Install the recorded version."
                 )
                 continue
-            way_out = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
-            sentences.append(f"The edge network {name!r} {had} {state}: {means}. {way_out}.")
+            remedy = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
+            sentences.append(f"The edge network {name!r} {had} {state}: {means}. {remedy}.")
     return sentences
 
 
@@ -158,17 +158,17 @@ class Replay:
             return ()
         if self._depth is None:
             return (
-                f"The depth is not bit for bit the recorded one{self._because()}. The difference cannot be computed: "
+                f"The depth is not bit for bit the recorded one{self._causes()}. The difference cannot be computed: "
                 f"the original {DEPTH_FILES['npy']} or {DEPTH_FILES['tiff']} is not beside the record.",
             )
-        return (f"{how_far(completion.depth, self._depth)}{self._because()}.",)
+        return (f"{depth_difference_text(completion.depth, self._depth)}{self._causes()}.",)
 
-    def _because(self) -> str:
+    def _causes(self) -> str:
         causes = [text for text in (version_differences(self.record), processor_difference(self.record)) if text]
         return f"; by {' and '.join(causes)}" if causes else ""
 
 
-def how_far(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
+def depth_difference_text(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
     """Text on the difference of depth [m] from the recorded depth, both (H, W)."""
     both = np.isfinite(depth) & np.isfinite(recorded)
     apart = np.abs(depth[both].astype(np.float64) - recorded[both])
@@ -221,12 +221,14 @@ def replay(
     (True, ())
     """
     record, folder = read_record(path), Path(path).absolute().parent
-    frame, without_truth = _with_recorded_truth(record, _recorded_frame(record, folder, rgb, depth), folder)
+    frame, without_ground_truth = _with_recorded_ground_truth(
+        record, _recorded_frame(record, folder, rgb, depth), folder
+    )
     differences = [
-        *without_truth,
-        *missing_or_changed(record, folder),
+        *without_ground_truth,
+        *file_problems(record, folder),
         *network_differences(record),
-        *networks_that_were_missing(record),
+        *networks_now_available(record),
     ]
     labels, network, notes = _recorded_blocks(record, frame, folder)
     gone = sorted(set(record.parameters) - set(np.unique(labels).tolist()))
@@ -244,7 +246,7 @@ def replay(
         record.common,
         {label: own for label, own in record.parameters.items() if own != record.common},
         frozenset(record.parameters),
-        dense=record.dense,
+        extrapolate=record.extrapolate,
         extraction=record.extraction,
         edited=record.edited,
         network=network,
@@ -295,29 +297,29 @@ def _recorded_frame(
             )
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
-    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
+    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, ground_truth=None), pose=pose)
     if record.outside_view is not None:
         outside = _recorded_mask(record.outside_view, "the outside view", folder, frame.shape)
         frame = dataclasses.replace(frame, outside_view=outside)
-    distrusted = _recorded_mask(record.distrusted, "invalid depth", folder, frame.shape)
-    return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
+    invalid_mask = _recorded_mask(record.invalid_mask, "invalid depth", folder, frame.shape)
+    return frame.with_invalid_mask(invalid_mask).with_guide(_recorded_guide(record.guide, folder))
 
 
-def _with_recorded_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
+def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
     """The frame with the recorded ground truth, or unchanged with a sentence on why; no depth depends on it."""
-    recorded = None if record.inputs is None else record.inputs.truth
+    recorded = None if record.inputs is None else record.inputs.ground_truth
     if recorded is None:
         return frame, ()
     try:
         found = _recorded_file(recorded, "ground-truth file", folder, None)
-        return frame.with_truth(load_truth(found, frame.shape, recorded.units), recorded), ()
+        return frame.with_ground_truth(load_ground_truth(found, frame.shape, recorded.units), recorded), ()
     except InputError as error:
         return frame, (f"The run is not evaluated against ground truth, and its curves have no error. {error}",)
 
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The file with the recorded content: the given one, at its recorded path, or beside the record."""
-    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
+    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _file_name(recorded.path)]
     for path in candidates:
         if os.path.isfile(path) and file_sha256(path) == recorded.sha256:
             return path
@@ -335,7 +337,7 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
 
 def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The recording: the given one, at its recorded path, or beside the record. Its frame is compared later."""
-    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
+    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _file_name(recorded.path)]
     for path in candidates:
         if os.path.exists(path):
             return path
@@ -344,7 +346,7 @@ def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[st
     )
 
 
-def _last_name(path: str) -> str:
+def _file_name(path: str) -> str:
     """The last part of a path of any operating system."""
     return re.split(r"[\\/]", path)[-1]
 

@@ -13,22 +13,22 @@ from numpy.typing import ArrayLike
 
 from ..completion.block import Watch
 from ..completion.completion import CompletionRun
-from ..completion.extrapolation import guess_steps
+from ..completion.extrapolation import extrapolation_steps
 from ..data.declarations import ParameterSet, Value, check_names
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
-from ..data.parameters import BlockParameters, Parameters, as_extraction, as_parameters, by_set, preset
+from ..data.parameters import BlockParameters, Parameters, as_block_parameters, as_parameters, preset, split_parameters
 from ..data.results import Completion, IterationRecord, Progress, compose
 from ..errors import InputError, ParameterError
 from ..io.block_files import read_blocks
 from ..io.labels import LoadedBlocks, read_mask
-from ..segmentation.extraction import forget_stages, found_blocks
-from ..segmentation.reextraction import gaps_filled
-from .options import ExportOptions, without_impossible_cloud
+from ..segmentation.extraction import clear_stage_cache, found_blocks
+from ..segmentation.reextraction import with_gaps_filled
+from .options import ExportOptions, drop_impossible_cloud
 from .setup import RunSetup
 from .writing import Written, write
 
-GUESS = 0
+EXTRAPOLATED = 0
 """In place of a block's label in the `Progress` of the extrapolation."""
 
 
@@ -49,8 +49,8 @@ class Run(RunSetup):
         Block label -> own parameters.
     only : collection of int, optional
         Run only these blocks; in the order of a sequence if they run one after the other.
-    dense : bool
-        Whether depth that is still missing after the blocks is extrapolated (`ilf.fill_rest`).
+    extrapolate : bool
+        Whether depth that is still missing after the blocks is extrapolated (`ilf.extrapolate`).
     extraction : BlockParameters, optional
         Parameters of the blocks' extraction; None if they were not extracted.
     edited : bool
@@ -89,7 +89,7 @@ class Run(RunSetup):
         *,
         own: Mapping[int, Parameters | str] | None = None,
         extraction: BlockParameters | None = None,
-        dense: bool = False,
+        extrapolate: bool = False,
         drawn: ArrayLike | None = None,
         guide: ArrayLike | Guide | None = None,
         **changes: Value,
@@ -100,13 +100,17 @@ class Run(RunSetup):
                 f"The second argument is the label map of the blocks, not {blocks!r:.60}: give presets and parameters "
                 "of the filter as preset=, those of the extraction as extraction=."
             )
-        of_filter, of_blocks = by_set(changes, *inspect.signature(complete).parameters)
-        given: dict[str, Any] = {"parameters": as_parameters(preset, **of_filter), "dense": dense, "drawn": drawn}
+        of_filter, of_blocks = split_parameters(changes, *inspect.signature(complete).parameters)
+        given: dict[str, Any] = {
+            "parameters": as_parameters(preset, **of_filter),
+            "extrapolate": extrapolate,
+            "drawn": drawn,
+        }
         if own is not None:
             given["own"] = own
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
         if blocks is None:
-            chosen = as_extraction(extraction, **of_blocks)
+            chosen = as_block_parameters(extraction, **of_blocks)
             found = found_blocks(guided, chosen)
             given |= {"blocks": found.blocks, "network": found.network, "notes": found.notes}
             return cls(guided, extraction=chosen, **given)
@@ -216,7 +220,7 @@ class CompletedRun(Completion):
         check_names(changes, [known.name for known in fields(ExportOptions)])
         chosen, notes = replace(options or ExportOptions(), **changes), tuple[str, ...]()
         if options is None and "cloud" not in changes:
-            chosen, notes = without_impossible_cloud(chosen, self.frame, ": make the frame with intrinsics=")
+            chosen, notes = drop_impossible_cloud(chosen, self.frame, ": make the frame with intrinsics=")
         written = write(folder, self.run, self, chosen)
         return replace(written, notes=(*notes, *written.notes))
 
@@ -237,24 +241,24 @@ class RunSteps(CompletionRun):
         super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, run.drawn, watch)
         self._run = run
         self._dense: Completion | None = None
-        if run.dense:
-            self._steps = self._and_guess(self._steps)
+        if run.extrapolate:
+            self._steps = self._and_extrapolate(self._steps)
 
     def completion(self) -> CompletedRun:
         """The frame's depth, as far as it is completed."""
         return CompletedRun.of(self._dense or compose(self._run.frame, self.results), self._run)
 
-    def _and_guess(self, blocks: Generator[Progress, None, None]) -> Generator[Progress, None, None]:
+    def _and_extrapolate(self, blocks: Generator[Progress, None, None]) -> Generator[Progress, None, None]:
         yield from blocks
-        for record in self._guess():
-            yield Progress(GUESS, record=record)
+        for record in self._extrapolation():
+            yield Progress(EXTRAPOLATED, record=record)
 
-    def _guess(self) -> Generator[IterationRecord, None, None]:
-        self._dense = yield from _guessed(self._run, compose(self._run.frame, self.results))
+    def _extrapolation(self) -> Generator[IterationRecord, None, None]:
+        self._dense = yield from _extrapolated(self._run, compose(self._run.frame, self.results))
 
 
-def _guessed(run: Run, completion: Completion) -> Generator[IterationRecord, None, Completion]:
-    return guess_steps(completion, run.extraction, run.parameters.outside_view)
+def _extrapolated(run: Run, completion: Completion) -> Generator[IterationRecord, None, Completion]:
+    return extrapolation_steps(completion, run.extraction, run.parameters.outside_view)
 
 
 # `ilf.complete`, and the optional extrapolation.
@@ -267,7 +271,7 @@ def complete(
     *,
     own: Mapping[int, Parameters | str] | None = None,
     extraction: BlockParameters | None = None,
-    dense: bool = False,
+    extrapolate: bool = False,
     drawn: ArrayLike | None = None,
     guide: ArrayLike | Guide | None = None,
     on_progress: Callable[[Progress], None] | None = None,
@@ -287,8 +291,8 @@ def complete(
         Block label -> own parameters.
     extraction : BlockParameters, optional
         Parameters of the blocks' extraction, now or earlier; the defaults if left out. The filter uses the same edges.
-    dense : bool
-        Whether depth that is still missing after the blocks is extrapolated, as by `ilf.fill_rest`.
+    extrapolate : bool
+        Whether depth that is still missing after the blocks is extrapolated, as by `ilf.extrapolate`.
     drawn : array_like of bool, shape (H, W), optional
         Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth crosses it. A block's
         result depends only on its own pixels of these. The pass band ignores them, since it sees nothing beyond a
@@ -331,16 +335,24 @@ def complete(
     (2.0, 24)
     """
     run = Run.of(
-        frame, blocks, preset, own=own, extraction=extraction, dense=dense, drawn=drawn, guide=guide, **changes
+        frame,
+        blocks,
+        preset,
+        own=own,
+        extraction=extraction,
+        extrapolate=extrapolate,
+        drawn=drawn,
+        guide=guide,
+        **changes,
     )
     return run.complete(on_progress=on_progress, threads=threads)
 
 
-def fill_rest(completion: CompletedRun) -> CompletedRun:
+def extrapolate(completion: CompletedRun) -> CompletedRun:
     """Extrapolate the depth that is still missing: between blocks, in the margin, and in blocks with too little data.
 
     The completed frame is treated as one block whose surfaces end at edges. The result is unsupported by measurements:
-    it is for programs that need dense depth. `ilf.complete` with `dense=True` gives the same.
+    it is for programs that need dense depth. `ilf.complete` with `extrapolate=True` gives the same.
 
     Parameters
     ----------
@@ -350,7 +362,7 @@ def fill_rest(completion: CompletedRun) -> CompletedRun:
     -------
     CompletedRun
         Without missing pixels, except those outside the depth camera's view unless the run's parameters include them;
-        `guessed` is the mask of pixels filled by this step. All other depth is unchanged.
+        `extrapolated` is the mask of pixels filled by this step. All other depth is unchanged.
 
     Examples
     --------
@@ -359,22 +371,22 @@ def fill_rest(completion: CompletedRun) -> CompletedRun:
     >>> depth[5:9, 5:9] = 0
     >>> frame = ilf.RGBDFrame(rgb=np.zeros((20, 30, 3), np.uint8), depth=depth)
     >>> nothing_run = ilf.complete(frame, np.zeros((20, 30), int))
-    >>> int(ilf.fill_rest(nothing_run).guessed.sum())
+    >>> int(ilf.extrapolate(nothing_run).extrapolated.sum())
     16
     """
-    steps = _guessed(completion.run, completion)
+    steps = _extrapolated(completion.run, completion)
     while True:
         try:
             next(steps)
         except StopIteration as end:
-            return CompletedRun.of(end.value, replace(completion.run, dense=True))
+            return CompletedRun.of(end.value, replace(completion.run, extrapolate=True))
 
 
 # Run configurations, independent of a frame: parameters, and given or extracted blocks.
 
 
 @dataclass(frozen=True)
-class Recipe:
+class RunConfiguration:
     """The configuration that turns a frame into a `Run`.
 
     Parameters
@@ -383,7 +395,7 @@ class Recipe:
         Parameters or the name of a preset; "best" if left out.
     extraction : BlockParameters
         The defaults if left out.
-    dense : bool
+    extrapolate : bool
         Whether depth that is still missing after the blocks is extrapolated.
     blocks : str, optional
         Path of existing blocks (`ilf.io.read_blocks`); they are extracted if left out.
@@ -395,7 +407,7 @@ class Recipe:
 
     parameters: Parameters = field(default_factory=preset)
     extraction: BlockParameters = field(default_factory=BlockParameters)
-    dense: bool = False
+    extrapolate: bool = False
     blocks: str | None = None
     fill_gaps: bool = False
     drawn: str | None = None
@@ -403,7 +415,7 @@ class Recipe:
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", as_parameters(self.parameters))
 
-    def run_of(self, frame: RGBDFrame) -> Run:
+    def make_run(self, frame: RGBDFrame) -> Run:
         """Make the run of a frame. Intermediate results of the extraction are not cached.
 
         Raises
@@ -415,24 +427,26 @@ class Recipe:
         drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
         if given is None or self.fill_gaps:
             found = found_blocks(frame, self.extraction)
-            forget_stages(frame)
+            clear_stage_cache(frame)
             run = Run(
                 frame,
-                found.blocks if given is None else gaps_filled(given.labels, found.blocks, self.extraction),
+                found.blocks if given is None else with_gaps_filled(given.labels, found.blocks, self.extraction),
                 self.parameters,
-                dense=self.dense,
+                extrapolate=self.extrapolate,
                 extraction=self.extraction,
                 edited=self.fill_gaps,
                 network=found.network,
                 notes=found.notes if given is None else given.notes + found.notes,
                 drawn=drawn,
             )
-            way_out = "Lower min_size or min_known_share of the extraction, or give blocks."
+            remedy = "Lower min_size or min_known_share of the extraction, or give blocks."
         else:
-            run = Run(frame, given.labels, self.parameters, dense=self.dense, notes=given.notes, drawn=drawn)
-            way_out = f"{self.blocks} contains none: give a file with blocks, or fill its gaps."
+            run = Run(
+                frame, given.labels, self.parameters, extrapolate=self.extrapolate, notes=given.notes, drawn=drawn
+            )
+            remedy = f"{self.blocks} contains none: give a file with blocks, or fill its gaps."
         if not run.blocks.any():
-            raise InputError(f"There are no blocks to complete. {way_out}")
+            raise InputError(f"There are no blocks to complete. {remedy}")
         return run
 
     def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:

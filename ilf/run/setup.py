@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.blocks import checked_drawn, checked_labels
-from ..data.frame import RGBDFrame, checked_frame, fixed
+from ..data.frame import RGBDFrame, checked_frame, read_only
 from ..data.parameters import BlockParameters, Parameters, as_parameters, preset
 
 
@@ -23,7 +23,7 @@ class RunSetup:
     parameters: Parameters = field(default_factory=preset)
     own: Mapping[int, Parameters] = field(default_factory=dict)
     only: Collection[int] | None = None
-    dense: bool = False
+    extrapolate: bool = False
     extraction: BlockParameters | None = None
     edited: bool = False
     network: str | None = None
@@ -31,7 +31,7 @@ class RunSetup:
     drawn: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "blocks", fixed(checked_labels(self.blocks, checked_frame(self.frame).shape)))
+        object.__setattr__(self, "blocks", read_only(checked_labels(self.blocks, checked_frame(self.frame).shape)))
         object.__setattr__(self, "drawn", checked_drawn(self.drawn, self.frame.shape))
         object.__setattr__(self, "parameters", as_parameters(self.parameters))
         own = {label: as_parameters(parameters) for label, parameters in self.own.items()}

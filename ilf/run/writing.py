@@ -14,20 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_stopped
+from .._runtime.cancellation import check_cancelled
 from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.formatting import counted
-from .._runtime.staging import move_in, staging
-from ..completion.confidence.expected_error import expected_error, unvouched
-from ..completion.confidence.features import usual_notes
+from .._runtime.staging import move_into_place, staging
+from ..completion.confidence.expected_error import expected_error, unsupported
+from ..completion.confidence.features import default_edge_notes
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.points import in_world, point_cloud
 from ..data.results import Completion, EdgeAwareRecord, IterationRecord, PassBandRecord
 from ..data.surface import flying_points, surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
-from ..io.companions import write_guide
-from ..io.depth import coarser_units, write_depth, write_expected_error
+from ..io.depth import precision_loss, write_depth, write_expected_error
+from ..io.frame_additions import write_guide
 from ..io.images import encode_image
 from ..io.labels import write_labels, write_mask
 from ..io.meshes import write_mesh
@@ -38,16 +38,16 @@ from .options import (
     COLOUR_FILE,
     CURVES_FILE,
     DEPTH_FILES,
-    DISTRUSTED_FILE,
     DRAWN_FILE,
     ERROR_FILES,
-    GUESSED_FILE,
+    EXTRAPOLATED_FILE,
     GUIDE_FILE,
+    INVALID_MASK_FILE,
     LABELS_FILE,
     MESH_FILES,
     OUTSIDE_FILE,
     RECORD_FILE,
-    UNVOUCHED_FILE,
+    UNSUPPORTED_FILE,
     WORLD,
     ExportOptions,
 )
@@ -109,7 +109,7 @@ def _digits(value: float) -> str:
 # Point cloud and mesh of a run's result, with values per point.
 
 
-def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
+def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
     """Raise InputError for a cloud or a mesh of a frame without intrinsics, or in world axes without a pose."""
     if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
         raise InputError("The pose of this frame's camera is not known: select axes other than world.")
@@ -121,13 +121,13 @@ def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
         )
 
 
-def write_space(
+def write_cloud_and_mesh(
     folder: Path,
     run: RunSetup,
     completion: Completion,
     options: ExportOptions,
     error: NDArray[np.float32] | None,
-    doubtful: NDArray[np.bool_] | None,
+    unsupported_mask: NDArray[np.bool_] | None,
 ) -> list[str]:
     """Write the selected cloud and mesh; returns notes.
 
@@ -136,7 +136,7 @@ def write_space(
     folder : Path
     run, completion, options
         As for `write`; the frame's camera is known.
-    error, doubtful : ndarray, optional
+    error, unsupported_mask : ndarray, optional
         Expected error [m] and mask of unsupported depth, both (H, W), if they are written for every point.
     """
     camera, depth, rgb = run.frame.intrinsics, completion.depth, run.frame.rgb
@@ -151,7 +151,7 @@ def write_space(
     known: dict[str, Any] = {
         "only": only,
         "normals": surface_normals(depth, camera) if options.normals else None,
-        "scalars": _scalars(run, completion, error, doubtful),
+        "scalars": _scalars(run, completion, error, unsupported_mask),
     }
     pose = run.frame.pose if options.axes == WORLD else None
     axes = options.axes if pose is None else "camera"
@@ -162,10 +162,10 @@ def write_space(
         path = folder / CLOUD_FILES[options.cloud]
         write_cloud(path, cloud, axes=axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
         del cloud  # the mesh is as large
-        check_stopped()
+        check_cancelled()
     if options.mesh is not None:
         mesh = surface_mesh(depth, rgb, camera, **known)
-        check_stopped()
+        check_cancelled()
         if pose is not None and options.mesh != "glb":
             mesh = replace(mesh, vertices=in_world(mesh.vertices, pose))
         write_mesh(folder / MESH_FILES[options.mesh], mesh, axes=axes, unit=options.cloud_unit)
@@ -173,7 +173,7 @@ def write_space(
 
 
 def _scalars(
-    run: RunSetup, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
+    run: RunSetup, completion: Completion, error: NDArray[np.float32] | None, unsupported_mask: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
     """Scalar values of every pixel for the cloud and the mesh."""
     scalars: dict[str, NDArray[Any]] = {}
@@ -181,12 +181,12 @@ def _scalars(
         scalars["expected_error"] = error
     scalars["filled"] = completion.filled
     scalars["block"] = run.blocks
-    if doubtful is not None:
-        scalars["unvouched"] = doubtful
+    if unsupported_mask is not None:
+        scalars["unsupported"] = unsupported_mask
     return scalars
 
 
-_PREFERRED = ("npy", "tiff", "png")
+_DEPTH_PREFERENCE = ("npy", "tiff", "png")
 """Depth formats in which the folder is opened again as a frame, the most accurate first."""
 
 
@@ -212,8 +212,8 @@ class Written:
 def filenames(run: RunSetup, options: ExportOptions) -> tuple[str, ...]:
     """Names of the files that `write` writes; the run's record, which completes the set, is the last."""
     names = [name for name in options.filenames() if name != RECORD_FILE]
-    if run.dense:
-        names.append(GUESSED_FILE)
+    if run.extrapolate:
+        names.append(EXTRAPOLATED_FILE)
     names += _masks(run)
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
@@ -282,13 +282,13 @@ def write(
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
-            outputs = {name: _sealed(staged / name) for name in names if name != RECORD_FILE}
+            outputs = {name: _written_sha256(staged / name) for name in names if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.edited and not chosen.labels:
                 notes.append(f"{RECORD_FILE} cannot be replayed without {LABELS_FILE}: the blocks were edited.")
         if names:
-            move_in(staged, target, names)
+            move_into_place(staged, target, names)
     return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
 
 
@@ -315,13 +315,13 @@ def check_write(
         As for `write`.
     """
     target, frame = Path(folder), run.frame
-    check_space(frame, options)
+    check_cloud_and_mesh(frame, options)
     if os.path.exists(target) and not os.path.isdir(target):
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]
     check_not_an_input(frame, paths, given)
     meta = target / META_NAME
-    if meta in paths and os.path.isfile(meta) and not _is_ours(meta):
+    if meta in paths and os.path.isfile(meta) and not _is_export_meta(meta):
         raise ExportError(f"{meta} describes a frame, not an export, and would be overwritten. Choose another folder.")
     for path in paths:
         if os.path.isdir(path):
@@ -334,19 +334,19 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[
     """Raise ExportError if a path is a file that the frame was read from, or may have been, or is one of `given`."""
     others = [Path(path) for path in given if os.path.exists(path)]
     others += [inside for path in others if path.is_dir() for inside in path.iterdir()]
-    for path in _already_there(paths, others):
+    for path in _same_files(paths, others):
         raise ExportError(f"{path} is an input of this run and would be overwritten. Choose another folder.")
     if frame.inputs is None:
         return
-    files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
+    files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.ground_truth
     inputs = [Path(file.path) for file in files if file is not None]
     if frame.guide is not None and frame.guide.path is not None:
         inputs.append(Path(frame.guide.path))
-    for path in _already_there(paths, [*inputs, *(path.with_name(META_NAME) for path in inputs)]):
+    for path in _same_files(paths, [*inputs, *(path.with_name(META_NAME) for path in inputs)]):
         raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
 
 
-def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
+def _same_files(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
     """The paths that are the same file as one of the sources."""
     there = [source for source in sources if os.path.exists(source)]
     return [path for path in paths if os.path.exists(path) and any(path.samefile(source) for source in there)]
@@ -358,10 +358,12 @@ def _write_results(
     """Write the results, without meta.json and record; returns notes and remarks."""
     notes: list[str] = []
     remarks: list[str] = []
-    if run.dense:
-        write_mask(folder / GUESSED_FILE, completion.guessed)
-        if count := np.count_nonzero(completion.guessed):
-            remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {GUESSED_FILE}.")
+    if run.extrapolate:
+        write_mask(folder / EXTRAPOLATED_FILE, completion.extrapolated)
+        if count := np.count_nonzero(completion.extrapolated):
+            remarks.append(
+                f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {EXTRAPOLATED_FILE}."
+            )
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
     if run.frame.guide is not None:
@@ -370,42 +372,42 @@ def _write_results(
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
         if depth_format == "png" and run.frame.inputs is not None:
-            coarser = coarser_units(run.frame.inputs.depth_units, options.depth_units)
+            coarser = precision_loss(run.frame.inputs.depth_units, options.depth_units)
             found += [coarser] if coarser else []
         notes += [f"{name}: {note}" for note in found]
-    error = doubtful = None
+    error = unsupported_mask = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
-        error, doubtful = expected_error(completion), unvouched(completion)
-        remarks += [note for note in usual_notes(run.frame) if note not in completion.notes]
+        error, unsupported_mask = expected_error(completion), unsupported(completion)
+        remarks += [note for note in default_edge_notes(run.frame) if note not in completion.notes]
         for depth_format in options.depth_formats:
             name = ERROR_FILES[depth_format]
             found = write_expected_error(folder / name, error, options.depth_units)
             notes += [f"{name}: {note}" for note in found]
         if options.depth_formats:
-            write_mask(folder / UNVOUCHED_FILE, doubtful)
-            if count := np.count_nonzero(doubtful & ~completion.guessed):
-                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {UNVOUCHED_FILE}.")
+            write_mask(folder / UNSUPPORTED_FILE, unsupported_mask)
+            if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
+                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {UNSUPPORTED_FILE}.")
     if options.labels:
         write_labels(folder / LABELS_FILE, run.blocks)
     if options.curves:
         write_curves(folder / CURVES_FILE, completion.history)
-    notes += write_space(folder, run, completion, options, error, doubtful)
+    notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)
     return notes, remarks
 
 
 def _masks(run: RunSetup) -> dict[str, NDArray[np.bool_]]:
     """File name -> mask: invalid depth, drawn borders, pixels outside the depth camera's view."""
-    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
+    masks = {INVALID_MASK_FILE: run.frame.invalid_mask, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 
-def _sealed(path: Path) -> str:
+def _written_sha256(path: Path) -> str:
     """SHA-256 of a written file."""
-    check_stopped()
+    check_cancelled()
     return file_sha256(path)
 
 
-def _is_ours(meta: Path) -> bool:
+def _is_export_meta(meta: Path) -> bool:
     """Whether a meta.json was written by an export."""
     try:
         content = read_json(meta)
@@ -416,7 +418,7 @@ def _is_ours(meta: Path) -> bool:
 
 def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> bytes:
     """Content of meta.json, which makes the folder a frame: the completed depth, and the path of the colour."""
-    depth_format = next(known for known in _PREFERRED if known in options.depth_formats)
+    depth_format = next(known for known in _DEPTH_PREFERENCE if known in options.depth_formats)
     camera = frame.intrinsics
     meta = {
         "program": PROGRAM,

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
-from .._runtime.cancellation import check_stopped
+from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
-from .._runtime.memory import give_back
+from .._runtime.memory import release_memory
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.frame_cache import forget, once_per_frame, once_per_image
-from ..data.parameters import BlockParameters, Parameters, as_extraction
-from ..data.pixel_grids import Pairs, apart, mark
+from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
+from ..data.parameters import BlockParameters, Parameters, as_block_parameters
+from ..data.pixel_grids import Pairs, different_labels, mark
 from .edges.detectors import otsu_edges
-from .edges.frame_edges import FrameEdges, find_edges, forget_evidence, lines_of, relief_of
+from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import Relief
 from .flooding import flood
 from .merging import Fitness, RegionGraph, keep_existing, numbered
@@ -31,7 +31,7 @@ _CANNY_RAISE, _JUMP_HEIGHT, _CREASE_HEIGHT = 0.3, 1.5, 0.9
 """In the guide of the contraction: the weight of Canny's lines added to the network's strength, and the heights of
 jumps and of the sharpest creases."""
 
-_MIDDLING_BEND = 1.5
+_HALF_HEIGHT_BEND = 1.5
 """Bend at which a crease has half the height of the sharpest one."""
 
 
@@ -70,7 +70,7 @@ def find_boundaries(
         Canny's lines.
     relief : Relief
     parameters : BlockParameters
-        The same as for `find_edges`, `lines_of` and `relief_of`.
+        The same as for `find_edges`, `canny_lines` and `relief_of`.
     """
     strength, edges, guide = found.detected, lines, found.detected
     if parameters.use_depth and parameters.use_creases and found.crease is not None:
@@ -83,7 +83,7 @@ def find_boundaries(
     if parameters.use_creases and found.crease is None:
         # single pixels are noise
         edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)
-        sharpness = relief.bend / (relief.bend + np.float32(_MIDDLING_BEND))
+        sharpness = relief.bend / (relief.bend + np.float32(_HALF_HEIGHT_BEND))
         guide = np.maximum(guide, np.float32(_CREASE_HEIGHT) * sharpness).astype(np.float32)
     jumps = mark(relief.jumps)
     return Boundaries(
@@ -96,13 +96,13 @@ def find_boundaries(
 
 # From edges to watertight boundaries: dilation, and contraction with the edges as the guide (section 2).
 
-_NECKS = (32, 16, 8, 4, 2)
+_EXTRA_DILATIONS = (32, 16, 8, 4, 2)
 """Additional dilations [px] at which regions are searched, to separate regions that only a neck connects."""
 
-_SNAP = 5
+_SNAP_DISTANCE = 5
 """Maximum distance [px] of a boundary from a depth jump to which it is moved."""
 
-_SPECK = 4
+_MIN_REGION_PIXELS = 4
 """Minimum number of pixels of a region before it grows."""
 
 
@@ -140,22 +140,22 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     distance = np.where(inside, distance_to(edges), -1)
     regions = np.zeros(edges.shape, np.int32)
     largest = 0
-    for further in (*_NECKS, 0):
+    for further in (*_EXTRA_DILATIONS, 0):
         parts = _parts(distance > radius + further)
-        largest = _take_in(parts.ravel(), regions.ravel(), largest)
+        largest = _add_new_parts(parts.ravel(), regions.ravel(), largest)
     if not regions.any():
         # edges everywhere separate nothing
         regions = _parts(inside)
     return regions
 
 
-def _take_in_one_by_one(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+def _add_new_parts_by_loop(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
     sizes = np.zeros(parts.max() + 1, np.int64)
     for pixel in range(parts.size):
         sizes[parts[pixel]] += 1 if regions[pixel] == 0 else -parts.size
     numbers = np.zeros(sizes.size, np.int32)
     for part in range(1, sizes.size):
-        if sizes[part] >= _SPECK:
+        if sizes[part] >= _MIN_REGION_PIXELS:
             largest += 1
             numbers[part] = largest
     for pixel in range(parts.size):
@@ -164,13 +164,13 @@ def _take_in_one_by_one(parts: NDArray[np.int32], regions: NDArray[np.int32], la
     return largest
 
 
-@compiled(_take_in_one_by_one)
-def _take_in(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+@compiled(_add_new_parts_by_loop)
+def _add_new_parts(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
     """Add the parts without any region as new regions, in place; takes and returns the largest region number.
 
-    Part 0 and parts of fewer than `_SPECK` pixels are ignored.
+    Part 0 and parts of fewer than `_MIN_REGION_PIXELS` pixels are ignored.
     """
-    new = np.bincount(parts) >= _SPECK
+    new = np.bincount(parts) >= _MIN_REGION_PIXELS
     new[0] = False
     new[parts[regions > 0]] = False
     numbers = np.where(new, np.cumsum(new, dtype=np.int32) + np.int32(largest), 0)
@@ -215,8 +215,8 @@ def contract(
         return regions.copy()
     # pixels deep inside a region do not matter, and would only fill the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
-    shore = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    grown = flood(strength, np.where(shore, regions, 0), shore if inside is None else shore & inside)
+    seam = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    grown = flood(strength, np.where(seam, regions, 0), seam if inside is None else seam & inside)
     return np.where(open_ground, grown, regions).astype(np.int32, copy=False)
 
 
@@ -238,18 +238,18 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     ndarray of int32, shape (H, W)
         Regions, each of them 4-connected, in any order.
     """
-    parted = apart(regions)
+    parted = different_labels(regions)
     inner = mark((jumps[0] & ~parted[0], jumps[1] & ~parted[1])) & (regions > 0)
     if not inner.any():
         return regions
-    band = distance_to(inner) <= _SNAP
+    band = distance_to(inner) <= _SNAP_DISTANCE
     # a rim without region, so that every pixel has four neighbours
     old = np.pad(regions, 1)
     grown = np.where(np.pad(band, 1), 0, old).ravel()
     free = np.pad(~jumps[0], ((1, 1), (1, 2))).ravel(), np.pad(~jumps[1], ((1, 2), (1, 1))).ravel()
     width = old.shape[1]
     waiting = np.flatnonzero(np.pad(band & (regions > 0), 1))
-    for _ in range(2 * _SNAP):
+    for _ in range(2 * _SNAP_DISTANCE):
         found = np.zeros(waiting.size, grown.dtype)
         for way, step in zip((free[0], free[1]), (1, width), strict=True):
             for neighbour, passage in ((waiting - step, way[waiting - step]), (waiting + step, way[waiting])):
@@ -263,16 +263,16 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Pixels whose right or lower neighbour has another label, as a picture of a label map's boundaries."""
-    return mark(apart(labels))
+    return mark(different_labels(labels))
 
 
 # The extraction: all stages, each cached with the frame.
 
-_USUAL_LIMIT = 0.2
+_MEDIUM_MERGE_COST = 0.2
 """Maximum cost of a border for merging regions at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
 
 
-_OF_MERGING = {
+_MERGING_DEFAULTS = {
     name: getattr(BlockParameters(), name) for name in ("granularity", "min_size", "min_known_share", "existence_rate")
 }
 """Default values of the parameters that matter only after the contraction."""
@@ -344,7 +344,7 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
         boundaries.strength,
         boundaries.edges,
         dilate(boundaries.edges, chosen.dilation),
-        _regions(frame, chosen.replace(**_OF_MERGING)),
+        _regions(frame, chosen.replace(**_MERGING_DEFAULTS)),
         blocks.copy(),
         network,
         notes,
@@ -353,35 +353,35 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
 
 def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> FoundBlocks:
     """The blocks alone, without the results of the stages, which take time and memory."""
-    chosen = as_extraction(parameters)
+    chosen = as_block_parameters(parameters)
     edges = find_edges(checked_frame(frame), chosen)
     return FoundBlocks(_blocks(frame, chosen), edges.network, edges.notes)
 
 
-def forget_stages(frame: RGBDFrame) -> None:
+def clear_stage_cache(frame: RGBDFrame) -> None:
     """Clear the cached regions of a frame and the data that they depend on, a third of all that is cached for it.
     Blocks and edges stay."""
-    forget(frame, _regions)
-    forget_evidence(frame)
+    clear_cached(frame, _regions)
+    clear_evidence_cache(frame)
 
 
 def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
-    edges, lines = find_edges(frame, parameters), lines_of(frame, parameters)
+    edges, lines = find_edges(frame, parameters), canny_lines(frame, parameters)
     return find_boundaries(edges, lines, relief_of(frame, parameters), parameters)
 
 
 @once_per_frame
 def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The label map, int32 (H, W)."""
-    regions = _regions(frame, parameters.replace(**_OF_MERGING))
+    regions = _regions(frame, parameters.replace(**_MERGING_DEFAULTS))
     found = _boundaries(frame, parameters)
     smallest = parameters.smallest_block(regions.size)
-    check_stopped()
+    check_cancelled()
     graph = RegionGraph(regions, found.strength, frame, found.relief)
-    give_back(regions.size)
-    check_stopped()
-    graph.merge_below(_USUAL_LIMIT ** (2 * parameters.granularity))
-    graph.take_in_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
+    release_memory(regions.size)
+    check_cancelled()
+    graph.merge_below(_MEDIUM_MERGE_COST ** (2 * parameters.granularity))
+    graph.merge_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
     blocks = graph.labels()
     if parameters.existence_rate > 0:
         blocks = numbered(keep_existing(blocks, frame.known, parameters.existence_rate, smallest))
@@ -395,9 +395,9 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     inside = _inside(frame.shape, margins)
     found = _boundaries(frame, parameters)
     seeds = regions_between(found.edges, parameters.dilation, inside)
-    check_stopped()
+    check_cancelled()
     regions = contract(seeds, found.guide, inside)
-    check_stopped()
+    check_cancelled()
     return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
 
 
@@ -442,7 +442,7 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None, 
     >>> bool(ilf.extract_blocks(ilf.load_frame(asset_path("samples/room")), granularity=0.1).max() < blocks.max())
     True
     """
-    blocks, _, notes = found_blocks(frame, as_extraction(parameters, **changes))
+    blocks, _, notes = found_blocks(frame, as_block_parameters(parameters, **changes))
     for note in notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
     return blocks.copy()

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.segmentation import watershed
 
-from .._runtime.cancellation import check_stopped
+from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
 
-_AT_ONCE = 100_000
+_PIXELS_PER_CHECK = 100_000
 """Number of pixels that are flooded between two checks for cancellation: about 30 ms."""
 
 Keys = NDArray[np.int64]
@@ -55,10 +55,10 @@ def flooded(heights: NDArray[np.float32], markers: NDArray[np.int32], mask: NDAr
     room = np.count_nonzero(mask)
     heap = np.empty(room, np.int64), np.empty(room, np.int32)
     flat = levels.ravel(), dry.ravel(), regions.ravel()
-    waiting, reached = begin(heap, flat[0], np.flatnonzero(regions)), 0
+    waiting, reached = fill_heap(heap, flat[0], np.flatnonzero(regions)), 0
     while waiting > 0:
-        check_stopped()
-        waiting, reached = spread(heap, waiting, reached, _AT_ONCE, regions.shape[1], *flat)
+        check_cancelled()
+        waiting, reached = grow_regions(heap, waiting, reached, _PIXELS_PER_CHECK, regions.shape[1], *flat)
     return np.ascontiguousarray(regions[1:-1, 1:-1])
 
 
@@ -69,15 +69,15 @@ def _ranks(heights: NDArray[np.float32]) -> NDArray[np.int64]:
 
 
 @compiled()
-def begin(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> int:
+def fill_heap(heap: tuple[Keys, Pixels], levels: Keys, marked: NDArray[np.intp]) -> int:
     """Put marked pixels into an empty heap; returns the number of queued pixels."""
     for waiting in range(marked.size):
-        put(heap, waiting, levels[marked[waiting]], marked[waiting])
+        push(heap, waiting, levels[marked[waiting]], marked[waiting])
     return int(marked.size)
 
 
 @compiled()
-def put(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
+def push(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
     """Put a pixel into a heap with `waiting` queued pixels."""
     keys, pixels = heap
     place = waiting
@@ -91,7 +91,7 @@ def put(heap: tuple[Keys, Pixels], waiting: int, key: int, pixel: int) -> None:
 
 
 @compiled()
-def take_first(heap: tuple[Keys, Pixels], waiting: int) -> None:
+def pop_first(heap: tuple[Keys, Pixels], waiting: int) -> None:
     """Remove the first pixel from a heap with `waiting` queued pixels: the last one replaces it and is sifted down."""
     keys, pixels = heap
     last = waiting - 1
@@ -108,7 +108,7 @@ def take_first(heap: tuple[Keys, Pixels], waiting: int) -> None:
 
 
 @compiled()
-def spread(
+def grow_regions(
     heap: tuple[Keys, Pixels],
     waiting: int,
     reached: int,
@@ -144,7 +144,7 @@ def spread(
         if waiting == 0:
             break
         pixel = heap[1][0]
-        take_first(heap, waiting)
+        pop_first(heap, waiting)
         waiting -= 1
         for neighbour in (pixel - width, pixel - 1, pixel + 1, pixel + width):
             if dry[neighbour]:
@@ -152,6 +152,6 @@ def spread(
                 regions[neighbour] = regions[pixel]
                 levels[neighbour] = max(levels[neighbour], levels[pixel])
                 reached += 1
-                put(heap, waiting, levels[neighbour] + reached, neighbour)
+                push(heap, waiting, levels[neighbour] + reached, neighbour)
                 waiting += 1
     return waiting, reached

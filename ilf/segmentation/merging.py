@@ -20,23 +20,23 @@ from .edges.relief import Relief
 _JUMPS_ALLOWED = 2
 """Maximum number of jumps (pairs of neighbours) along a border for which two regions may still merge."""
 
-_APART = 9.0
+_JUMP_COST = 9.0
 """Cost of a border with jumps, above that of all borders without jumps."""
 
-_EDGE_ON_SURFACE = 0.1
+_CONTINUOUS_EDGE_WEIGHT = 0.1
 """Weight of a colour edge where the depth is continuous across it."""
 
-_BEND_COST, _LEVEL, _SHARPEST = 0.2, 0.5, 3.0
+_BEND_COST, _FREE_BEND, _MAX_BEND = 0.2, 0.5, 3.0
 """Cost of a bend, the bend up to which it is 0, and the bend at which it is clipped."""
 
-_EDGE_ON_PLANE = 0.2
+_COPLANAR_EDGE_WEIGHT = 0.2
 """Weight of a colour edge where depth is missing at the border, but both regions lie on one plane."""
 
 _SEEN_SHARE = 0.5
 """Minimum known fraction of a border for which its own depth decides whether the surface is continuous; below it, the
 planes of the regions decide."""
 
-_PLANE_STEP, _PLANE_PIXELS = 2, 50
+_PLANE_STEP, _MIN_PLANE_SAMPLES = 2, 50
 """Sampling step [px] of the depth for fitting planes, and the minimum number of samples of a region."""
 
 _PLANE_SHARE, _PLANE_PER_METRE = 0.01, 0.003
@@ -114,11 +114,11 @@ class RegionGraph:
             if self._cost(one, other) > cost:  # a region merged since may lie on another plane
                 push(one, other)
                 continue
-            kept, moved = self._unite(one, other)
+            kept, moved = self._merge(one, other)
             for neighbour in moved:
                 push(kept, neighbour)
 
-    def take_in_unfit(self, fitness: Fitness) -> None:
+    def merge_unfit(self, fitness: Fitness) -> None:
         """Merge every region that cannot be a block, the smallest first, into the neighbour with the cheapest border.
 
         A region without neighbours is a block nevertheless, unless it has no known depth.
@@ -136,7 +136,7 @@ class RegionGraph:
             if self._parent[region] != region or self.pixels[region] != pixels or not self._borders[region]:
                 continue
             nearest = min(self._borders[region], key=lambda other: (self._cost(region, other), other))
-            kept, _ = self._unite(region, nearest)
+            kept, _ = self._merge(region, nearest)
             if unfit(kept):
                 heapq.heappush(heap, (self.pixels[kept], kept))
         for region in range(1, self.pixels.size):
@@ -151,19 +151,19 @@ class RegionGraph:
         return numbered(root.astype(np.int32)[self._regions])
 
     def _cost(self, one: int, other: int) -> float:
-        length, edge, jumps, judged, bend = self._borders[one][other]
+        length, edge, jumps, evaluated, bend = self._borders[one][other]
         if jumps > _JUMPS_ALLOWED:
-            return _APART + jumps / length
+            return _JUMP_COST + jumps / length
         edge /= length
-        seen = judged / length
+        seen = evaluated / length
         if self._planes is not None and seen < _SEEN_SHARE and self._planes.shared(one, other):
-            edge *= _EDGE_ON_PLANE
-        if judged == 0:
+            edge *= _COPLANAR_EDGE_WEIGHT
+        if evaluated == 0:
             return edge
-        on_surface = _BEND_COST * max(bend / judged - _LEVEL, 0.0) + _EDGE_ON_SURFACE * edge
+        on_surface = _BEND_COST * max(bend / evaluated - _FREE_BEND, 0.0) + _CONTINUOUS_EDGE_WEIGHT * edge
         return (1 - seen) * edge + seen * on_surface
 
-    def _unite(self, one: int, other: int) -> tuple[int, list[int]]:
+    def _merge(self, one: int, other: int) -> tuple[int, list[int]]:
         """Merge two regions; returns the number that is kept, and the neighbours to which its border has changed."""
         kept, gone = (one, other) if len(self._borders[one]) >= len(self._borders[other]) else (other, one)
         self._parent[gone] = kept
@@ -203,9 +203,9 @@ def _borders(
         keys.append(np.minimum(first, second) * count + np.maximum(first, second))
         column = [np.ones(first.size), np.maximum(edge, beyond)[parted]]
         if relief is not None:
-            judged = both(relief.judged)[side][parted]
+            evaluated = both(relief.evaluated)[side][parted]
             bend = np.maximum(*sides(relief.bend)[side])[parted]
-            column += [relief.jumps[side][parted], judged, np.minimum(bend, _SHARPEST) * judged]
+            column += [relief.jumps[side][parted], evaluated, np.minimum(bend, _MAX_BEND) * evaluated]
         else:
             column += [np.zeros(first.size)] * 3
         columns.append(np.stack(column))
@@ -240,7 +240,7 @@ class _Planes:
 
     def shared(self, one: int, other: int) -> bool:
         """Whether the known depth of both lies on one plane."""
-        if min(self._moments[one, 0, 0], self._moments[other, 0, 0]) < _PLANE_PIXELS:
+        if min(self._moments[one, 0, 0], self._moments[other, 0, 0]) < _MIN_PLANE_SAMPLES:
             return False
         moments = self._moments[one] + self._moments[other]
         pixels, sums = moments[0, 0], moments[3, :3]
@@ -285,7 +285,7 @@ def keep_existing(
         if has_depth.mean() >= rate:
             continue
         parts = np.zeros(block.mask.shape, np.int32)
-        for number, part in enumerate(_good_parts(pixels, has_depth, rate, _HALVINGS), 1):
+        for number, part in enumerate(_parts_above_rate(pixels, has_depth, rate, _HALVINGS), 1):
             parts[tuple(part.T)] = number
         pieces = connected_regions(parts, background=0, connectivity=1)
         large = np.bincount(pieces.ravel()) >= smallest
@@ -296,7 +296,7 @@ def keep_existing(
     return kept
 
 
-def _good_parts(
+def _parts_above_rate(
     pixels: NDArray[np.intp], has_depth: NDArray[np.bool_], rate: float, halvings: int
 ) -> list[NDArray[np.intp]]:
     """The parts of a block that reach the rate, as rows of (row, column)."""
@@ -311,4 +311,4 @@ def _good_parts(
     if not first.any():
         return []
     halves = ((pixels[part], has_depth[part]) for part in (first, ~first))
-    return [part for half in halves for part in _good_parts(*half, rate, halvings - 1)]
+    return [part for half in halves for part in _parts_above_rate(*half, rate, halvings - 1)]

@@ -38,7 +38,7 @@ def _labels_in(labels: Labels) -> frozenset[int]:
     return frozenset(np.flatnonzero(np.bincount(labels.ravel())).tolist()) - {0}
 
 
-def keep_under(present: Labels, kept: Collection[int], labels: Labels) -> Labels:
+def overlay_kept(present: Labels, kept: Collection[int], labels: Labels) -> Labels:
     """Another label map with the kept blocks on top; its own blocks get other numbers than those."""
     if not kept:
         return labels
@@ -46,7 +46,7 @@ def keep_under(present: Labels, kept: Collection[int], labels: Labels) -> Labels
     return np.where(np.isin(present, list(kept)), present, numbers[labels])
 
 
-def flow_around(present: Labels, kept: Collection[int], fresh: Labels, smallest: float) -> Labels:
+def fill_around(present: Labels, kept: Collection[int], fresh: Labels, smallest: float) -> Labels:
     """The blocks of an extraction around the kept blocks.
 
     Parameters
@@ -112,7 +112,7 @@ def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray
     groups = np.arange(slivers.size)
     while True:
         # slivers that touch only slivers are merged in a later round
-        homes = {sliver: _longest(around, neighbours, groups) for sliver, around in neighbours.items()}
+        homes = {sliver: _longest_border(around, neighbours, groups) for sliver, around in neighbours.items()}
         found = {sliver: home for sliver, home in homes.items() if home}
         if not found:
             groups[[*neighbours]] = 0
@@ -122,11 +122,11 @@ def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray
             del neighbours[sliver]
 
 
-def _longest(around: dict[int, int], homeless: Collection[int], groups: NDArray[np.intp]) -> int:
+def _longest_border(around: dict[int, int], unassigned: Collection[int], groups: NDArray[np.intp]) -> int:
     """The group with the longest share of a border; 0 if all its neighbours are parts without a group."""
     lengths: Counter[int] = Counter()
     for part, length in around.items():
-        if part not in homeless:
+        if part not in unassigned:
             lengths[int(groups[part])] += length
     return max(lengths, key=lengths.__getitem__, default=0)
 
@@ -134,7 +134,7 @@ def _longest(around: dict[int, int], homeless: Collection[int], groups: NDArray[
 # Filling the gaps of label maps that do not cover the frame, such as those of other programs.
 
 
-def gaps_filled(
+def with_gaps_filled(
     labels: NDArray[np.int32], extracted: NDArray[np.int32], parameters: BlockParameters
 ) -> NDArray[np.int32]:
     """A label map whose gaps are filled with the blocks of an extraction.
@@ -153,4 +153,4 @@ def gaps_filled(
     ndarray of int32, shape (H, W)
     """
     kept = frozenset(np.unique(labels).tolist()) - {0}
-    return flow_around(labels, kept, extracted, parameters.smallest_block(labels.size))
+    return fill_around(labels, kept, extracted, parameters.smallest_block(labels.size))

@@ -15,18 +15,18 @@ from .._runtime.files import FileContent, read_file
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..errors import FormatError, InputError
-from ..io.companions import read_confidence
 from ..io.depth import read_depth_values
+from ..io.frame_additions import read_confidence
 from ..io.images import image_header, read_colour
 from .poses import checked_pose
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
 from .registration import Camera
-from .times import MOST_APART_S, associated
+from .times import MAX_TIME_GAP_S, associated
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
 _COLOURS = "lowres_wide", "vga_wide", "wide"
 _NAME = re.compile(r"(?:\w{1,40}_)?(\d{1,10}\.\d{1,9})")
-_NEAR_POSE = 0.002
+_MAX_POSE_GAP_S = 0.002
 """Maximum time difference [s] of a frame and its pose: file names are rounded to milliseconds."""
 
 _Timed = list[tuple[float, str]]
@@ -55,7 +55,7 @@ class ARKitScenes(Recording):
     def fits(cls, path: Path) -> bool:
         return (path / _DEPTH).is_dir() and any((path / name).is_dir() for name in _COLOURS)
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         pairs = associated(self._colours, self._depths, max_gap)
         if not pairs:
             raise InputError(
@@ -63,8 +63,8 @@ class ARKitScenes(Recording):
                 "sequence."
             )
         keys = tuple(Path(depth).stem for _, depth in pairs)
-        lonely = len(self._depths) - len(pairs)
-        notes = (f"{counted(lonely, 'depth image')} left out: no colour within {max_gap:g} s.",) if lonely else ()
+        unmatched = len(self._depths) - len(pairs)
+        notes = (f"{counted(unmatched, 'depth image')} left out: no colour within {max_gap:g} s.",) if unmatched else ()
         return RecordingIndex(keys, tuple(self._times[key] for key in keys), notes)
 
     def frame(self, key: str) -> RecordedFrame:
@@ -106,7 +106,7 @@ class ARKitScenes(Recording):
             raise self.unknown(key)
         rows, time = self._trajectory(), self._times[key]
         near = np.abs(rows[:, 0] - time)
-        if not rows.size or near.min() > _NEAR_POSE:
+        if not rows.size or near.min() > _MAX_POSE_GAP_S:
             return None
         row = rows[near.argmin()]
         to_camera = np.eye(4)

@@ -21,7 +21,7 @@ from ..errors import FormatError, InputError, cause
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, StampedPairs, Topics, sha256_of
 from .registration import Camera
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
 
@@ -137,7 +137,7 @@ class AzureKinect(Recording):
     def close(self) -> None:
         self._container.close()
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         return self._pairs().index(max_gap, self.path)
 
     def frame(self, key: str) -> RecordedFrame:
@@ -150,7 +150,7 @@ class AzureKinect(Recording):
             sha256_of(bytes(depth)),
             1000.0,
             time=colour_stamp / _PER_SECOND,
-            depth_view=self._lit(depth_stamp),
+            depth_view=self._illuminated(depth_stamp),
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
@@ -164,7 +164,7 @@ class AzureKinect(Recording):
             raise FormatError(f"{self.path}: an image has {len(data)} bytes instead of {2 * width * height}.")
         return np.frombuffer(data, ">u2").reshape(height, width).astype(np.uint16)
 
-    def _lit(self, stamp: int) -> NDArray[np.bool_] | None:
+    def _illuminated(self, stamp: int) -> NDArray[np.bool_] | None:
         """Pixels that the depth camera's light source illuminates, a hexagon or a circle. It cannot measure others, and
         the infrared image is black there. None without an infrared image."""
         packet = None if self._infrared is None else self._find(self._infrared, stamp)

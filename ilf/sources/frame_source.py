@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from ..errors import InputError, warn_of_reading
-from .naming import name_by, name_of_recorded
+from .naming import name_from_path, recorded_frame_name
 
 if TYPE_CHECKING:
     from ..data.frame import FrameInputs, RGBDFrame
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 class FrameSource:
     """Location of a frame: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
 
-    `depth_units`, `encoding`, `invalid` and `intrinsics` are as in `ilf.load_frame`. `truth` is the ground truth file
-    (None: that of the folder, if any), and `truth_units` are its file units per metre. `guide` is the guide file (None:
-    that of the folder, if any). `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth`
-    is None. `confidence` is the confidence map (None: that of the folder, if any); depth below `min_confidence` counts
-    as missing.
+    `depth_units`, `encoding`, `invalid` and `intrinsics` are as in `ilf.load_frame`. `ground_truth` is the ground
+    truth file (None: that of the folder, if any), and `ground_truth_units` are its file units per metre. `guide` is
+    the guide file (None: that of the folder, if any). `frame` is the key of a frame in a recording; `rgb` is then the
+    recording, and `depth` is None. `confidence` is the confidence map (None: that of the folder, if any); depth below
+    `min_confidence` counts as missing.
     """
 
     rgb: str
     depth: str | None = None
     depth_units: float | None = None
     intrinsics: IntrinsicsSpec | None = None
-    truth: str | None = None
-    truth_units: float | None = None
+    ground_truth: str | None = None
+    ground_truth_units: float | None = None
     guide: str | None = None
     encoding: EncodingSpec | None = None
     invalid: float | None = None
@@ -49,14 +49,14 @@ class FrameSource:
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
         """The source of a frame with these inputs, without its guide and its invalid mask."""
-        truth = inputs.truth
+        ground_truth = inputs.ground_truth
         return cls(
             inputs.rgb.path,
             inputs.depth.path if inputs.frame is None else None,
             inputs.depth_units if inputs.encoding is None else None,
             inputs.intrinsics,
-            None if truth is None else truth.path,
-            None if truth is None else truth.units,
+            None if ground_truth is None else ground_truth.path,
+            None if ground_truth is None else ground_truth.units,
             encoding=inputs.encoding,
             invalid=inputs.invalid,
             frame=inputs.frame,
@@ -73,12 +73,12 @@ class FrameSource:
         """Name of the frame before it has been read."""
         path = Path(self.rgb).absolute()
         if self.frame is not None:
-            return name_of_recorded(path, self.frame)
-        return path.name if self.depth is None else name_by(path)
+            return recorded_frame_name(path, self.frame)
+        return path.name if self.depth is None else name_from_path(path)
 
     def absolute(self) -> FrameSource:
         """A copy with absolute paths; itself if all paths are absolute."""
-        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide", "confidence")}
+        paths = {name: getattr(self, name) for name in ("rgb", "depth", "ground_truth", "guide", "confidence")}
         if all(path is None or os.path.isabs(path) for path in paths.values()):
             return self
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
@@ -95,8 +95,8 @@ class FrameSource:
             encoding=self.encoding,
             invalid=self.invalid,
             intrinsics=self.intrinsics,
-            truth=self.truth,
-            truth_units=self.truth_units,
+            ground_truth=self.ground_truth,
+            ground_truth_units=self.ground_truth_units,
             guide=self.guide,
             frame=self.frame,
             confidence=self.confidence,
@@ -141,9 +141,9 @@ class FrameSource:
         return read_recorded(self.rgb, self.frame or "", self._encoding(), self.invalid)
 
     def _encoding(self) -> EncodingSpec | None:
-        from ..io.encodings import one_encoding
+        from ..io.encodings import single_encoding
 
-        return one_encoding(self.encoding, self.depth_units)
+        return single_encoding(self.encoding, self.depth_units)
 
     def files(self) -> FrameFiles:
         """The frame's files with the options given here or in a meta.json beside them; raises what `frame_folder`
@@ -165,18 +165,18 @@ class FrameSource:
 
     def beside(self) -> str:
         """A sentence that lists what is read from a meta.json beside the two files; "" for nothing."""
-        from .frames import META_NAME, frame_beside
+        from .frames import META_NAME, meta_beside
 
-        files = frame_beside(self.rgb, self.depth) if self.depth is not None else None
+        files = meta_beside(self.rgb, self.depth) if self.depth is not None else None
         if files is None:
             return ""
-        taken = ["name"]
-        says_nothing = self.depth_units is None and self.encoding is None
-        taken += ["depth units"] * (says_nothing and files.depth_units is not None)
-        taken += ["depth encoding"] * (says_nothing and files.encoding is not None)
-        taken += ["invalid value"] * (self.invalid is None and files.invalid is not None)
-        taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
-        taken += ["ground truth"] * (self.truth is None and files.truth is not None)
-        taken += ["guide"] * (self.guide is None and files.guide is not None)
-        taken += ["min. confidence"] * (self.min_confidence is None and files.min_confidence is not None)
-        return f"Read from {META_NAME} beside the files: {', '.join(taken)}."
+        used_items = ["name"]
+        has_no_encoding = self.depth_units is None and self.encoding is None
+        used_items += ["depth units"] * (has_no_encoding and files.depth_units is not None)
+        used_items += ["depth encoding"] * (has_no_encoding and files.encoding is not None)
+        used_items += ["invalid value"] * (self.invalid is None and files.invalid is not None)
+        used_items += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
+        used_items += ["ground truth"] * (self.ground_truth is None and files.ground_truth is not None)
+        used_items += ["guide"] * (self.guide is None and files.guide is not None)
+        used_items += ["min. confidence"] * (self.min_confidence is None and files.min_confidence is not None)
+        return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."

@@ -13,29 +13,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
-from ..data.camera import CameraIntrinsics, checked_motion
+from ..data.camera import CameraIntrinsics, checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, cause, one_line, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
-from ..io.companions import (
-    CONFIDENCE_SUFFIXES,
-    GUIDE_SUFFIXES,
-    NO_MAP,
-    UNUSED,
-    below,
-    checked_least,
-    is_truth,
-    load_guide,
-    read_confidence,
-    with_truth_file,
-)
 from ..io.depth import checked_units, write_depth
 from ..io.depth_reading import DepthReading, read_depth
-from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
+from ..io.encodings import EncodingSpec, checked_invalid, encoding_of, needs_scene, single_encoding
 from ..io.float_images import COLMAP_SUFFIX
-from ..io.images import encode_image, read_doubted_colour
+from ..io.frame_additions import (
+    CONFIDENCE_SUFFIXES,
+    GUIDE_SUFFIXES,
+    NO_CONFIDENCE_MAP,
+    UNUSED_CONFIDENCE,
+    checked_min_confidence,
+    is_ground_truth,
+    load_guide,
+    low_confidence,
+    read_confidence,
+    with_ground_truth_file,
+)
+from ..io.images import encode_image, read_colour_with_warning
 from ..io.labels import read_mask
-from .naming import name_by
+from .naming import name_from_path
 from .opening import is_recording
 from .poses import camera_pose
 from .recorded import read_recorded
@@ -64,9 +64,9 @@ class FrameFiles:
     size : (int, int) or None
         Width and height of both images, if stated.
     name : str
-    truth : Path or None
+    ground_truth : Path or None
         Ground truth, if there is any.
-    truth_units : float or None
+    ground_truth_units : float or None
         Its file units per metre, if stated.
     guide : Path or None
         Guide, if there is any.
@@ -86,8 +86,8 @@ class FrameFiles:
     intrinsics: CameraIntrinsics | None
     size: tuple[int, int] | None
     name: str
-    truth: Path | None = None
-    truth_units: float | None = None
+    ground_truth: Path | None = None
+    ground_truth_units: float | None = None
     guide: Path | None = None
     encoding: EncodingSpec | None = None
     invalid: float | None = None
@@ -104,7 +104,7 @@ class FrameFiles:
     @property
     def stated_encoding(self) -> EncodingSpec | None:
         """The depth encoding from `encoding` or `depth_units`; None if neither is stated."""
-        return one_encoding(self.encoding, self.depth_units)
+        return single_encoding(self.encoding, self.depth_units)
 
 
 def load_frame(
@@ -116,8 +116,8 @@ def load_frame(
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     name: str | None = None,
-    truth: str | os.PathLike[str] | None = None,
-    truth_units: float | None = None,
+    ground_truth: str | os.PathLike[str] | None = None,
+    ground_truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
     confidence: str | os.PathLike[str] | None = None,
     min_confidence: float | None = None,
@@ -139,7 +139,7 @@ def load_frame(
     encoding : str or float, optional
         Conversion of the depth file's values to metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
         ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It replaces `depth_units`. Without both, the
-        value in meta.json is used, also for two files that lie beside it (see `frame_beside`); without that, 1000 units
+        value in meta.json is used, also for two files that lie beside it (see `meta_beside`); without that, 1000 units
         per metre for integers and 1 for floats. An explicit encoding skips the plausibility check.
     invalid : float, optional
         The file's value for missing depth, besides zero, negative and not finite ones; 0 means that there is none. None
@@ -148,9 +148,9 @@ def load_frame(
         Anything that `ilf.io.intrinsics_from` accepts; it overrides meta.json.
     name : str, optional
         Name of the frame; None takes it from meta.json or the file names.
-    truth : path-like, optional
+    ground_truth : path-like, optional
         Ground truth for evaluating results, in a file like the depth file. None uses that of the folder, if any.
-    truth_units : float, optional
+    ground_truth_units : float, optional
         Its file units per metre. None uses the value in meta.json; otherwise those of the depth file if both contain
         integers, 1 if it contains floats.
     guide : path-like, optional
@@ -189,19 +189,19 @@ def load_frame(
     --------
     >>> from ilf._runtime.installation import asset_path
     >>> frame = load_frame(asset_path("samples/room"))
-    >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.truth is None
+    >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
     ('room', (480, 640), 0.168, False)
     """
-    given = one_encoding(encoding, depth_units)
+    given = single_encoding(encoding, depth_units)
     known_confidence: Path | NDArray[Any] | None
     if frame is not None:
         if depth is not None:
             raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
         recorded = read_recorded(rgb, frame, given, invalid)
         camera = intrinsics_from(intrinsics, recorded.shape)
-        loaded, told = recorded.frame(camera, name), recorded.reading.warnings
-        known_guide, known_truth, known_units = None, None, None
-        known_confidence, stated_least = recorded.stored.confidence, None
+        loaded, reported = recorded.frame(camera, name), recorded.reading.warnings
+        known_guide, known_ground_truth, known_units = None, None, None
+        known_confidence, stated_min_confidence = recorded.stored.confidence, None
     else:
         files = files_of(rgb, depth, beside)
         if depth is None and files.stated_encoding is None and given is None:
@@ -209,23 +209,23 @@ def load_frame(
                 f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
-        loaded, told = _from_files(files, given, invalid, intrinsics, name)
-        known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
-        known_confidence, stated_least = files.confidence, files.min_confidence
+        loaded, reported = _from_files(files, given, invalid, intrinsics, name)
+        known_guide, known_ground_truth, known_units = files.guide, files.ground_truth, files.ground_truth_units
+        known_confidence, stated_min_confidence = files.confidence, files.min_confidence
     if warn:
-        for text in told:
+        for text in reported:
             warn_of_reading(text)
-    least = stated_least if min_confidence is None else checked_least(min_confidence)
-    loaded = _sure_enough(loaded, known_confidence if confidence is None else confidence, least)
+    min_value = stated_min_confidence if min_confidence is None else checked_min_confidence(min_confidence)
+    loaded = _with_min_confidence(loaded, known_confidence if confidence is None else confidence, min_value)
     if (chosen_guide := known_guide if guide is None else guide) is not None:
         loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
-    chosen = known_truth if truth is None else truth
+    chosen = known_ground_truth if ground_truth is None else ground_truth
     if chosen is None:
-        if truth_units is not None:
+        if ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
         return loaded
-    stated = known_units if truth is None else None
-    return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
+    stated = known_units if ground_truth is None else None
+    return with_ground_truth_file(loaded, chosen, stated if ground_truth_units is None else ground_truth_units)
 
 
 def _from_files(
@@ -237,7 +237,7 @@ def _from_files(
 ) -> tuple[RGBDFrame, tuple[str, ...]]:
     """A frame without ground truth and guide, and the warnings about reading it."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
-    colour, colour_doubt = read_doubted_colour(rgb_file)
+    colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read = _read_depth(files, depth_file, given, invalid)
     values = read.values
@@ -267,26 +267,26 @@ def _from_files(
                 invalid=read.encoding.invalid,
             ),
             notes=(*of_colour, *read.notes),
-            doubts=(*of_colour, *(doubt.text for doubt in read.doubts)),
+            plausibility_warnings=(*of_colour, *(doubt.text for doubt in read.plausibility_warnings)),
             pose=files.camera_pose,
             outside_view=None if files.outside_view is None else read_mask(files.outside_view, colour.shape[:2]),
         )
     except InputError as error:
-        raise InputError(f"{files.depth}: {error}{read.other_ways}") from error
+        raise InputError(f"{files.depth}: {error}{read.alternative_encodings}") from error
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
 
 
-def _sure_enough(
-    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, least: float | None
+def _with_min_confidence(
+    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, min_value: float | None
 ) -> RGBDFrame:
     """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file."""
-    low, told = None, UNUSED
+    low, reported = None, UNUSED_CONFIDENCE
     if confidence is None:
-        told = "" if least is None else NO_MAP
-    elif least is not None:
+        reported = "" if min_value is None else NO_CONFIDENCE_MAP
+    elif min_value is not None:
         values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
-        low, told = below(values, least, frame.depth)
-    return replace(frame, distrusted=low, notes=(*frame.notes, told)) if told else frame
+        low, reported = low_confidence(values, min_value, frame.depth)
+    return replace(frame, invalid_mask=low, notes=(*frame.notes, reported)) if reported else frame
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
@@ -304,7 +304,7 @@ def _read_depth(
 def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
     """The files given by two paths or a folder, and what meta.json states about them."""
     if depth is not None:
-        return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+        return (meta_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
     if is_recording(rgb):
         raise InputError(f"{rgb} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
     if os.path.isdir(rgb):
@@ -351,13 +351,13 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
     try:
         stated = (meta.get(key) for key in ("depth_units_per_m", "gt_units_per_m"))
-        units, truth_units = (None if value is None else checked_units(value) for value in stated)
+        units, ground_truth_units = (None if value is None else checked_units(value) for value in stated)
         encoding = _meta_encoding(meta.get("depth_encoding"))
-        one_encoding(encoding, units)
+        single_encoding(encoding, units)
         invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
-        least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
-        pose = None if meta.get("pose") is None else checked_motion(meta["pose"], "pose")
+        min_value = None if meta.get("min_confidence") is None else checked_min_confidence(meta["min_confidence"])
+        pose = None if meta.get("pose") is None else checked_transform(meta["pose"], "pose")
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
         named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "outside_view", "run")}
         for key, value in {"name": name, **named}.items():
@@ -381,23 +381,37 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
-    truth = _truth_in(root, named["gt"])
+    ground_truth = _ground_truth_in(root, named["gt"])
     confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
     return FrameFiles(
-        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least),
+        *(
+            rgb,
+            depth,
+            units,
+            camera,
+            size,
+            name,
+            ground_truth,
+            ground_truth_units,
+            guide,
+            encoding,
+            invalid,
+            confidence,
+            min_value,
+        ),
         pose=None if pose is None else tuple(map(tuple, pose.tolist())),
         outside_view=_named_image(root, named["outside_view"]),
     )
 
 
-def _truth_in(root: Path, worth: str | None) -> Path | None:
+def _ground_truth_in(root: Path, description: str | None) -> Path | None:
     """The ground truth file of a frame folder: as listed in meta.json, or `gt.*`; None if there is none."""
-    if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
-        return _named_image(root, worth)
-    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_truth(worth) else None
+    if description and Path(description).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", description):
+        return _named_image(root, description)
+    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
 
 
-def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
+def meta_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
     """Read the meta.json in the folder of two files: units, intrinsics and name, as for the folder.
 
     Returns
@@ -425,7 +439,7 @@ def _input_file(content: FileContent) -> InputFile:
 
 def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
-    return FrameFiles(rgb, depth, None, None, None, name_by(rgb))
+    return FrameFiles(rgb, depth, None, None, None, name_from_path(rgb))
 
 
 def _named_image(root: Path, named: str | None) -> Path | None:
@@ -453,7 +467,7 @@ def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
 def _meta_encoding(spec: Any) -> EncodingSpec | None:
     if not isinstance(spec, str | int | float | None):
         raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
-    if spec is not None and not needs_its_scene(spec):
+    if spec is not None and not needs_scene(spec):
         encoding_of(spec)
     return spec
 

@@ -15,14 +15,14 @@ from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE, IntrinsicsSpec, read_cameras
-from ..io.companions import checked_least
-from ..io.encodings import EncodingSpec, one_encoding
+from ..io.encodings import EncodingSpec, single_encoding
+from ..io.frame_additions import checked_min_confidence
 from .frame_source import FrameSource
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened, recording_suffixes
-from .pairing import Pairs, natural, paired, paired_by_time, time_of, told_apart
+from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
 from .recording import Topics
-from .times import ASSOCIATION_FILES, MOST_APART_S, UNITS, associated, read_associations, read_time_list
+from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
 
 # Data sets whose layout determines how their frames are read: BOP, SUN RGB-D, 7-Scenes.
 
@@ -37,13 +37,13 @@ _SEVEN_SCENES_NAME = re.compile(r"frame-\d{6}\.(color|depth)\.png$")
 _BOP_COLOUR_FOLDERS = "rgb", "gray"
 
 
-def stated(how: FrameSource, source: FrameSource) -> FrameSource:
+def with_options(how: FrameSource, source: FrameSource) -> FrameSource:
     """A source in which the user's options for all frames replace those of the data set."""
-    says_nothing = how.depth_units is None and how.encoding is None
+    has_no_encoding = how.depth_units is None and how.encoding is None
     return replace(
         source,
-        depth_units=source.depth_units if says_nothing else how.depth_units,
-        encoding=source.encoding if says_nothing else how.encoding,
+        depth_units=source.depth_units if has_no_encoding else how.depth_units,
+        encoding=source.encoding if has_no_encoding else how.encoding,
         invalid=source.invalid if how.invalid is None else how.invalid,
         min_confidence=source.min_confidence if how.min_confidence is None else how.min_confidence,
         intrinsics=source.intrinsics if how.intrinsics is None else how.intrinsics,
@@ -129,7 +129,7 @@ def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
 _COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
 _DEPTH_FOLDERS = ("depth", "depths")
 
-WHAT_A_FOLDER_HOLDS = (
+SUPPORTED_FOLDER_LAYOUTS = (
     f"A folder of frames contains one of these: a folder for each frame, with {META_NAME} and its images, or with "
     "rgb.png and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
     "numbers; colour and depth files side by side, such as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, "
@@ -168,7 +168,7 @@ def list_frames(
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     min_confidence: float | None = None,
-    max_gap: float = MOST_APART_S,
+    max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
 ) -> Listing:
     """List the frames of a folder or a recording.
@@ -210,14 +210,14 @@ def list_frames(
     ['room']
     """
     root = Path(folder).absolute()
-    one_encoding(encoding, depth_units)
+    single_encoding(encoding, depth_units)
     if not max_gap >= 0:
         raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
     how = FrameSource(
         *("", None, depth_units, intrinsics),
         encoding=encoding,
         invalid=invalid,
-        min_confidence=None if min_confidence is None else checked_least(min_confidence),
+        min_confidence=None if min_confidence is None else checked_min_confidence(min_confidence),
     )
     if is_recording(root):
         return _recorded(root, how, max_gap, topics)
@@ -231,11 +231,11 @@ def list_frames(
     if is_bop(content.files):
         return _of_scenes(root, [str(root)], how)
     if is_sun(content.files, content.folders):
-        return Listing((stated(how, sun_frame(root)),))
+        return Listing((with_options(how, sun_frame(root)),))
     pairs, notes = _side_by_side(root, content, max_gap)
     found = [replace(how, rgb=rgb, depth=depth) for rgb, depth in pairs]
     if is_seven_scenes(content.files):
-        found = [stated(how, of_seven_scenes(source)) for source in found]
+        found = [with_options(how, of_seven_scenes(source)) for source in found]
         notes.append(SEVEN_SCENES_NOTE)
     if not found:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
@@ -248,7 +248,7 @@ def list_frames(
                 f"{counted(empty, 'folder')} left out: there is no matching colour and depth file, or more than one."
             )
     if not found:
-        raise InputError(f"{root} contains no frames. {WHAT_A_FOLDER_HOLDS}")
+        raise InputError(f"{root} contains no frames. {SUPPORTED_FOLDER_LAYOUTS}")
     times = tuple(time for source in found if (time := time_of(source.rgb)) is not None)
     times = times if len(times) == len(found) else ()
     return Listing(tuple(found), tuple(notes), times, SEVEN_SCENES_NOTE not in notes)
@@ -311,7 +311,7 @@ def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | Non
 
 def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:
     """The frames of scenes of BOP."""
-    found = [stated(how, source) for scene in scenes for source in bop_frames(scene)]
+    found = [with_options(how, source) for scene in scenes for source in bop_frames(scene)]
     if not found:
         raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
     return Listing(tuple(found))
@@ -328,34 +328,34 @@ def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) ->
                 f"{root}: no file in rgb.txt lies within {max_gap:g} s of one in depth.txt. Check that both are of one "
                 "recording."
             )
-        lonely = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
-        notes += _told_lonely(lonely, f"within {max_gap:g} s")
+        unmatched = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
+        notes += _unmatched_notes(unmatched, f"within {max_gap:g} s")
         times = {name: time for time, name in colours}
         rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
     else:
         rows = read_associations(root / str(listed))
-    how = stated(how, FrameSource("", None, UNITS, camera_by_name(root)))
-    said = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
+    how = with_options(how, FrameSource("", None, TUM_UNITS, camera_by_name(root)))
+    encoding_text = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
     sources = (replace(how, rgb=os.path.join(root, rgb), depth=os.path.join(root, depth)) for _, rgb, depth in rows)
     times_found = tuple(time for time, _, _ in rows)
-    return Listing(tuple(sources), (f"Depth is read with {said}.", *notes), times_found)
+    return Listing(tuple(sources), (f"Depth is read with {encoding_text}.", *notes), times_found)
 
 
 def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:
     """Pairs of paths in two folders or in one, and notes."""
     rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
-    near = "of that name"
+    match_condition = "of that name"
     if rgb is not None and depth is not None:
         at = os.path.join(root, rgb), os.path.join(root, depth)
         colours, depths = (_content(folder).files for folder in at)
         pairs = paired(colours, depths)
         if not pairs.pairs:
-            pairs, near = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
+            pairs, match_condition = paired_by_time(colours, depths, max_gap), f"within {max_gap:g} s"
     else:
         at = str(root), str(root)
-        pairs = paired(*told_apart(content.files))._replace(lonely_colours=0)  # they may be other images
+        pairs = paired(*split_by_kind(content.files))._replace(unmatched_colours=0)  # they may be other images
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    return (paths, _told_lonely(pairs, near)) if paths else ([], [])
+    return (paths, _unmatched_notes(pairs, match_condition)) if paths else ([], [])
 
 
 def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
@@ -366,19 +366,19 @@ def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
     try:
         content = _content(folder)
         if is_sun(content.files, content.folders):
-            return [stated(how, sun_frame(folder))]
+            return [with_options(how, sun_frame(folder))]
     except InputError:
         return []
-    pairs = paired(*told_apart(content.files)).pairs
+    pairs = paired(*split_by_kind(content.files)).pairs
     if len(pairs) != 1:
         return []
     return [replace(how, rgb=os.path.join(folder, pairs[0][0]), depth=os.path.join(folder, pairs[0][1]))]
 
 
-def _told_lonely(pairs: Pairs, near: str) -> list[str]:
-    counts = (("colour", "depth", pairs.lonely_colours), ("depth", "colour", pairs.lonely_depths))
+def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:
+    counts = (("colour", "depth", pairs.unmatched_colours), ("depth", "colour", pairs.unmatched_depths))
     return [
-        f"{counted(count, f'{what} file')} left out: there is no {other} file {near}."
+        f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
         for what, other, count in counts
         if count
     ]

@@ -8,23 +8,23 @@ _PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
 """File names that do not identify the frame."""
 
 
-def name_by(rgb: Path) -> str:
+def name_from_path(rgb: Path) -> str:
     """The name of a frame by the absolute path of its colour file: the file's, or the folder's if that is generic.
 
     Examples
     --------
-    >>> name_by(Path("/data/desk/rgb.png")), name_by(Path("/data/0001_rgb.png"))
+    >>> name_from_path(Path("/data/context/rgb.png")), name_from_path(Path("/data/0001_rgb.png"))
     ('desk', '0001_rgb')
     """
     return rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
 
 
-def name_of_recorded(path: Path, key: str) -> str:
+def recorded_frame_name(path: Path, key: str) -> str:
     """The name of a frame of a recording.
 
     Examples
     --------
-    >>> name_of_recorded(Path("/data/desk.bag"), "12.033000000")
+    >>> recorded_frame_name(Path("/data/context.bag"), "12.033000000")
     'desk 12.033000000'
     """
     return f"{path.stem} {key.rpartition('/')[2]}"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import existing_file, read_file
 from .._runtime.formatting import counted
-from .._runtime.sandbox import in_child
+from .._runtime.sandbox import run_in_sandbox
 from ..data.camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, cause
@@ -22,7 +22,7 @@ from ..io.hdf5 import dataset, open_hdf5, rows
 from ..io.images import check_pixel_count, read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
 from .registration import Camera
-from .times import MOST_APART_S, associated
+from .times import MAX_TIME_GAP_S, associated
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
@@ -32,7 +32,7 @@ from .times import MOST_APART_S, associated
 MAT_SUFFIX = ".mat"
 SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
 
-_MOST_FRAMES = 1_000_000
+_MAX_FRAMES = 1_000_000
 CAMERA = "nyu-kinect-v1"
 """Preset of its intrinsics."""
 
@@ -164,8 +164,8 @@ def read_split(path: str | os.PathLike[str]) -> list[int]:
     """
     found = existing_file(path)
     is_matlab = found.suffix.lower() == MAT_SUFFIX
-    numbers = in_child(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
-    if not numbers or min(numbers) < 1 or max(numbers) > _MOST_FRAMES:
+    numbers = run_in_sandbox(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
+    if not numbers or min(numbers) < 1 or max(numbers) > _MAX_FRAMES:
         raise FormatError(f"{found} lists no frames. A split lists whole numbers from 1.")
     return [number - 1 for number in dict.fromkeys(numbers)]
 
@@ -184,7 +184,7 @@ def _matlab_split(path: Path) -> list[int]:
         ) from error
     numbers = np.asarray(content.get(TEST_FRAMES, []))
     whole = numbers.dtype.kind in "iuf" and bool((np.isfinite(numbers) & (numbers == np.floor(numbers))).all())
-    if not whole or numbers.size > _MOST_FRAMES:
+    if not whole or numbers.size > _MAX_FRAMES:
         raise FormatError(f"{path}: {TEST_FRAMES} must contain whole numbers.")
     return [int(number) for number in numbers.ravel()]
 
@@ -210,7 +210,7 @@ class NyuLabelledFrames(Recording):
     def close(self) -> None:
         self._file.close()
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         return RecordingIndex(tuple(str(number) for number in range(1, len(self._file) + 1)))
 
     def frame(self, key: str) -> RecordedFrame:
@@ -235,7 +235,7 @@ class NyuLabelledFrames(Recording):
 
 _NAME = re.compile(r"(?P<what>[rd])-(?P<time>\d+\.\d+)-\d+\.(?:ppm|pgm)")
 _ENDING = {"r": ".ppm", "d": ".pgm"}
-_GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
+_GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
 """Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 # camera_params.m of the data set's toolbox; its translation is subtracted from the rotated points
@@ -248,20 +248,20 @@ _DEPTH = Camera(
     IMAGE_SIZES[_CAMERA],
     (-0.099897237, 0.39065325, 0.0019290593, -0.0019422022, -0.51031725),
 )
-_TURN = np.array(
+_ROTATION = np.array(
     [
         [9.9997798940829263e-01, 5.0518419386157446e-03, 4.3011152014118693e-03],
         [-5.0359919480810989e-03, 9.9998051861143999e-01, -3.6879781309514218e-03],
         [-4.3196624923060242e-03, 3.6662365748484798e-03, 9.9998394948385538e-01],
     ]
 )
-_SHIFT = np.array([2.5031875059141302e-02, -2.9342312935846411e-04, 6.6238747008330102e-04])
+_TRANSLATION = np.array([2.5031875059141302e-02, -2.9342312935846411e-04, 6.6238747008330102e-04])
 
 
 def nyu_cameras() -> Cameras:
     """The cameras of the data set, from its toolbox."""
     motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = _TURN.T, -_SHIFT
+    motion[:3, :3], motion[:3, 3] = _ROTATION.T, -_TRANSLATION
     return Cameras(_COLOUR, _DEPTH, motion, is_registered=False)
 
 
@@ -292,7 +292,7 @@ class NyuRawFolder(Recording):
         with os.scandir(path) as entries:
             return any(entry.name.endswith(_ENDING["d"]) and _NAME.fullmatch(entry.name) for entry in entries)
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         pairs = self._paired(max_gap)
         if not pairs:
             raise InputError(
@@ -300,9 +300,9 @@ class NyuRawFolder(Recording):
                 f"{max_gap:g} s of a depth file. Allow a larger gap (--max-gap)."
             )
         notes = [
-            f"{counted(lonely, f'{what} file')} left out: there is no {other} file within {max_gap:g} s."
+            f"{counted(unmatched, f'{what} file')} left out: there is no {other} file within {max_gap:g} s."
             for what, other, files in (("colour", "depth", self._colours), ("depth", "colour", self._depths))
-            if (lonely := len(files) - len(pairs))
+            if (unmatched := len(files) - len(pairs))
         ]
         times = {Path(name).stem: time for time, name in self._colours}
         return RecordingIndex(tuple(pairs), tuple(times[key] for key in pairs), tuple(notes))

@@ -33,7 +33,7 @@ KINDS: tuple[type[Recording], ...] = (
 )
 """All kinds, in the order in which they are tried."""
 
-_MOST_OPEN = 2
+_MAX_OPEN = 2
 
 _access = threading.RLock()
 _open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
@@ -84,7 +84,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         name = os.getpid(), str(found), kind.state(found)
         recording = _open.pop(name, None) or kind(found)
         _open[name] = recording
-        while len(_open) > _MOST_OPEN:
+        while len(_open) > _MAX_OPEN:
             _open.popitem(last=False)[1].close()
         yield recording
 

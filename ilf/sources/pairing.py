@@ -14,7 +14,7 @@ _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
 _NUMBER = re.compile(r"\d+")
 
-Tell = Callable[[str], str | None]
+KeyFunction = Callable[[str], str | None]
 """A function from a name to its matching key; None for names without one."""
 
 
@@ -22,8 +22,8 @@ class Pairs(NamedTuple):
     """Names of matching colour and depth files, in natural order, and the numbers of files without a match."""
 
     pairs: list[tuple[str, str]]
-    lonely_colours: int
-    lonely_depths: int
+    unmatched_colours: int
+    unmatched_depths: int
 
 
 def natural(name: str) -> str:
@@ -37,7 +37,7 @@ def natural(name: str) -> str:
     return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
 
 
-def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
+def split_by_kind(names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Separate the names of one folder into colour and depth files.
 
     Depth files have the word depth in their name, or begin with d-; colour files have rgb, color, colour or image,
@@ -71,7 +71,9 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     """
     colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
     depth_names = depth_files(depths)
-    pairs = max((_matched(colour_names, depth_names, tell) for tell in (_rest, _rest_without_zeros)), key=len)
+    pairs = max(
+        (_matched(colour_names, depth_names, key_of) for key_of in (_stem_without_kind, _stem_without_zeros)), key=len
+    )
     if not pairs:
         pairs = _matched(colour_names, depth_names, _last_number)
         if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
@@ -79,31 +81,31 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
 
 
-def _matched(colours: Iterable[str], depths: Iterable[str], tell: Tell) -> list[tuple[str, str]]:
+def _matched(colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction) -> list[tuple[str, str]]:
     """Pairs of names with the same key, in natural order."""
-    by_colour, by_depth = _single(colours, tell), _single(depths, tell)
+    by_colour, by_depth = _unique_by_key(colours, key_of), _unique_by_key(depths, key_of)
     shared = by_colour.keys() & by_depth.keys()
     return sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
 
 
-def _single(names: Iterable[str], tell: Tell) -> dict[str, str]:
+def _unique_by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, str]:
     """Key -> name, without keys that several names share."""
     found: dict[str, list[str]] = {}
     for name in names:
-        key = tell(name)
+        key = key_of(name)
         if key is not None:
             found.setdefault(key, []).append(name)
     return {key: same[0] for key, same in found.items() if len(same) == 1}
 
 
-def _rest(name: str) -> str | None:
+def _stem_without_kind(name: str) -> str | None:
     """A name without its extension and the words that mark colour and depth."""
     stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
     return "-".join(re.findall(r"[^\W_]+", stem))
 
 
-def _rest_without_zeros(name: str) -> str | None:
-    return _NUMBER.sub(lambda digits: str(int(digits[0])), _rest(name) or "")
+def _stem_without_zeros(name: str) -> str | None:
+    return _NUMBER.sub(lambda digits: str(int(digits[0])), _stem_without_kind(name) or "")
 
 
 def _last_number(name: str) -> str | None:

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..data.frame import RGBDFrame
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
 
-OF_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
+OPENGL_AXES = np.diag([1.0, -1.0, -1.0, 1.0])
 """Transform of points between camera axes y down, z forward and y up, z backward; its own inverse."""
 
 _TRAJECTORY = "groundtruth.txt"
@@ -95,7 +95,7 @@ def _at_time(rows: Matrix, time: str) -> Matrix | None:
     if rows.shape[1:] != (8,) or not rows.size:
         return None
     row = rows[np.argmin(np.abs(rows[:, 0] - wanted))]
-    return posed(row[4:], row[1:4]) if abs(row[0] - wanted) <= MOST_APART_S else None
+    return posed(row[4:], row[1:4]) if abs(row[0] - wanted) <= MAX_TIME_GAP_S else None
 
 
 def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:

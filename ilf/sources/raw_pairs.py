@@ -11,23 +11,23 @@ from numpy.typing import NDArray
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
 from .._runtime.schema import Section
-from ..data.camera import camera_of, checked_motion
+from ..data.camera import camera_of, checked_transform
 from ..errors import FormatError, InputError, ParameterError
 from ..io.depth import read_depth_values
-from ..io.encodings import EncodingSpec, encoding_of, one_encoding
+from ..io.encodings import EncodingSpec, encoding_of, single_encoding
 from ..io.images import read_colour
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .registration import Camera
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 _CALIBRATION = "calibration.json"
 _MOTION = "depth_to_colour"
 _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
 _COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".exr", ".pfm")
-_LARGEST = 2**20
+_MAX_CALIBRATION_BYTES = 2**20
 """Maximum size of a calibration file [bytes]."""
-_ONLY = "1"
+_SINGLE_KEY = "1"
 """Key of the pair in a folder with only one."""
 
 
@@ -52,13 +52,13 @@ class RawPairs(Recording):
                 raise InputError("it must contain a JSON object with colour, depth and depth_to_colour.")
             stated = Section("calibration", data)
             colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
-            motion = checked_motion(stated.get(_MOTION, list), repr(_MOTION))
+            motion = checked_transform(stated.get(_MOTION, list), repr(_MOTION))
             self._cameras = Cameras(colour, depth, motion, is_registered=False)
             units, named, invalid = (
                 stated.get(key, float, *kinds) if key in data else None
                 for key, kinds in (("depth_units_per_m", ()), ("depth_encoding", (str,)), ("depth_invalid", ()))
             )
-            self._encoding: EncodingSpec | None = one_encoding(named, units)
+            self._encoding: EncodingSpec | None = single_encoding(named, units)
             if self._encoding is not None:
                 encoding_of(self._encoding)
             self._invalid: float | None = invalid
@@ -66,7 +66,7 @@ class RawPairs(Recording):
             raise FormatError(f"{path / _CALIBRATION}: {error}") from error
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self._files = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
-        self._lonely = len(colours.keys() ^ depths.keys())
+        self._unmatched = len(colours.keys() ^ depths.keys())
         if not self._files:
             raise InputError(
                 f"{path} has no pair: put colour.* and depth.* beside {_CALIBRATION}, or folders of these names with "
@@ -79,7 +79,7 @@ class RawPairs(Recording):
         if (path / "meta.json").is_file() or not file.is_file():
             return False
         try:
-            return file.stat().st_size <= _LARGEST and f'"{_MOTION}"'.encode() in file.read_bytes()
+            return file.stat().st_size <= _MAX_CALIBRATION_BYTES and f'"{_MOTION}"'.encode() in file.read_bytes()
         except OSError:  # opening it raises the precise error
             return True
 
@@ -87,9 +87,9 @@ class RawPairs(Recording):
     def state(cls, path: Path) -> tuple[int, ...]:
         return *super().state(path), *super().state(path / _CALIBRATION)
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
-        note = f"{counted(self._lonely, 'image')} left out: no matching image of the same name."
-        return RecordingIndex(tuple(self._files), notes=(note,) if self._lonely else ())
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
+        note = f"{counted(self._unmatched, 'image')} left out: no matching image of the same name."
+        return RecordingIndex(tuple(self._files), notes=(note,) if self._unmatched else ())
 
     def frame(self, key: str) -> RecordedFrame:
         colour, depth = map(read_file, self._pair(key))
@@ -128,4 +128,4 @@ def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> di
     images = {file.stem: file for file in sorted(files) if file.suffix.lower() in suffixes}
     if folder is not None:
         return images
-    return next(({_ONLY: images[name]} for name in names if name in images), {})
+    return next(({_SINGLE_KEY: images[name]} for name in names if name in images), {})

@@ -15,11 +15,11 @@ from .registration import Camera, RawPair, register
 
 SETTLING = 30
 """Frames until exposure and white balance have settled."""
-_PATIENCE_MS = 5000
+_TIMEOUT_MS = 5000
 _OTHER_LENSES = ("kannala_brandt4", "ftheta")
 
 
-def take_frame(settle: int = SETTLING) -> RGBDFrame:
+def capture_frame(settle: int = SETTLING) -> RGBDFrame:
     """Capture a frame with the connected RealSense camera.
 
     Parameters
@@ -41,11 +41,11 @@ def take_frame(settle: int = SETTLING) -> RGBDFrame:
     library = load_realsense()
     if not len(library.context().query_devices()):
         raise InputError("No RealSense camera is connected. Connect one via USB 3.")
-    pipeline, wish = library.pipeline(), library.config()
-    wish.enable_stream(library.stream.depth, library.format.z16)
-    wish.enable_stream(library.stream.color, library.format.rgb8)
+    pipeline, stream_config = library.pipeline(), library.config()
+    stream_config.enable_stream(library.stream.depth, library.format.z16)
+    stream_config.enable_stream(library.stream.color, library.format.rgb8)
     try:
-        pipeline.start(wish)
+        pipeline.start(stream_config)
     except RuntimeError as error:
         raise InputError(
             f"The RealSense camera delivers no colour and depth ({error}). Connect it via USB 3, and close other "
@@ -53,8 +53,8 @@ def take_frame(settle: int = SETTLING) -> RGBDFrame:
         ) from error
     try:
         for _ in range(settle):
-            pipeline.wait_for_frames(_PATIENCE_MS)
-        return register(pair_of(pipeline.wait_for_frames(_PATIENCE_MS)))
+            pipeline.wait_for_frames(_TIMEOUT_MS)
+        return register(pair_of(pipeline.wait_for_frames(_TIMEOUT_MS)))
     except RuntimeError as error:
         raise InputError(f"The RealSense camera sent no frame ({error}). Reconnect it via USB 3.") from error
     finally:

@@ -19,15 +19,15 @@ from .._runtime.installation import optional
 from ..data.camera import CameraIntrinsics, fitted
 from ..errors import FormatError, InputError, cause
 from ..io.images import check_pixel_count, image_header, read_colour
-from .poses import OF_OPENGL, posed
+from .poses import OPENGL_AXES, posed
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras, sha256_of
 from .registration import Camera
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 # Data compressed by LZFSE (Apple): unpacked only if its size is as expected.
 
 _END, _PLAIN, _PACKED, _LZVN = b"bvx$", b"bvx-", b"bvx2", b"bvxn"
-_FEWEST_IN_BLOCK = 10_000
+_MIN_BLOCK_BYTES = 10_000
 """Minimum number of bytes in a block of an encoder, except for the last one."""
 
 
@@ -53,7 +53,7 @@ def unpacked(data: bytes, size: int, file: str) -> bytes:
     """
     lzfse = optional("lzfse", "sequences", "Reading depth of Record3D")
     try:
-        if _announced(data, size) != size:
+        if _announced_size(data, size) != size:
             raise ValueError(f"it does not announce {size} bytes")
         found = bytes(lzfse.decompress(data))
     except (lzfse.error, ValueError, struct.error, MemoryError) as error:
@@ -63,7 +63,7 @@ def unpacked(data: bytes, size: int, file: str) -> bytes:
     return found
 
 
-def _announced(data: bytes, most: int) -> int:
+def _announced_size(data: bytes, max_size: int) -> int:
     """Total number of bytes that the blocks announce."""
     at, total, blocks = 0, 0, 0
     while (kind := data[at : at + 4]) != _END:
@@ -78,14 +78,14 @@ def _announced(data: bytes, most: int) -> int:
         else:
             raise ValueError("a block is of an unknown kind")
         at, total, blocks = at + length, total + raw, blocks + 1
-        if total > most or blocks > most // _FEWEST_IN_BLOCK + 2:
+        if total > max_size or blocks > max_size // _MIN_BLOCK_BYTES + 2:
             raise ValueError("it contains more than it should")
     return total
 
 
 _METADATA = "metadata"
 _DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
-_MOST_BYTES = 2**28
+_MAX_MEMBER_BYTES = 2**28
 """Maximum size of an unpacked member of the zip."""
 
 
@@ -118,16 +118,16 @@ class Record3D(Recording):
     def close(self) -> None:
         self._zip.close()
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
-        times = [self._of_frame("frameTimestamps", key) for key in self._keys]
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
+        times = [self._frame_entry("frameTimestamps", key) for key in self._keys]
         known = tuple(as_float(time) for time in times if isinstance(time, int | float))
         return RecordingIndex(self._keys, known if len(known) == len(times) and np.isfinite(known).all() else ())
 
     def frame(self, key: str) -> RecordedFrame:
         jpeg, depth = self._colour_bytes(key), self._member(f"rgbd/{key}.depth")
         width, height = self._depth_size
-        values = np.frombuffer(unpacked(depth, 4 * width * height, self._place(f"rgbd/{key}.depth")), "<f4")
-        time = self._of_frame("frameTimestamps", key)
+        values = np.frombuffer(unpacked(depth, 4 * width * height, self._member_path(f"rgbd/{key}.depth")), "<f4")
+        time = self._frame_entry("frameTimestamps", key)
         return RecordedFrame(
             self.colour(key),
             values.astype(np.float32).reshape(height, width),
@@ -140,10 +140,10 @@ class Record3D(Recording):
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         jpeg = self._colour_bytes(key)
-        return read_colour(FileContent(Path(self._place(f"rgbd/{key}.jpg")), np.frombuffer(jpeg, np.uint8)))
+        return read_colour(FileContent(Path(self._member_path(f"rgbd/{key}.jpg")), np.frombuffer(jpeg, np.uint8)))
 
     def cameras(self, key: str) -> Cameras:
-        header = image_header(self._place(f"rgbd/{key}.jpg"), self._colour_bytes(key))
+        header = image_header(self._member_path(f"rgbd/{key}.jpg"), self._colour_bytes(key))
         size = header.width, header.height
         try:
             stated = self._intrinsics(key)
@@ -154,17 +154,17 @@ class Record3D(Recording):
             raise FormatError(f"{self.path}: the camera of frame {key} is invalid ({error})") from error
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        numbers = self._of_frame("poses", key)
+        numbers = self._frame_entry("poses", key)
         if not (isinstance(numbers, list) and len(numbers) == 7 and all(isinstance(n, int | float) for n in numbers)):
             return None
         numbers = [as_float(number) for number in numbers]
         found = posed(numbers[:4], numbers[4:])
-        return None if found is None else found @ OF_OPENGL
+        return None if found is None else found @ OPENGL_AXES
 
     def _intrinsics(self, key: str) -> CameraIntrinsics:
         """Intrinsics for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
         stored by columns."""
-        numbers = self._of_frame("perFrameIntrinsicCoeffs", key)
+        numbers = self._frame_entry("perFrameIntrinsicCoeffs", key)
         if numbers is None:
             matrix = self._metadata.get("K")
             numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
@@ -178,7 +178,7 @@ class Record3D(Recording):
         if name not in self._names:
             return None
         width, height = self._depth_size
-        levels = unpacked(self._member(name), width * height, self._place(name))
+        levels = unpacked(self._member(name), width * height, self._member_path(name))
         return np.frombuffer(levels, np.uint8).reshape(height, width)
 
     def _colour_bytes(self, key: str) -> bytes:
@@ -186,7 +186,7 @@ class Record3D(Recording):
             raise self.unknown(key)
         return self._member(f"rgbd/{key}.jpg")
 
-    def _of_frame(self, name: str, key: str) -> Any:
+    def _frame_entry(self, name: str, key: str) -> Any:
         """The entry for a frame in a list of the metadata; None if there is none."""
         values, number = self._metadata.get(name), int(key)
         return values[number] if isinstance(values, list) and number < len(values) else None
@@ -205,22 +205,24 @@ class Record3D(Recording):
             metadata = json.loads(self._member(_METADATA))
         except (ValueError, RecursionError) as error:
             raise FormatError(
-                f"{self._place(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
+                f"{self._member_path(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
             ) from error
         if not isinstance(metadata, dict):
-            raise FormatError(f"{self._place(_METADATA)} must contain a JSON object. Export the recording again.")
+            raise FormatError(f"{self._member_path(_METADATA)} must contain a JSON object. Export the recording again.")
         return metadata
 
     def _member(self, name: str) -> bytes:
         entry = self._zip.getinfo(name)
-        if entry.file_size > _MOST_BYTES:
-            raise FormatError(f"{self._place(name)} has {entry.file_size / 2**20:.0f} MiB: too large for a frame.")
+        if entry.file_size > _MAX_MEMBER_BYTES:
+            raise FormatError(
+                f"{self._member_path(name)} has {entry.file_size / 2**20:.0f} MiB: too large for a frame."
+            )
         try:
             return self._zip.read(entry)
         except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
             raise FormatError(
-                f"{self._place(name)} is damaged ({cause(error):.80}). Export the recording again."
+                f"{self._member_path(name)} is damaged ({cause(error):.80}). Export the recording again."
             ) from error
 
-    def _place(self, name: str) -> str:
+    def _member_path(self, name: str) -> str:
         return f"{self.path}/{name}"

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ..data.camera import CameraIntrinsics
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import InputError
-from ..io.depth_reading import DepthReading, reading_of
+from ..io.depth_reading import DepthReading, interpret_depth
 from ..io.encodings import EncodingSpec
 from ..io.images import scaled_colour
-from .naming import name_of_recorded
+from .naming import recorded_frame_name
 from .opening import opened
 from .recording import Cameras, RecordedFrame
 from .registration import Camera, RawPair, register
@@ -68,12 +68,14 @@ class ReadFrame:
         try:
             frame = self._registered(name) if self.cameras.is_registered else register(self._pair(name))
         except InputError as error:
-            raise InputError(f"{self.path}: {error}{self.reading.other_ways}") from error
+            raise InputError(f"{self.path}: {error}{self.reading.alternative_encodings}") from error
         camera = intrinsics or frame.intrinsics
         numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
         inputs = replace(self._inputs(), intrinsics=numbers)
-        doubts = tuple(doubt.text for doubt in self.reading.doubts)
-        return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose, doubts=doubts)
+        plausibility_warnings = tuple(doubt.text for doubt in self.reading.plausibility_warnings)
+        return replace(
+            frame, intrinsics=camera, inputs=inputs, pose=self.pose, plausibility_warnings=plausibility_warnings
+        )
 
     def pair(self, name: str | None = None) -> RawPair:
         """Colour and depth as captured by the two cameras, which are the same for a registered frame.
@@ -117,7 +119,7 @@ class ReadFrame:
         return RawPair(rgb, metres, colour, depth, motion, self._name(name), self._inputs(), self._notes(), view)
 
     def _name(self, given: str | None) -> str:
-        return given or name_of_recorded(self.path, self.key)
+        return given or recorded_frame_name(self.path, self.key)
 
     def _notes(self) -> tuple[str, ...]:
         return *self.stored.notes, *self.reading.notes
@@ -161,7 +163,9 @@ def read_recorded(
     with opened(path) as recording:
         stored, cameras, pose, found = recording.frame(key), recording.cameras(key), recording.pose(key), recording.path
     known = stored.invalid if invalid is None else invalid
-    return ReadFrame(found, key, stored, cameras, reading_of(stored.depth, found, given, stored.encoding, known), pose)
+    return ReadFrame(
+        found, key, stored, cameras, interpret_depth(stored.depth, found, given, stored.encoding, known), pose
+    )
 
 
 def _distortion_note(camera: Camera | None) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from ..data.camera import fitted
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
 from .registration import Camera
-from .times import MOST_APART_S, associated
+from .times import MAX_TIME_GAP_S, associated
 
 Topics = tuple[str, str]
 """Names of the colour and the depth topic of one camera, in a recording with several."""
@@ -153,7 +153,7 @@ class Recording(ABC):
         return found.st_mtime_ns, found.st_size
 
     @abstractmethod
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         """List the frames. No image is decoded.
 
         Parameters
@@ -199,7 +199,7 @@ def sha256_of(*parts: bytes) -> str:
 
 # Pairing the images of two streams by their time stamps.
 
-_GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
+_GAPS = (MAX_TIME_GAP_S, 0.2, 2.0, 10.0)
 """Maximum time gaps [s] for finding a frame. Images paired with a smaller gap are also paired with a larger one."""
 
 
@@ -248,10 +248,10 @@ class StampedPairs:
                 f"{path}: no colour image lies within {max_gap:g} s of a depth image; there are {len(self._colours)} "
                 f"and {len(self._depths)}. Allow a larger gap (--max-gap) if they belong together."
             )
-        lonely = (("colour", len(self._colours) - len(pairs)), ("depth", len(self._depths) - len(pairs)))
+        unmatched = (("colour", len(self._colours) - len(pairs)), ("depth", len(self._depths) - len(pairs)))
         notes = tuple(
             f"{counted(count, f'{what} image')} left out: no match within {max_gap:g} s."
-            for what, count in lonely
+            for what, count in unmatched
             if count
         )
         times = tuple(colour / self._per_second for colour, _ in pairs.values())

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.camera import CameraIntrinsics, checked_motion
-from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, fixed
+from ..data.camera import CameraIntrinsics, checked_transform
+from ..data.frame import FrameInputs, RGBDFrame, checked_colour, checked_depth, checked_mask, read_only
 from ..errors import InputError
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
@@ -19,9 +19,9 @@ from ..errors import InputError
 _COEFFICIENTS = (0, 4, 5, 8)
 """Supported numbers of distortion coefficients, in OpenCV's order."""
 
-_LARGEST_COEFFICIENT = 1e6
+_MAX_COEFFICIENT = 1e6
 
-_FARTHEST_APART = 1000.0
+_MAX_CAMERA_DISTANCE = 1000.0
 """Maximum distance [m] between the two cameras of a pair."""
 
 
@@ -62,7 +62,7 @@ class Camera:
                 f"A camera's distortion must have {', '.join(map(str, _COEFFICIENTS[:-1]))} or {_COEFFICIENTS[-1]} "
                 f"coefficients, k1 k2 p1 p2 k3 k4 k5 k6, not {len(self.distortion)}."
             )
-        if not np.all(np.abs(self.distortion) <= _LARGEST_COEFFICIENT):
+        if not np.all(np.abs(self.distortion) <= _MAX_COEFFICIENT):
             raise InputError(f"A camera's distortion must be finite numbers, not {self.distortion}.")
 
     @property
@@ -134,10 +134,10 @@ class RawPair:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         object.__setattr__(self, "depth", checked_depth(self.depth))
         object.__setattr__(
-            self, "depth_to_colour", checked_motion(self.depth_to_colour, "The depth-to-colour transform")
+            self, "depth_to_colour", checked_transform(self.depth_to_colour, "The depth-to-colour transform")
         )
         apart = math.hypot(*self.depth_to_colour[:3, 3])
-        if apart > _FARTHEST_APART:
+        if apart > _MAX_CAMERA_DISTANCE:
             raise InputError(
                 f"The depth and the colour camera cannot be {apart:.3g} m apart. Give their distance in metres."
             )
@@ -157,7 +157,7 @@ class RawPair:
 
 # Lens distortion and undistorted images.
 
-_WIDEST = 3.0
+_MAX_RAY_TANGENT = 3.0
 """Tangent of the maximum angle of a ray to the axis: 71.6 degrees."""
 
 _RADIAL_STEPS = 3000
@@ -165,24 +165,24 @@ _RADIAL_STEPS = 3000
 _BORDER_STEPS = 400
 """Points on each side of a colour image from which the extent of the undistorted image is found."""
 
-_CLOSE = 0.05
+_MAX_INVERSION_ERROR = 0.05
 """Maximum error [px] of a border point that is undistorted and distorted again, for a valid inverse."""
 
 
 @lru_cache(maxsize=8)
-def widest(distortion: tuple[float, ...]) -> float:
+def max_ray_tangent(distortion: tuple[float, ...]) -> float:
     """Tangent of the largest angle to the axis up to which the distortion model is monotonic.
 
     Beyond it the model folds back, and would show points that the camera did not see.
     """
     k1, k2, _, _, k3, k4, k5, k6 = (*distortion, *(0.0,) * (8 - len(distortion)))
-    radius = np.linspace(0.0, _WIDEST, _RADIAL_STEPS)
+    radius = np.linspace(0.0, _MAX_RAY_TANGENT, _RADIAL_STEPS)
     square = radius**2
     below = 1 + square * (k4 + square * (k5 + square * k6))
     with np.errstate(divide="ignore", invalid="ignore"):
         seen = radius * (1 + square * (k1 + square * (k2 + square * k3))) / below
     falls = ~(np.diff(seen) > 0) | (below[1:] <= 0)
-    return float(radius[np.argmax(falls)]) if falls.any() else _WIDEST
+    return float(radius[np.argmax(falls)]) if falls.any() else _MAX_RAY_TANGENT
 
 
 @lru_cache(maxsize=8)
@@ -209,7 +209,7 @@ def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float
     bottom = _rays(camera, across, np.full_like(across, height - 1))[:, 1].min()
     own = camera.intrinsics
     if not (left < right and top < bottom):
-        raise _cannot_be_undone(camera)
+        raise _not_invertible(camera)
     scale = float(max((width - 1) / own.fx / (right - left), (height - 1) / own.fy / (bottom - top)))
     fx, fy = scale * own.fx, scale * own.fy
     cx, cy = (width - 1 - fx * float(left + right)) / 2, (height - 1 - fy * float(top + bottom)) / 2
@@ -217,7 +217,7 @@ def undistorted_view(camera: Camera) -> tuple[CameraIntrinsics, NDArray[np.float
     columns, rows = cv2.initUndistortRectifyMap(
         camera.matrix, camera.coefficients, None, Camera(new, camera.size).matrix, camera.size, cv2.CV_32FC1
     )
-    return new, fixed(np.clip(columns, 0, width - 1)), fixed(np.clip(rows, 0, height - 1))
+    return new, read_only(np.clip(columns, 0, width - 1)), read_only(np.clip(rows, 0, height - 1))
 
 
 def undistorted_colour(rgb: NDArray[np.uint8], camera: Camera) -> tuple[NDArray[np.uint8], CameraIntrinsics]:
@@ -243,12 +243,15 @@ def _rays(camera: Camera, columns: NDArray[np.float64], rows: NDArray[np.float64
     points = np.concatenate([rays, np.ones_like(rays[..., :1])], axis=2)
     again, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, camera.coefficients)
     found = rays[:, 0]
-    if not (np.abs(again - seen) < _CLOSE).all() or (np.hypot(*found.T) > widest(camera.distortion)).any():
-        raise _cannot_be_undone(camera)
+    if (
+        not (np.abs(again - seen) < _MAX_INVERSION_ERROR).all()
+        or (np.hypot(*found.T) > max_ray_tangent(camera.distortion)).any()
+    ):
+        raise _not_invertible(camera)
     return np.asarray(found, np.float64)
 
 
-def _cannot_be_undone(camera: Camera) -> InputError:
+def _not_invertible(camera: Camera) -> InputError:
     numbers = ", ".join(f"{number:g}" for number in camera.distortion)
     return InputError(
         f"The colour camera's distortion ({numbers}) cannot be inverted over an image of {camera.size[0]} x "
@@ -259,20 +262,20 @@ def _cannot_be_undone(camera: Camera) -> InputError:
 SAMPLES_PER_PIXEL = 1.5
 """Minimum number of depth samples per colour pixel, along a row and along a column, to keep surfaces closed."""
 
-SAME_SURFACE = 0.02
+SAME_SURFACE_TOLERANCE = 0.02
 """How much farther a sample may be than the nearest one of a pixel to count as the same surface, relative."""
 
-_MOST_SAMPLES = 16
+_MAX_SAMPLES_PER_PIXEL = 16
 """Maximum number of samples per depth pixel, along a row and along a column."""
 
-_AT_ONCE = 1 << 18
+_CHUNK_SAMPLES = 1 << 18
 """Samples that are transformed at a time, so that they stay in the processor's cache."""
 
-_LENS_STEPS, _LENS_REACH = 200, 4.0
+_LENS_STEPS, _LENS_MAX_EXTENT = 200, 4.0
 """Rays along a row and along a column for finding the extent of a depth camera's view, and their maximum extent
 relative to the view without distortion."""
 
-_MOST_IN_ALL, _LONGEST = 1 << 26, (1 << 15) - 2
+_MAX_SAMPLES, _MAX_SIDE = 1 << 26, (1 << 15) - 2
 """Maximum number of samples of a depth image, and of pixels or samples along one side of an image; above, the camera's
 intrinsics are invalid."""
 
@@ -326,8 +329,8 @@ def register(pair: RawPair) -> RGBDFrame:
     colour = Camera(intrinsics, pair.colour_camera.size)
     if not np.isfinite(pair.depth).any():
         raise InputError("The depth image has no known pixel (all are zero, negative or not finite).")
-    fine = _fine_view(pair.depth_camera, _samples(pair.depth_camera, colour))
-    moved = _moved(pair.depth, fine, colour, pair.depth_to_colour)
+    grid = _sample_grid(pair.depth_camera, _samples(pair.depth_camera, colour))
+    moved = _projected_depth(pair.depth, grid, colour, pair.depth_to_colour)
     known = moved[np.isfinite(moved)]
     if known.size == 0:
         raise InputError(
@@ -336,11 +339,11 @@ def register(pair: RawPair) -> RGBDFrame:
         )
     nearest, farthest = np.quantile(known, (_OUTLIERS, 1 - _OUTLIERS))
     depths = 1 / np.linspace(1 / nearest, 1 / farthest, _VIEW_STEPS)
-    outside = ~_in_view(fine, pair.depth_view, colour, pair.depth_to_colour, depths)
+    outside = ~_in_view(grid, pair.depth_view, colour, pair.depth_to_colour, depths)
     return RGBDFrame(rgb, moved, intrinsics, pair.name, inputs=pair.inputs, notes=pair.notes, outside_view=outside)
 
 
-class _FineView:
+class _SampleGrid:
     """The undistorted view of the depth camera, on a grid of samples.
 
     Attributes
@@ -364,20 +367,20 @@ class _FineView:
             camera.matrix, camera.coefficients, None, self.matrix, size, cv2.CV_32FC1
         )
         x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
-        folded = np.hypot(x[None], y[:, None]) > widest(camera.distortion)
+        folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera.distortion)
         width, height = camera.size
         seen = (columns >= -0.5) & (columns < width - 0.5) & (rows >= -0.5) & (rows < height - 0.5) & ~folded
         columns[~seen] = -2.0
-        self.columns, self.rows, self.seen = fixed(columns), fixed(rows), fixed(seen.astype(np.uint8))
+        self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
 
 
 @lru_cache(maxsize=2)
-def _fine_view(camera: Camera, samples: int) -> _FineView:
-    return _FineView(camera, samples)
+def _sample_grid(camera: Camera, samples: int) -> _SampleGrid:
+    return _SampleGrid(camera, samples)
 
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
-    if max(size) > _LONGEST or size[0] * size[1] > _MOST_IN_ALL:
+    if max(size) > _MAX_SIDE or size[0] * size[1] > _MAX_SAMPLES:
         raise InputError(
             f"The {what} image would have {size[0]} x {size[1]} samples after undistortion. Check the intrinsics (in "
             "pixels) and the distortion of both cameras."
@@ -387,7 +390,7 @@ def _check_size(what: str, size: tuple[int, int]) -> None:
 def _samples(depth: Camera, colour: Camera) -> int:
     """Number of samples per depth pixel, along a row and along a column."""
     scale = max(colour.intrinsics.fx / depth.intrinsics.fx, colour.intrinsics.fy / depth.intrinsics.fy)
-    return min(max(math.ceil(SAMPLES_PER_PIXEL * scale), 2), _MOST_SAMPLES)
+    return min(max(math.ceil(SAMPLES_PER_PIXEL * scale), 2), _MAX_SAMPLES_PER_PIXEL)
 
 
 def _extent(camera: Camera) -> tuple[float, float, float, float]:
@@ -398,7 +401,7 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     if camera.coefficients is None:
         return *sides, *ends
     widest_ray = math.hypot(max(map(abs, sides)), max(map(abs, ends)))
-    reach = min(widest(camera.distortion), _LENS_REACH * widest_ray)
+    reach = min(max_ray_tangent(camera.distortion), _LENS_MAX_EXTENT * widest_ray)
     line = np.linspace(-reach, reach, _LENS_STEPS)
     x, y = (plane.ravel() for plane in np.meshgrid(line, line))
     points = np.stack([x, y, np.ones_like(x)], axis=1)
@@ -412,40 +415,40 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     return x[inside].min() - step, x[inside].max() + step, y[inside].min() - step, y[inside].max() + step
 
 
-def _moved(
-    depth: NDArray[np.float32], fine: _FineView, colour: Camera, motion: NDArray[np.float64]
+def _projected_depth(
+    depth: NDArray[np.float32], grid: _SampleGrid, colour: Camera, motion: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """The depth [m] of the nearest surface in each pixel of the colour camera, NaN where there is none."""
-    split = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    split = cv2.remap(depth, grid.columns, grid.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
     samples = np.asarray(split, np.float32)
-    turned = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(fine.matrix)).astype(np.float32)
+    projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(grid.matrix)).astype(np.float32)
     shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
     across = np.arange(samples.shape[1], dtype=np.float32)
-    step = max(_AT_ONCE // samples.shape[1], 1)
+    step = max(_CHUNK_SAMPLES // samples.shape[1], 1)
     parts = [
-        _hits(samples[start : start + step], across, start, turned, shift, colour.size)
+        _projected_samples(samples[start : start + step], across, start, projection, shift, colour.size)
         for start in range(0, samples.shape[0], step)
     ]
     pixels = colour.size[0] * colour.size[1]
     front = np.full(pixels, np.inf, np.float32)
-    for place, away, _ in parts:
-        np.minimum.at(front, place, away)
-    front *= 1 + SAME_SURFACE
+    for place, projected, _ in parts:
+        np.minimum.at(front, place, projected)
+    front *= 1 + SAME_SURFACE_TOLERANCE
     closest, depth = np.full(pixels, np.inf, np.float32), np.full(pixels, np.nan, np.float32)
-    for place, away, off in parts:
-        off[away > front[place]] = np.inf
+    for place, projected, off in parts:
+        off[projected > front[place]] = np.inf
         np.minimum.at(closest, place, off)
-    for place, away, off in parts:
+    for place, projected, off in parts:
         chosen = (off == closest[place]) & np.isfinite(off)
-        depth[place[chosen]] = away[chosen]
+        depth[place[chosen]] = projected[chosen]
     return depth.reshape(colour.shape)
 
 
-def _hits(
+def _projected_samples(
     samples: NDArray[np.float32],
     across: NDArray[np.float32],
     first: int,
-    turned: NDArray[np.float32],
+    projection: NDArray[np.float32],
     shift: NDArray[np.float32],
     size: tuple[int, int],
 ) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
@@ -454,22 +457,22 @@ def _hits(
     down = np.arange(first, first + len(samples), dtype=np.float32)[:, None]
     known = np.isfinite(samples)
     z = samples[known]
-    x, y, away = (
+    x, y, projected = (
         (row[0] * across + (row[1] * down + row[2]))[known] * z + along
-        for row, along in zip(turned, shift, strict=True)
+        for row, along in zip(projection, shift, strict=True)
     )
     with np.errstate(divide="ignore", invalid="ignore"):
-        x /= away
-        y /= away
+        x /= projected
+        y /= projected
     column, line = np.rint(x), np.rint(y)
-    hits = (away > 0) & (column >= 0) & (column < size[0]) & (line >= 0) & (line < size[1])
+    hits = (projected > 0) & (column >= 0) & (column < size[0]) & (line >= 0) & (line < size[1])
     column, line = column[hits], line[hits]
     off = np.square(x[hits] - column) + np.square(y[hits] - line)
-    return line.astype(np.int32) * np.int32(size[0]) + column.astype(np.int32), away[hits], off
+    return line.astype(np.int32) * np.int32(size[0]) + column.astype(np.int32), projected[hits], off
 
 
 def _in_view(
-    fine: _FineView,
+    grid: _SampleGrid,
     depth_view: NDArray[np.bool_] | None,
     colour: Camera,
     motion: NDArray[np.float64],
@@ -477,14 +480,14 @@ def _in_view(
 ) -> NDArray[np.bool_]:
     """Pixels of the colour camera that lie in the depth camera's view at one of these depths [m] along the colour
     camera's axis."""
-    seen = fine.seen
+    seen = grid.seen
     if depth_view is not None:
-        seen = cv2.remap(depth_view.astype(np.uint8), fine.columns, fine.rows, cv2.INTER_NEAREST)
+        seen = cv2.remap(depth_view.astype(np.uint8), grid.columns, grid.rows, cv2.INTER_NEAREST)
     back = np.linalg.inv(motion)
     found = np.zeros(colour.shape, np.uint8)
     for depth in depths:
         plane = back[:3, :3] + back[:3, 3:] @ np.array([[0.0, 0.0, 1 / depth]])
-        to_fine = fine.matrix @ plane @ np.linalg.inv(colour.matrix)
+        to_fine = grid.matrix @ plane @ np.linalg.inv(colour.matrix)
         flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         found |= cv2.warpPerspective(seen, to_fine, colour.size, flags=flags)
     return found.astype(bool)

@@ -35,7 +35,6 @@ from .ros_messages import (
     METADATA,
     TRANSFORM,
     TRANSFORMS,
-    between,
     camera_of,
     check_definitions,
     colour_of,
@@ -43,9 +42,10 @@ from .ros_messages import (
     is_colour,
     is_depth,
     limited,
-    motion,
+    transform_between,
+    transform_matrix,
 )
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 # Topics specific to recordings of the RealSense library: depth units and extrinsics.
 #
@@ -54,12 +54,12 @@ from .times import MOST_APART_S
 _STREAM = re.compile(r"((?:/device_\d+)/sensor_\d+)/[^/]+_\d+(?=/image/data)")
 
 
-def stream_of(topic: str) -> str | None:
+def realsense_stream(topic: str) -> str | None:
     """The stream of an image topic; None if it is from another program.
 
     Examples
     --------
-    >>> stream_of("/device_0/sensor_0/Depth_0/image/data")
+    >>> realsense_stream("/device_0/sensor_0/Depth_0/image/data")
     '/device_0/sensor_0/Depth_0'
     """
     found = _STREAM.match(topic)
@@ -73,7 +73,7 @@ def unit_topics(topic: str) -> tuple[str, ...]:
     return () if found is None else tuple(f"{found[1]}/option/{name}/value" for name in names)
 
 
-def units_of(option: Any) -> float:
+def units_per_metre(option: Any) -> float:
     """Units per metre, from a message of one of these topics; raises FormatError if it is not a length in metres."""
     try:
         metres = float(option.data)
@@ -124,7 +124,7 @@ class ImageTopic:
     @property
     def infos(self) -> tuple[str, ...]:
         """Topics that may contain the calibration of the camera."""
-        stream = stream_of(self.name)
+        stream = realsense_stream(self.name)
         beside = f"{self.base.rsplit('/', 1)[0]}/camera_info"
         return (beside,) if stream is None else (beside, f"{stream}/info/camera_info")
 
@@ -157,7 +157,7 @@ class CameraTopics:
         return self.colour.name, self.depth.name
 
 
-def chosen_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[CameraTopics, str]:
+def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[CameraTopics, str]:
     """Select the camera to read, with a note on the selection; "" if there is no choice.
 
     Aligned depth is preferred, then cameras whose topics have a long common path.
@@ -171,12 +171,12 @@ def chosen_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
         found = [next((topic for topic in topics if topic.name == name), None) for name in wanted]
         if found[0] is None or found[1] is None:
             missing = " and ".join(name for name, topic in zip(wanted, found, strict=True) if topic is None)
-            raise InputError(f"has no images of the topic {missing}. {_described(topics)}")
+            raise InputError(f"has no images of the topic {missing}. {_topic_list(topics)}")
         return CameraTopics(found[0], found[1]), ""
     colours = [topic for topic in topics if topic.is_colour] or [topic for topic in topics if not topic.is_depth]
     cameras = [CameraTopics(colour, depth) for colour in colours for depth in topics if depth.is_depth]
     if not cameras:
-        raise InputError(f"has no colour images with depth. {_described(topics)}")
+        raise InputError(f"has no colour images with depth. {_topic_list(topics)}")
     best = min(cameras, key=lambda camera: camera.rank)
     others = sorted({camera.depth.base for camera in cameras} - {best.depth.base})
     others += sorted({camera.colour.base for camera in cameras} - {best.colour.base})
@@ -192,7 +192,7 @@ def _is_aligned(depth: ImageTopic) -> bool:
     return any(word in depth.name for word in _ALIGNED)
 
 
-def _described(topics: Sequence[ImageTopic]) -> str:
+def _topic_list(topics: Sequence[ImageTopic]) -> str:
     if not topics:
         return "It has no images."
     return f"Its image topics are {', '.join(topic.name for topic in topics)}."
@@ -237,7 +237,7 @@ class RosBag(Recording):
             self.close()
             raise
         self._image_topics: list[ImageTopic] | None = None
-        self._firsts: dict[str, Any] = {}
+        self._first_messages: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, StampedPairs] = {}
         self._cameras: dict[Topics, Cameras] = {}
@@ -263,7 +263,7 @@ class RosBag(Recording):
     def close(self) -> None:
         self._reader.close()
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         camera, note = self._camera(topics)
         found = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
@@ -271,7 +271,7 @@ class RosBag(Recording):
         return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
 
     def frame(self, key: str) -> RecordedFrame:
-        camera, (colour_stamp, depth_stamp) = self._found(key)
+        camera, (colour_stamp, depth_stamp) = self._camera_and_stamps(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
         with self._reading():  # a message may be of another type than its topic's
@@ -280,12 +280,12 @@ class RosBag(Recording):
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        camera, (stamp, _) = self._found(key)
+        camera, (stamp, _) = self._camera_and_stamps(key)
         with self._reading():
             return colour_of(self._message(camera.colour, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
-        topics, _ = self._found(key)
+        topics, _ = self._camera_and_stamps(key)
         if topics.names not in self._cameras:
             try:
                 self._cameras[topics.names] = self._cameras_of(topics)
@@ -304,27 +304,27 @@ class RosBag(Recording):
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
-        found = between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+        found = transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
         return found if found is not None else self._realsense_motion(camera)
 
     def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         """The same from the RealSense library's own topics, which contain the transforms from a group of streams to
         each of them."""
-        streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
+        streams = [realsense_stream(topic.name) for topic in (camera.depth, camera.colour)]
         for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
             group = name.removeprefix(f"{streams[0]}/tf/")
             if group == name:
                 continue
             depth, colour = (self._first(f"{stream}/tf/{group}", TRANSFORM) for stream in streams)
             if depth is not None and colour is not None:  # a topic may have no message
-                return motion(colour) @ np.linalg.inv(motion(depth))
+                return transform_matrix(colour) @ np.linalg.inv(transform_matrix(depth))
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
         """Units per metre of depth, if the recording contains them."""
         option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
         try:
-            return None if option is None else units_of(option)
+            return None if option is None else units_per_metre(option)
         except FormatError as error:
             raise FormatError(f"{self.path}: {error}") from error
 
@@ -334,7 +334,7 @@ class RosBag(Recording):
         if self._image_topics is None:
             self._image_topics = [topic for name in self._names() if (topic := self._image_topic(name)) is not None]
         try:
-            return chosen_topics(self._image_topics, wanted)
+            return select_topics(self._image_topics, wanted)
         except InputError as error:
             raise InputError(f"{self.path} {error}") from None
 
@@ -348,7 +348,7 @@ class RosBag(Recording):
         if first is None:
             return None
         # in bags of ROS 1, the RealSense library gives all of its streams the same coordinate frame
-        stream = None if self._reader.is2 else stream_of(name)
+        stream = None if self._reader.is2 else realsense_stream(name)
         frame_id = first.header.frame_id.strip("/") if stream is None else stream
         if hasattr(first, "format"):
             offset = 12 * ("compressedDepth" in first.format)
@@ -369,7 +369,7 @@ class RosBag(Recording):
 
     # frames
 
-    def _found(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
+    def _camera_and_stamps(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
         """The camera of a frame, and the time stamps [ns] of its colour and depth."""
         names, _, stamp = key.rpartition("/")
         colour, plus, depth = names.partition("+")
@@ -415,9 +415,9 @@ class RosBag(Recording):
 
     def _first(self, name: str, *kinds: str) -> Any:
         """The first message of a topic; None if there is none."""
-        if name not in self._firsts:
-            self._firsts[name] = next(self._messages(name, *kinds), None)
-        return self._firsts[name]
+        if name not in self._first_messages:
+            self._first_messages[name] = next(self._messages(name, *kinds), None)
+        return self._first_messages[name]
 
     def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
         """All messages of a topic."""

@@ -17,7 +17,7 @@ from .._runtime.installation import optional
 from ..data.camera import camera_from_numbers, fitted
 from ..errors import FormatError, InputError
 from ..io.images import check_pixel_count, read_colour, read_image
-from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, Allowance, check_plain
+from ..io.sqlite_files import DEFINITIONS, LONGEST, STEPS, TimeLimit, check_plain
 from .registration import Camera
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -142,7 +142,7 @@ def _one_channel(image: NDArray[Any], path: Path) -> NDArray[Any]:
 INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORM, TRANSFORMS = "geometry_msgs/msg/Transform", "tf2_msgs/msg/TFMessage"
 
-_MOST_COEFFICIENTS = 8
+_MAX_COEFFICIENTS = 8
 _OTHER_LENSES = ("equidistant", "fisheye", "kannala")
 
 
@@ -179,12 +179,12 @@ def _distortion(values: NDArray[np.float64], model: str) -> tuple[float, ...]:
         return ()
     if any(lens in model.lower() for lens in _OTHER_LENSES):
         raise InputError(f"the lens model {model!r:.40} is not supported. Rectify the images first.")
-    if values[_MOST_COEFFICIENTS:].any():
-        raise InputError(f"it has {values.size} distortion coefficients; at most {_MOST_COEFFICIENTS} are supported.")
-    return tuple(values[:_MOST_COEFFICIENTS].tolist())
+    if values[_MAX_COEFFICIENTS:].any():
+        raise InputError(f"it has {values.size} distortion coefficients; at most {_MAX_COEFFICIENTS} are supported.")
+    return tuple(values[:_MAX_COEFFICIENTS].tolist())
 
 
-def motion(transform: Any) -> NDArray[np.float64]:
+def transform_matrix(transform: Any) -> NDArray[np.float64]:
     """A geometry_msgs/Transform as a matrix, float64 (4, 4); raises FormatError if it is invalid."""
     turn, shift = transform.rotation, transform.translation
     quaternion = np.array([turn.w, turn.x, turn.y, turn.z], float)
@@ -202,7 +202,7 @@ def motion(transform: Any) -> NDArray[np.float64]:
     return matrix
 
 
-def between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
+def transform_between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float64] | None:
     """The transform of points from one coordinate frame to another, (4, 4), from tf messages; None if not connected.
 
     Parameters
@@ -215,7 +215,7 @@ def between(transforms: Iterable[Any], start: str, end: str) -> NDArray[np.float
     ways: dict[str, list[tuple[str, NDArray[Any]]]] = {}
     for stamped in transforms:
         child, parent = (name.strip("/") for name in (stamped.child_frame_id, stamped.header.frame_id))
-        up = motion(stamped.transform)
+        up = transform_matrix(stamped.transform)
         ways.setdefault(child, []).append((parent, up))
         ways.setdefault(parent, []).append((child, np.linalg.inv(up)))
     reached = {start.strip("/"): np.eye(4)}
@@ -282,13 +282,13 @@ def _kinds_in(form: Any) -> list[str]:
 # Limits for opening a ROS recording: rosbags itself has none.
 
 METADATA = "metadata.yaml"
-MOST_TOPICS = 4000
-MOST_SETTINGS = 2**21
+MAX_TOPICS = 4000
+MAX_TOPIC_TEXT = 2**21
 """Maximum bytes of text about the topics; rosbags takes about 20 s per megabyte."""
-MOST_DEFINITIONS = 2**23
+MAX_DEFINITIONS = 2**23
 """Maximum bytes of message definitions, summed over the topics; about 4 s per megabyte."""
 
-_LISTS = {"topics": MOST_SETTINGS, "message_definitions": MOST_DEFINITIONS}
+_LISTS = {"topics": MAX_TOPIC_TEXT, "message_definitions": MAX_DEFINITIONS}
 """Tables of an SQLite file that rosbags reads as a whole, and their maximum amount of text [bytes]."""
 
 
@@ -311,10 +311,10 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
     apsw = optional("apsw", "sequences", "A ROS bag")
 
     def guard(connection: Any) -> None:
-        allowance = Allowance(Path(connection.filename).stat().st_size)
+        allowance = TimeLimit(Path(connection.filename).stat().st_size)
 
         def is_over() -> bool:
-            if allowance.is_spent():
+            if allowance.is_exceeded():
                 raise FormatError(f"{path} is damaged: reading it takes too long. Copy or export it again.")
             return False
 
@@ -322,11 +322,11 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
         connection.set_exec_trace(allowance.begin)
         connection.set_progress_handler(is_over, STEPS)
         for name in check_plain(path, connection.execute(DEFINITIONS)):
-            if (most := _LISTS.get(name.lower())) is not None:
-                _check_list(path, connection.execute(f"SELECT * FROM {name} LIMIT {MOST_TOPICS + 1}"), most)
+            if (max_bytes := _LISTS.get(name.lower())) is not None:
+                _check_list(path, connection.execute(f"SELECT * FROM {name} LIMIT {MAX_TOPICS + 1}"), max_bytes)
 
     if path.is_dir():
-        _check(path, 0, (path / METADATA).stat().st_size, MOST_SETTINGS)
+        _check(path, 0, (path / METADATA).stat().st_size, MAX_TOPIC_TEXT)
     for one in reader.readers:
         _check_when_open(path, one)
     apsw.connection_hooks.append(guard)
@@ -336,12 +336,12 @@ def limited(path: Path, reader: Any) -> Iterator[None]:
         apsw.connection_hooks.remove(guard)
 
 
-def _check_list(path: Path, rows: Iterator[Sequence[object]], most: int) -> None:
+def _check_list(path: Path, rows: Iterator[Sequence[object]], max_bytes: int) -> None:
     """Check the rows of one of `_LISTS`."""
     count = size = 0
     for count, row in enumerate(rows, 1):
         size += sum(len(value) for value in row if isinstance(value, str | bytes))
-        _check(path, count, size, most)
+        _check(path, count, size, max_bytes)
 
 
 def _check_when_open(path: Path, reader: Any) -> None:
@@ -352,7 +352,7 @@ def _check_when_open(path: Path, reader: Any) -> None:
         open_file()
         size = sum(len(one.msgdef.data) for one in reader.connections)
         try:
-            _check(path, len(reader.connections), size, MOST_DEFINITIONS)
+            _check(path, len(reader.connections), size, MAX_DEFINITIONS)
         except FormatError:
             reader.close()
             raise
@@ -360,10 +360,10 @@ def _check_when_open(path: Path, reader: Any) -> None:
     reader.open = open_and_check
 
 
-def _check(path: Path, count: int, size: int, most: int) -> None:
-    if count > MOST_TOPICS:
-        raise FormatError(f"{path} has more than {MOST_TOPICS} topics. Record only those of the camera.")
-    if size > most:
+def _check(path: Path, count: int, size: int, max_bytes: int) -> None:
+    if count > MAX_TOPICS:
+        raise FormatError(f"{path} has more than {MAX_TOPICS} topics. Record only those of the camera.")
+    if size > max_bytes:
         raise FormatError(
-            f"{path} has more than {most / 2**20:g} MiB of text about its topics. Record only those of the camera."
+            f"{path} has more than {max_bytes / 2**20:g} MiB of text about its topics. Record only those of the camera."
         )

@@ -18,17 +18,17 @@ from ..io.images import check_pixel_count, read_colour
 from .poses import checked_pose
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
 from .registration import Camera
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 _VERSION = 4
-_LONGEST_NAME = 1000
+_MAX_NAME_LENGTH = 1000
 _MATRIX, _HEADER, _FRAME = struct.Struct("<16f"), struct.Struct("<2i4IfQ"), struct.Struct("<16f4Q")
 _JPEG_OR_PNG = 1, 2
 _PLAIN, _ZLIB = 0, 1
 
 
 @dataclass(frozen=True)
-class _Place:
+class _FramePosition:
     """Position of a frame in the file, with its pose and the time of its colour."""
 
     start: int
@@ -52,7 +52,7 @@ class ScanNet(Recording):
             raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
         try:
             self._count = self._read_header()
-            self._frames = self._read_places()
+            self._frames = self._read_positions()
         except BaseException:
             self._file.close()
             raise
@@ -60,12 +60,12 @@ class ScanNet(Recording):
     def close(self) -> None:
         self._file.close()
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         times = tuple(place.time * 1e-6 for place in self._frames)
         return RecordingIndex(tuple(map(str, range(len(self._frames)))), times if any(times) else ())
 
     def frame(self, key: str) -> RecordedFrame:
-        place = self._place(key)
+        place = self._position(key)
         colour, depth = self._bytes(place.start, place.colour_bytes), self._depth_bytes(place)
         values = np.frombuffer(self._unpacked(depth, key), "<u2").astype(np.uint16)
         return RecordedFrame(
@@ -78,7 +78,7 @@ class ScanNet(Recording):
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        place = self._place(key)
+        place = self._position(key)
         return self._decoded(self._bytes(place.start, place.colour_bytes), key)
 
     def cameras(self, key: str) -> Cameras:
@@ -97,13 +97,13 @@ class ScanNet(Recording):
         return Cameras(colour, depth, motion, is_registered=False)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        return checked_pose(np.array(self._place(key).pose).reshape(4, 4))
+        return checked_pose(np.array(self._position(key).pose).reshape(4, 4))
 
     def _read_header(self) -> int:
         """Read the header; returns the number of frames."""
         try:
             version, length = struct.unpack("<IQ", self._file.read(12))
-            if version != _VERSION or length > _LONGEST_NAME:
+            if version != _VERSION or length > _MAX_NAME_LENGTH:
                 raise FormatError(
                     f"{self.path} is not a ScanNet recording of version {_VERSION}. Download or copy it again."
                 )
@@ -111,7 +111,7 @@ class ScanNet(Recording):
             matrices = [np.array(_MATRIX.unpack(self._file.read(_MATRIX.size)), np.float64) for _ in range(4)]
             colour_kind, self._depth_kind, *sizes, self._units, count = _HEADER.unpack(self._file.read(_HEADER.size))
         except struct.error as error:
-            raise self._cut_short("its header") from error
+            raise self._truncated("its header") from error
         self._colour_size, self._depth_size = (sizes[0], sizes[1]), (sizes[2], sizes[3])
         for size in (self._colour_size, self._depth_size):
             check_pixel_count(self.path, *size)
@@ -128,30 +128,30 @@ class ScanNet(Recording):
             )
         return int(count)
 
-    def _read_places(self) -> list[_Place]:
+    def _read_positions(self) -> list[_FramePosition]:
         """Read the positions of the frames, without their images."""
         end = self.path.stat().st_size
-        places: list[_Place] = []
+        places: list[_FramePosition] = []
         at = self._file.tell()
         while len(places) < self._count:
             self._file.seek(at)
             head = self._file.read(_FRAME.size)
             if len(head) < _FRAME.size:
-                raise self._cut_short(f"frame {len(places)} of {self._count}")
+                raise self._truncated(f"frame {len(places)} of {self._count}")
             *pose, time, _, colour_bytes, depth_bytes = _FRAME.unpack(head)
             start = at + _FRAME.size
             at = start + colour_bytes + depth_bytes
             if at > end:
-                raise self._cut_short(f"frame {len(places)} of {self._count}")
-            places.append(_Place(start, colour_bytes, depth_bytes, tuple(pose), time))
+                raise self._truncated(f"frame {len(places)} of {self._count}")
+            places.append(_FramePosition(start, colour_bytes, depth_bytes, tuple(pose), time))
         return places
 
-    def _place(self, key: str) -> _Place:
+    def _position(self, key: str) -> _FramePosition:
         if not key.isdecimal() or str(int(key)) != key or int(key) >= len(self._frames):
             raise self.unknown(key)
         return self._frames[int(key)]
 
-    def _depth_bytes(self, place: _Place) -> bytes:
+    def _depth_bytes(self, place: _FramePosition) -> bytes:
         return self._bytes(place.start + place.colour_bytes, place.depth_bytes)
 
     def _bytes(self, start: int, count: int) -> bytes:
@@ -159,7 +159,7 @@ class ScanNet(Recording):
         stream.seek(start)
         data = stream.read(count)
         if len(data) < count:
-            raise self._cut_short("a frame")
+            raise self._truncated("a frame")
         return data
 
     def _unpacked(self, data: bytes, key: str) -> bytes:
@@ -175,5 +175,5 @@ class ScanNet(Recording):
     def _decoded(self, data: bytes, key: str) -> NDArray[np.uint8]:
         return read_colour(FileContent(Path(f"{self.path}, colour of frame {key}"), np.frombuffer(data, np.uint8)))
 
-    def _cut_short(self, what: str) -> FormatError:
+    def _truncated(self, what: str) -> FormatError:
         return FormatError(f"{self.path} ends within {what}: it is truncated or damaged. Download or copy it again.")

@@ -24,7 +24,7 @@ from .listing import Listing, list_frames
 from .opening import opened
 from .recording import Cameras, Topics
 from .registration import RawPair
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 _ONE_CAMERA_NOTE = (
     "The transform from the depth to the colour camera is not known: both are treated as one camera, and their edges "
@@ -206,7 +206,7 @@ def open_source(
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     min_confidence: float | None = None,
-    max_gap: float = MOST_APART_S,
+    max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
 ) -> Source:
     """Open a folder of frames, a data set or a recording.

@@ -19,17 +19,17 @@ from .._runtime.files import read_file
 from .._runtime.installation import optional
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError
-from ..io.companions import read_confidence
 from ..io.depth import read_depth_values
+from ..io.frame_additions import read_confidence
 from ..io.images import check_pixel_count
 from .poses import posed
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras
 from .registration import Camera
-from .times import MOST_APART_S
+from .times import MAX_TIME_GAP_S
 
 # Reading frames of a video by their numbers.
 
-_FAR = 60
+_SEEK_DISTANCE = 60
 """Number of frames ahead from which seeking a key frame is likely faster than decoding the frames between."""
 
 
@@ -65,7 +65,7 @@ class Video:
             self.close()
             raise
         self._times: list[int] | None = None
-        self._coming: Iterator[tuple[Any, str]] | None = None
+        self._decoding: Iterator[tuple[Any, str]] | None = None
         self._next = 0
 
     def close(self) -> None:
@@ -85,14 +85,14 @@ class Video:
         if number >= len(times):
             raise FormatError(f"{self.path} has {len(times)} frames, but no frame {number}: it is truncated.")
         with self._reading():
-            if self._coming is None or not 0 <= number - self._next < _FAR:
+            if self._decoding is None or not 0 <= number - self._next < _SEEK_DISTANCE:
                 self._container.seek(times[number], stream=self._stream)
-                self._coming = self._decoded()
-            for image, sha256 in self._coming:
+                self._decoding = self._decoded()
+            for image, sha256 in self._decoding:
                 if image.pts == times[number]:
                     self._next = number + 1
                     return image.to_ndarray(format="rgb24"), sha256
-        self._coming = None
+        self._decoding = None
         raise FormatError(f"{self.path}: frame {number} cannot be decoded: the video is damaged there.")
 
     def _frame_times(self) -> list[int]:
@@ -152,14 +152,14 @@ class StrayScanner(Recording):
             self._video.close()
             self._video = None
 
-    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+    def index(self, max_gap: float = MAX_TIME_GAP_S, topics: Topics | None = None) -> RecordingIndex:
         times = [self._rows.get(int(key), {}).get("timestamp", math.nan) for key in self._depth]
         return RecordingIndex(tuple(self._depth), tuple(times) if np.isfinite(times).all() else ())
 
     def frame(self, key: str) -> RecordedFrame:
         depth = read_file(self._file(key))
         values = read_depth_values(depth)
-        rgb, sha256 = self._opened_video().frame(int(key))
+        rgb, sha256 = self._open_video().frame(int(key))
         confidence = self.path / _CONFIDENCE / f"{key}.png"
         return RecordedFrame(
             rgb,
@@ -173,10 +173,10 @@ class StrayScanner(Recording):
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         self._file(key)
-        return self._opened_video().frame(int(key))[0]
+        return self._open_video().frame(int(key))[0]
 
     def cameras(self, key: str) -> Cameras:
-        path, video = self.path / _CAMERA, self._opened_video()
+        path, video = self.path / _CAMERA, self._open_video()
         height, width = read_depth_values(self._file(key)).shape
         try:
             numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
@@ -211,7 +211,7 @@ class StrayScanner(Recording):
             raise self.unknown(key)
         return self._depth[key]
 
-    def _opened_video(self) -> Video:
+    def _open_video(self) -> Video:
         if self._video is None:
             self._video = Video(self.path / _VIDEO)
         return self._video

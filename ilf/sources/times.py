@@ -11,11 +11,11 @@ from pathlib import Path
 from .._runtime.files import read_file
 from ..errors import FormatError
 
-MOST_APART_S = 0.02
+MAX_TIME_GAP_S = 0.02
 ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
 """Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
 
-UNITS = 5000.0
+TUM_UNITS = 5000.0
 """File units per metre of the depth in such lists."""
 
 
@@ -47,7 +47,7 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
                 f"{path}, line {number}: a line must be a time in seconds and a file name, not {line!r:.80}."
             ) from None
         found.append((time, name))
-    _refuse_repeats(path, (name for _, name in found))
+    _check_unique(path, (name for _, name in found))
     return found
 
 
@@ -74,7 +74,7 @@ def read_associations(path: Path) -> list[tuple[float, str, str]]:
         found.append((other, second, first) if is_depth_first else (time, first, second))
     if not found:
         raise FormatError(f"{path} lists no files. Export the list again.")
-    _refuse_repeats(path, (name for _, rgb, depth in found for name in (rgb, depth)))
+    _check_unique(path, (name for _, rgb, depth in found for name in (rgb, depth)))
     return found
 
 
@@ -82,7 +82,7 @@ def _is_file_name(name: str) -> bool:
     return Path(name).name not in {"", ".."}
 
 
-def _refuse_repeats(path: Path, names: Iterable[str]) -> None:
+def _check_unique(path: Path, names: Iterable[str]) -> None:
     """Raise FormatError if a list contains a file twice, under any spelling of its path."""
     seen: set[str] = set()
     for name in map(os.path.normpath, names):
@@ -92,7 +92,7 @@ def _refuse_repeats(path: Path, names: Iterable[str]) -> None:
 
 
 def associated(
-    colours: list[tuple[float, str]], depths: list[tuple[float, str]], most_apart: float = MOST_APART_S
+    colours: list[tuple[float, str]], depths: list[tuple[float, str]], max_gap: float = MAX_TIME_GAP_S
 ) -> list[tuple[str, str]]:
     """Match colour and depth files nearest in time, each used once, in the order of time.
 
@@ -100,7 +100,7 @@ def associated(
     ----------
     colours, depths : list of (float, str)
         Times [s] and names.
-    most_apart : float
+    max_gap : float
         Maximum time difference of a pair [s].
 
     Examples
@@ -109,11 +109,11 @@ def associated(
     [('a.png', 'a-d.png')]
     """
     colours, depths = sorted(colours), sorted(depths)
-    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], most_apart)
+    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], max_gap)
     return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
 
 
-def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list[tuple[int, int]]:
+def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:
     """Greedily pair the nearest times of two sorted lists, then the nearest of the rest, and so on.
 
     The nearest pair are neighbours among all times that are left, so only neighbours are compared.
@@ -122,40 +122,40 @@ def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list
     before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
     waiting: list[tuple[float, int, int, int, int]] = []
 
-    def meet(left: int, right: int) -> None:
+    def queue_pair(left: int, right: int) -> None:
         """Queue two neighbours as a pair if they are of different lists and near enough."""
         if left < 0 or right < 0:
             return
         (time, kind, one), (later, other_kind, other) = order[left], order[right]
-        if kind != other_kind and later - time <= most_apart:
+        if kind != other_kind and later - time <= max_gap:
             row, column = (one, other) if kind == 0 else (other, one)
             heapq.heappush(waiting, (later - time, row, column, left, right))
 
-    def first_alike(place: int) -> int:
+    def first_equal(place: int) -> int:
         """The first remaining entry with the same time in the same list."""
         while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
             place = before[place]
         return place
 
-    def take(place: int) -> None:
+    def remove(place: int) -> None:
         left, right = before[place], after[place]
         if left >= 0:
             after[left] = right
         if right >= 0:
             before[right] = left
-        taken.add(place)
-        meet(left, right)
+        removed.add(place)
+        queue_pair(left, right)
 
-    taken: set[int] = set()
+    removed: set[int] = set()
     found = []
     for place in range(len(order) - 1):
-        meet(place, place + 1)
+        queue_pair(place, place + 1)
     while waiting:
         *_, left, right = heapq.heappop(waiting)
-        if left in taken or right in taken:
+        if left in removed or right in removed:
             continue
-        pair = sorted((first_alike(left), first_alike(right)), key=lambda place: order[place][1])
+        pair = sorted((first_equal(left), first_equal(right)), key=lambda place: order[place][1])
         found.append((order[pair[0]][2], order[pair[1]][2]))
         for place in pair:
-            take(place)
+            remove(place)
     return found

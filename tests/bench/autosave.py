@@ -71,7 +71,7 @@ def main() -> None:
         os.environ["ILF_AUTOSAVE"] = str(Path(folder, "autosave"))
         app = QApplication([])
         clock = _watched()
-        window = MainWindow(remembers=True)
+        window = MainWindow(persistent=True)
         window.documents.discard_silently = True
         kept: list[float] = []
         window.recorder.kept.connect(lambda: kept.append(time.perf_counter()))

@@ -27,13 +27,13 @@ from PySide6.QtCore import QCoreApplication
 import ilf
 from gui.features.report.feature import write_steps
 from gui.work.jobs import Worker
-from ilf._runtime.cancellation import heed, stoppable
+from ilf._runtime.cancellation import cancellable_items, set_cancel_events
 from ilf._runtime.installation import asset_path
 from ilf.completion.completion import CompletionRun
 from ilf.completion.confidence.expected_error import expected_error
-from ilf.completion.extrapolation import guess_steps
+from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import compose
-from ilf.evaluation.quality.ranking import suspicious_places
+from ilf.evaluation.quality.ranking import find_places
 from ilf.report.content import Subject
 from ilf.report.report import ReportOptions
 from ilf.run.options import ExportOptions
@@ -46,7 +46,7 @@ from .waiting import pause, wait
 Work = Callable[[], object]
 
 
-class Meter:
+class CancellationMeter:
     """Stand-in for a cancellation that never comes; measures the time between two checks."""
 
     def __init__(self) -> None:
@@ -107,14 +107,14 @@ def main() -> None:
     app.quit()
 
 
-def measured(work: Work) -> tuple[Meter, float]:
+def measured(work: Work) -> tuple[CancellationMeter, float]:
     """Run some work to its end; return its checks for cancellation, and its wall time [s]."""
-    meters: list[Meter] = []
+    meters: list[CancellationMeter] = []
 
     def drive() -> None:
-        meter = Meter()
+        meter = CancellationMeter()
         meters.append(meter)
-        heed(meter)  # type: ignore[arg-type]
+        set_cancel_events(meter)  # type: ignore[arg-type]
         try:
             work()
         finally:
@@ -166,7 +166,7 @@ def _run(preset: str, **values: Any) -> Callable[[ilf.RGBDFrame], Work]:
 
         def work() -> None:
             with CompletionRun(fresh, blocks, ilf.preset(preset, **values), threads=1) as run:
-                for _ in stoppable(run):
+                for _ in cancellable_items(run):
                     pass
 
         return work
@@ -182,9 +182,9 @@ def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]
     return make
 
 
-def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
+def _extrapolation(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
     def work() -> None:
-        for _ in stoppable(guess_steps(completion)):
+        for _ in cancellable_items(extrapolation_steps(completion)):
             pass
 
     return work
@@ -206,7 +206,7 @@ def _report(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion
 
     def work() -> None:
         with tempfile.TemporaryDirectory() as folder:
-            for _ in stoppable(write_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
+            for _ in cancellable_items(write_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
                 pass
 
     return work
@@ -230,7 +230,7 @@ def _open(frame: ilf.RGBDFrame) -> Work:
 
 
 def _suspects(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> None:
-    suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(completion))
+    find_places(frame, blocks, ilf.edge_strength(frame), expected_error(completion))
 
 
 KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
@@ -241,7 +241,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "fill+denoise": _run("best", mode="fill+denoise"),
     "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
-    "guess": lambda frame: _guess(frame, compose(frame, {})),
+    "guess": lambda frame: _extrapolation(frame, compose(frame, {})),
     "export": _after_run(_export),
     "report": _after_run(_report),
     "follow": _follow,

@@ -26,15 +26,15 @@ os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from gui.app.faults import leave
+from gui.app.error_reporter import exit_soon
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.batch.feature import BatchPart
+from gui.features.batch.feature import BatchFeature
 from ilf.run.options import ExportOptions
 
 from .responsive import new_window, open_frame, sample
 from .waiting import wait
-from .writers import as_found
+from .writers import contents_after_cleanup
 
 Over = Callable[[], object]
 """Returns whether the work has ended."""
@@ -71,7 +71,7 @@ def _export(window: MainWindow, folder: Path) -> Over:
 
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
-    (part,) = (part for part in window.parts if isinstance(part, BatchPart))
+    (part,) = (part for part in window.parts if isinstance(part, BatchFeature))
     # in the same folder no work would be left
     part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
     part.dialog.jobs.setValue(2)
@@ -151,7 +151,7 @@ def _child(name: str, folder: Path, seconds: float) -> tuple[float, float, float
 
 def _set_in(folder: Path) -> dict[str, bytes]:
     """Files of an export, except those that differ at each writing."""
-    return {name: content for name, content in as_found(folder).items() if name not in _VARYING}
+    return {name: content for name, content in contents_after_cleanup(folder).items() if name not in _VARYING}
 
 
 def _processes_left() -> list[str]:
@@ -191,7 +191,7 @@ def close_during(name: str, folder: Path, seconds: float) -> int:
     else:
         QTimer.singleShot(round(1000 * seconds), close)
         app.exec()
-    return leave(0)
+    return exit_soon(0)
 
 
 if __name__ == "__main__":

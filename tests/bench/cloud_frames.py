@@ -21,7 +21,7 @@ from gui.app.main_window import MainWindow
 from gui.state.session import Session
 from gui.views.cloud.cloud_view import CloudView
 from gui.views.cloud.colouring import ColourBy
-from gui.views.cloud.drawing import REST_MS
+from gui.views.cloud.drawing import IDLE_MS
 
 FRAMES = (640, 480), (1280, 720), (1920, 1080)
 VIEWS = (660, 560), (1320, 760), (2560, 1400)
@@ -83,7 +83,7 @@ def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> 
     QApplication.processEvents()
     window.workspace.add_session(Session(frame, frame.name, f"{frame.name} {view}"))
     appeared = wait(lambda: len(canvas.scene) == frame.depth.size)
-    wait(lambda: canvas.drawing.is_whole)
+    wait(lambda: canvas.drawing.is_full)
     held = Held()
     start = QPointF(view[0] / 2, view[1] / 2)
     QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start.toPoint())
@@ -91,11 +91,11 @@ def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> 
     for move in range(3, MOVES):
         times.append(turn(cloud, start + QPointF(3 * move, 20 * np.sin(move / 9))))
         QApplication.processEvents()
-    settled = wait(lambda: canvas.drawing.is_whole)
+    settled = wait(lambda: canvas.drawing.is_full)
     QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton)
     cloud.set_colour_by(ColourBy.DEPTH)
     before = canvas.scene
-    coloured = wait(lambda: canvas.scene is not before and canvas.drawing.is_whole)
+    coloured = wait(lambda: canvas.scene is not before and canvas.drawing.is_full)
     cloud.set_colour_by(ColourBy.COLOUR)
     median, most = (1000 * float(np.percentile(times, share)) for share in (50, 95))
     window.workspace.close_session(window.workspace.session)
@@ -106,12 +106,12 @@ def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> 
 
 
 def main() -> None:
-    """Print the table; times in ms. The time to the whole cloud includes the delay of `REST_MS`."""
+    """Print the table; times in ms. The time to the whole cloud includes the delay of `IDLE_MS`."""
     application = QApplication.instance() or QApplication([])
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     window.show()
     window.centre.show_cloud()
-    print(f"times in ms; drawing of the whole cloud starts {REST_MS} ms after the last move")
+    print(f"times in ms; drawing of the whole cloud starts {IDLE_MS} ms after the last move")
     print("       frame         view  moving   95 %   whole  appears  colours  longest held")
     for size in FRAMES:
         frame = frame_of(*size)

@@ -24,8 +24,8 @@ from ilf._runtime.networks.models import BUNDLED
 from ilf.data.parameters import BlockParameters
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
 from ilf.lab.bench.frames import find_frames, load_bench_frame
-from ilf.lab.training.depth_edges.lesson import LineScore
-from ilf.lab.training.depth_edges.pictures import PictureFolder, less_known, read_picture
+from ilf.lab.training.depth_edges.pictures import PictureFolder, read_picture, with_hidden_depth
+from ilf.lab.training.depth_edges.task import LineScore
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork, filled_log_depth
 from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.relief import filled_depth, find_relief
@@ -44,7 +44,7 @@ class Case:
     rgb: NDArray[np.uint8]
     depth: Array
     missing: Mask
-    truth: Array
+    ground_truth: Array
     jump: Mask
     crease: Mask | None
 
@@ -52,7 +52,7 @@ class Case:
 def generated(folder: Path) -> Iterator[Case]:
     """Held-out pictures, with depth hidden as in training."""
     for k, picture in enumerate(map(read_picture, PictureFolder(folder).held_out)):
-        depth = less_known(picture, np.random.default_rng((1, k)))
+        depth = with_hidden_depth(picture, np.random.default_rng((1, k)))
         jump, crease = picture.lines[..., 0] > 0, picture.lines[..., 1] > 0
         yield Case(picture.rgb, depth, np.isnan(depth), picture.exact, jump, crease)
 
@@ -95,15 +95,15 @@ def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
                 score.add(found.crease, case.crease, case.missing)
         if found.coarse is None or found.spread is None:
             continue
-        counted = case.missing & np.isfinite(case.truth)
-        truth = np.log(case.truth[counted])
-        guesses = {
+        counted = case.missing & np.isfinite(case.ground_truth)
+        ground_truth = np.log(case.ground_truth[counted])
+        extrapolations = {
             "coarse": np.log(found.coarse),
             "nearest": np.log(filled_depth(case.depth)[0]),
             "filled": filled_log_depth(case.depth)[0],
         }
-        for name, guess in guesses.items():
-            errors.setdefault(name, []).append(np.abs(guess[counted] - truth))
+        for name, guess in extrapolations.items():
+            errors.setdefault(name, []).append(np.abs(guess[counted] - ground_truth))
         spreads.append(found.spread[counted])
     lines = {f"jump, {name}": scores for name, scores in jumps.items()}
     if creases[0].true:

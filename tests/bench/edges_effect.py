@@ -41,7 +41,7 @@ class Seen:
     contours: FrameEdges
     rgbd: FrameEdges
     jumps: NDArray[np.bool_]
-    truth: RGBDFrame
+    ground_truth: RGBDFrame
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def _with(seen: Seen, strength: Array) -> FrameEdges:
 
 def _true_jumps(seen: Seen) -> FrameEdges:
     """Edges from the held-out depth, as an upper bound of the gain."""
-    edges = find_relief(seen.truth.depth, RGBD.depth_jump, RGBD.depth_jump_share).edges
+    edges = find_relief(seen.ground_truth.depth, RGBD.depth_jump, RGBD.depth_jump_share).edges
     return replace(seen.contours, strength=edges.astype(np.float32))
 
 
@@ -93,7 +93,10 @@ def errors(source: BenchFrame, ways: Mapping[str, Way], pattern: str, seed: int)
         labels = extract(frame, way.blocks).blocks
         with patch("ilf.completion.filter.find_edges", return_value=way.edges(seen)):
             depth = complete(frame, labels, preset(**way.changes)).depth
-        off = np.where(np.isfinite(depth), depth, fallback)[task.scored].astype(np.float64) - task.truth[task.scored]
+        off = (
+            np.where(np.isfinite(depth), depth, fallback)[task.scored].astype(np.float64)
+            - task.ground_truth[task.scored]
+        )
         found[name] = float(np.sqrt(np.mean(off**2))), float(np.mean(np.abs(off)))
     return found
 

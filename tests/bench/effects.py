@@ -1,8 +1,9 @@
 """Reliability of the edit summary: `python -m tests.bench.effects [--seed N]`.
 
 Blocks of frames with filled depth (NYU, under ILF_TEST_DATA) get a fault in one place (`tests.bench.quality_checks`),
-which is then repaired: two edits. For each, the change of the hold-out error near the border (`ilf.run.edit_effect`) is
-compared with that of the true error in the holes nearby. An edit counts if both changes are large enough.
+which is then repaired: two edits. For each, the change of the hold-out error near the border
+(`ilf.run.summarise_edit`) is compared with that of the true error in the holes nearby. An edit counts if both changes
+are large enough.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf import BlockParameters, extract_blocks, load_frame
-from ilf.evaluation.edit_summary import edit_effect
+from ilf.evaluation.edit_summary import summarise_edit
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between, redrawn
 
-from .suspects.__main__ import REPORTED_ON
-from .suspects.spoiling import KINDS, Mask, spoil, with_holes
+from .suspects.__main__ import EVALUATION_FRAMES
+from .suspects.faults import KINDS, Mask, make_faults, with_holes
 
-LEAST, LEAST_TRUE = 0.02, 0.03
+MIN_CHANGE, MIN_TRUE_CHANGE = 0.02, 0.03
 """Smaller relative changes are ignored: of the hold-out error, and of the true error."""
 
 
@@ -36,23 +37,23 @@ def main() -> None:
     arguments = parser.parse_args()
     root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
     found: Counter[tuple[str, str]] = Counter()
-    for name in REPORTED_ON:
+    for name in EVALUATION_FRAMES:
         folder = root / f"nyufilled_{name}"
-        truth = load_frame(folder / "rgb.jpg", folder / "gt.png", depth_units=1000, name=folder.name)
-        rng = np.random.default_rng([arguments.seed, zlib.crc32(truth.name.encode())])
-        frame = with_holes(truth, rng)
-        right = Run(frame, extract_blocks(truth, BlockParameters(min_size=0.1)), edited=True)
+        ground_truth = load_frame(folder / "rgb.jpg", folder / "gt.png", depth_units=1000, name=folder.name)
+        rng = np.random.default_rng([arguments.seed, zlib.crc32(ground_truth.name.encode())])
+        frame = with_holes(ground_truth, rng)
+        right = Run(frame, extract_blocks(ground_truth, BlockParameters(min_size=0.1)), edited=True)
         for kind in KINDS:
-            spoilt, faults = spoil(right.blocks, truth.depth, ~frame.known, [kind], rng)
+            spoilt, faults = make_faults(right.blocks, ground_truth.depth, ~frame.known, [kind], rng)
             for fault in faults:
                 wrong = replace(right, blocks=spoilt)
                 for way, before, after in (("spoilt", right, wrong), ("mended", wrong, right)):
-                    found[way, _verdict(before, after, truth.depth, fault.zone)] += 1
+                    found[way, _verdict(before, after, ground_truth.depth, fault.zone)] += 1
     for way in ("spoilt", "mended"):
         print(f"{way:8}", ", ".join(f"{what} {found[way, what]}" for what in ("right", "wrong", "undecided")))
 
 
-def _verdict(before: Run, after: Run, truth: NDArray[np.float32], zone: Mask) -> str:
+def _verdict(before: Run, after: Run, ground_truth: NDArray[np.float32], zone: Mask) -> str:
     patch = patch_between(before.blocks, after.blocks)
     if patch is None:
         return "undecided"
@@ -64,9 +65,9 @@ def _verdict(before: Run, after: Run, truth: NDArray[np.float32], zone: Mask) ->
     blocks = frozenset(np.unique([*before.blocks[there], *after.blocks[there]]).tolist()) - {0}
     depths = [replace(run, only=blocks).complete().depth for run in (before, after)]
     there &= np.isfinite(depths[0]) & np.isfinite(depths[1])
-    true = [float(np.mean(np.abs(depth[there] - truth[there]))) for depth in depths]
-    hidden = edit_effect(before, after, patch).held_out
-    if hidden is None or _same(*true, LEAST_TRUE) or _same(*hidden, LEAST):
+    true = [float(np.mean(np.abs(depth[there] - ground_truth[there]))) for depth in depths]
+    hidden = summarise_edit(before, after, patch).held_out
+    if hidden is None or _same(*true, MIN_TRUE_CHANGE) or _same(*hidden, MIN_CHANGE):
         return "undecided"
     return "right" if (hidden[1] < hidden[0]) == (true[1] < true[0]) else "wrong"
 

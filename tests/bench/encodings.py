@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.io.depth import read_depth_values
-from ilf.io.depth_reading import Doubt, doubts_of
+from ilf.io.depth_reading import Doubt, plausibility_warnings_of
 from ilf.io.encodings import DepthEncoding, encoding_of
 from ilf.sources.frames import frame_folder
 
@@ -63,11 +63,13 @@ def main(folders: list[str]) -> None:
 
 
 def _doubts(values: NDArray[Any], encoding: DepthEncoding) -> tuple[Doubt, ...]:
-    return doubts_of(values, encoding.metres(values), encoding, is_named=False)
+    return plausibility_warnings_of(values, encoding.metres(values), encoding, is_named=False)
 
 
-def _proposed(doubts: tuple[Doubt, ...]) -> str:
-    return ",".join(doubt.encoding or ("?" if doubt.invalid is None else f"{doubt.invalid:.9g}") for doubt in doubts)
+def _proposed(plausibility_warnings: tuple[Doubt, ...]) -> str:
+    return ",".join(
+        doubt.encoding or ("?" if doubt.invalid is None else f"{doubt.invalid:.9g}") for doubt in plausibility_warnings
+    )
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from gui.base import theme
 from ilf._runtime.installation import asset_path
 from ilf.sources.listing import list_frames
 
-from .responsive import Heart, new_window
+from .responsive import EventLoopMonitor, new_window
 from .waiting import pause, wait
 
 
@@ -60,7 +60,7 @@ def linked(folder: Path, count: int) -> Path:
 
 def look(window: MainWindow, folder: Path) -> None:
     """Print the gaps of the window's event loop for actions on the list."""
-    panel, heart = window.frames, Heart()
+    panel, heart = window.frames, EventLoopMonitor()
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object] = lambda: True) -> None:
         wait(lambda: not window.loader.busy)
@@ -88,7 +88,7 @@ def look(window: MainWindow, folder: Path) -> None:
     entries = window.workspace.entries
     say("a note", lambda: window.workspace.set_note(entries[5000 % len(entries)], "glass"))
     half = list(entries)[1::2]
-    say(f"take {len(half)} out", lambda: window.frame_part.remove(half))
+    say(f"take {len(half)} out", lambda: window.frames_feature.remove(half))
 
 
 def turn(window: MainWindow) -> None:
@@ -118,7 +118,10 @@ def turn(window: MainWindow) -> None:
     wait(lambda: not window.loader.busy)
     pause(1500)
     left = [entry for entry in window.workspace.entries if entry.has_state and entry.session is None][:8]
-    say("back to an unloaded frame", [seen(lambda entry=entry: window.frame_part.open(entry), True) for entry in left])
+    say(
+        "back to an unloaded frame",
+        [seen(lambda entry=entry: window.frames_feature.open(entry), True) for entry in left],
+    )
     pause(1500)
     print(f"  open frames: {len(window.workspace.sessions)}")
 

@@ -101,7 +101,7 @@ def main() -> None:
             without = score(complete(task.frame, blocks).depth, task).errors
             line = f"{folder.name:26} seed {base}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm"
             other = load_bench_frame(folders[(number + len(folders) // 2) % len(folders)]).frame.depth
-            for name, guide in guides(task.truth, other, 10 * base + number):
+            for name, guide in guides(task.ground_truth, other, 10 * base + number):
                 found = score(complete(task.frame, blocks, guide=guide).depth, task).errors
                 ratios[name].append((found.rmse / without.rmse, found.mae / without.mae))
                 line += f"  {name} {ratios[name][-1][0]:.3f} {ratios[name][-1][1]:.3f}"

@@ -57,7 +57,7 @@ def cut(window: MainWindow) -> list[str]:
             drawn = cell.view.viewportTransform().mapRect(QRectF(0, 0, width, height))
             if not QRectF(cell.view.viewport().rect()).adjusted(-0.5, -0.5, 0.5, 0.5).contains(drawn):
                 wrong.append(f"picture of {name}")
-            if cell.strip.caption_end > cell.strip.width():
+            if cell.strip.title_end > cell.strip.width():
                 wrong.append(f"caption of {name}")
     for what, bar in (("run", window.tool_bar), ("panels", window.panels.rail)):
         for button in bar.findChildren(QToolButton):
@@ -95,7 +95,7 @@ def main() -> int:
         print(f"{frame.name}, {frame.shape[1]} x {frame.shape[0]}")
         for size in SIZES:
             for layout in LAYOUTS:
-                window = MainWindow(remembers=False)
+                window = MainWindow(persistent=False)
                 show_frame(window, frame, size, layout)
                 found, wrong, bar = share(window), cut(window), BARS.get((layout, size), 0.0)
                 missed |= found < bar or bool(wrong)

@@ -27,7 +27,7 @@ from ilf.project.encoding import Encoder
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 from ilf.sources.frame_source import FrameSource
 
@@ -116,7 +116,7 @@ def _state(frame: RGBDFrame, run: Run, completion: Completion, noise: Any, frame
         extracted=run.blocks,
     )
     return FrameState(
-        frame_id, frame, own.blocks, notes, results=results, runs=(KeptRun(1, "best", own, results, 1.0, (1, 2, 3)),)
+        frame_id, frame, own.blocks, notes, results=results, runs=(StoredRun(1, "best", own, results, 1.0, (1, 2, 3)),)
     )
 
 

@@ -105,7 +105,7 @@ def main() -> None:
         app = QApplication([])
         path = made(Path(name), options.of, options.frames)
         print(f"{options.frames} frames, {path.stat().st_size / 1e6:.0f} MB")
-        window = MainWindow(remembers=False)
+        window = MainWindow(persistent=False)
         window.resize(1280, 800)
         window.show()
         pause(2500)

@@ -36,7 +36,7 @@ from ilf.sources.registration import Camera, RawPair, register
 sys.path.append(str(Path(__file__).parents[2] / "assets" / "samples"))
 from roomkit.room import Room, build
 
-SEEN_WITHIN = 0.01
+SEEN_TOLERANCE = 0.01
 """Maximum distance of a point to the depth camera's nearest point on its ray to count as seen [share of depth]."""
 
 FAR_M, FAR_SHARE = 0.05, 0.05
@@ -172,7 +172,7 @@ def visible(room: Room, pair: RawPair, points: Floats) -> tuple[NDArray[np.bool_
     inside = (columns >= -0.5) & (columns < camera.size[0] - 0.5) & (rows >= -0.5) & (rows < camera.size[1] - 0.5)
     inside &= own[:, 2] > 0
     first = seen(room, own / own[:, 2:], pair.depth_to_colour)
-    near = np.abs(first - own[:, 2]) < SEEN_WITHIN * own[:, 2]
+    near = np.abs(first - own[:, 2]) < SEEN_TOLERANCE * own[:, 2]
     column, row = (np.rint(np.where(inside, place, 0)).astype(int) for place in (columns, rows))
     return inside & near & np.isfinite(pair.depth[row, column]), ~inside
 
@@ -196,7 +196,7 @@ def main() -> None:
         )
         for name, way in WAYS.items():
             depth, seconds = _timed(way, pair, view)
-            print(f"  {name:<11} {_told(depth.ravel(), exact, could)}, CPU {seconds:.3f} s")
+            print(f"  {name:<11} {_summary(depth.ravel(), exact, could)}, CPU {seconds:.3f} s")
         marked = np.zeros(outside.shape, bool) if frame.outside_view is None else frame.outside_view.ravel()
         print(
             f"  outside     marked {np.mean(marked[outside]) if outside.any() else 1:.2%}; "
@@ -204,7 +204,7 @@ def main() -> None:
         )
 
 
-def _told(depth: NDArray[np.float32], exact: Floats, could: NDArray[np.bool_]) -> str:
+def _summary(depth: NDArray[np.float32], exact: Floats, could: NDArray[np.bool_]) -> str:
     known = np.isfinite(depth) & could
     beyond = known & (depth - exact > np.maximum(FAR_M, FAR_SHARE * exact))
     error = 1000 * np.abs(depth - exact)[known & ~beyond]

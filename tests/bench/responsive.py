@@ -24,8 +24,8 @@ from PySide6.QtWidgets import QApplication
 import ilf
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.accuracy.feature import AccuracyPart
-from gui.features.sweep.feature import SweepPart
+from gui.features.accuracy.feature import AccuracyFeature
+from gui.features.sweep.feature import SweepFeature
 from ilf._runtime.installation import asset_path
 
 from .memory import resident
@@ -34,7 +34,7 @@ from .waiting import pause, wait
 _BEAT_MS = 2
 
 
-class Heart:
+class EventLoopMonitor:
     """Timer in the window's thread that records gaps between its events."""
 
     def __init__(self) -> None:
@@ -64,13 +64,13 @@ class Heart:
 def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
     """Write the bundled sample in a size as a frame folder; the number varies it slightly."""
     frame = ilf.load_frame(asset_path("samples/room"))
-    assert frame.truth is not None
+    assert frame.ground_truth is not None
     place = folder / f"{size[0]}x{size[1]}-{number}"
     place.mkdir()
     rgb = cv2.resize(frame.rgb, size)
     rgb[0, 0] = number % 256
     cv2.imwrite(str(place / "rgb.png"), rgb[..., ::-1])
-    for name, depth in (("depth", frame.depth), ("gt", frame.truth)):
+    for name, depth in (("depth", frame.depth), ("gt", frame.ground_truth)):
         metres = np.nan_to_num(cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST))
         cv2.imwrite(str(place / f"{name}.png"), (1000 * metres).round().astype(np.uint16))
     (place / "meta.json").write_text(
@@ -81,7 +81,7 @@ def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
 
 def new_window() -> MainWindow:
     """Open a window with all panels that show numbers."""
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     window.documents.discard_silently = True
     window.resize(1440, 900)
     window.show()
@@ -97,10 +97,10 @@ def open_frame(window: MainWindow, folder: Path) -> None:
 
 def listen(window: MainWindow, folder: Path) -> None:
     """Print the gaps during all kinds of long work."""
-    heart = Heart()
+    heart = EventLoopMonitor()
     workspace, runs = window.workspace, window.runs
-    accuracy = next(part for part in window.parts if isinstance(part, AccuracyPart))
-    sweep = next(part for part in window.parts if isinstance(part, SweepPart))
+    accuracy = next(part for part in window.parts if isinstance(part, AccuracyFeature))
+    sweep = next(part for part in window.parts if isinstance(part, SweepFeature))
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object]) -> None:
         pause(500)

@@ -73,12 +73,13 @@ def main(folders: list[str]) -> None:
         for band in BANDS:
             frame = whole
             if band and lines:
-                truth = np.ones(whole.shape, bool)
+                ground_truth = np.ones(whole.shape, bool)
                 points = np.concatenate(lines).astype(int)
-                truth[np.clip(points[:, 1], 0, truth.shape[0] - 1), np.clip(points[:, 0], 0, truth.shape[1] - 1)] = (
-                    False
-                )
-                frame = whole.distrusting(distance_transform_edt(truth) <= band)
+                ground_truth[
+                    np.clip(points[:, 1], 0, ground_truth.shape[0] - 1),
+                    np.clip(points[:, 0], 0, ground_truth.shape[1] - 1),
+                ] = False
+                frame = whole.with_invalid_mask(distance_transform_edt(ground_truth) <= band)
             snapper = Snapper(frame, ilf.edge_strength(frame))
             for line, sketch in zip(lines, drawn, strict=True):
                 tree = cKDTree(line)

@@ -37,7 +37,7 @@ from .memory import resident
 from .responsive import new_window, open_frame, sample
 from .waiting import pause
 
-MOST_GROWTH = 30.0
+MAX_GROWTH = 30.0
 """MB."""
 _LIMIT_S = 300
 _REST_MS = 8000
@@ -144,7 +144,7 @@ def main() -> None:
         print(f"{what}: {earlier} -> {later}")
     threads = [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
     print(f"threads, timers, files and children have {'' if changed else 'not '}changed; after closing: {threads}")
-    sys.exit(growth > MOST_GROWTH or bool(changed) or bool(threads))
+    sys.exit(growth > MAX_GROWTH or bool(changed) or bool(threads))
 
 
 if __name__ == "__main__":

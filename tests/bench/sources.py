@@ -20,7 +20,7 @@ import ilf
 from ilf.sources.opening import close_all
 from tests.ilf.phone_files import Scene, colour, sens, write_arkit, write_nyu, write_record3d, write_stray
 
-MOST_FRAMES = 30
+MAX_FRAMES = 30
 COUNT = 20
 PHONE, KINECT = (256, 192), (640, 480)
 
@@ -55,7 +55,7 @@ def _line(name: str, origin: str, path: Path) -> str:
     source = ilf.open_source(path)
     listing = time.process_time() - start
     source.read(source.keys[0])  # imports all modules
-    keys = source.keys[:MOST_FRAMES]
+    keys = source.keys[:MAX_FRAMES]
     start = time.process_time()
     for key in keys:
         source.read(key)

@@ -33,20 +33,20 @@ def main() -> None:
     """Print all measures."""
     frame = ilf.load_frame(asset_path("samples/room"))
     depth = ilf.complete(frame, ilf.extract_blocks(frame)).depth
-    truth, camera = frame.truth, frame.intrinsics
-    assert truth is not None
+    ground_truth, camera = frame.ground_truth, frame.intrinsics
+    assert ground_truth is not None
     assert camera is not None
     print("points        left out   off > 4 %   off < 2 %   of those in mid-air")
-    lost = _in_mid_air(depth, truth)
+    lost = _in_mid_air(depth, ground_truth)
     with np.errstate(invalid="ignore"):
-        off = np.abs(depth - truth) / truth
+        off = np.abs(depth - ground_truth) / ground_truth
     alone = flying_pixels(ilf.RGBDFrame(frame.rgb, depth))
     for name, found in (("flying_points", flying_points(depth, camera)), ("flying_pixels", alone)):
         share = np.count_nonzero(found & lost) / np.count_nonzero(lost)
         wrong, right = np.count_nonzero(found & (off > 0.04)), np.count_nonzero(found & (off < 0.02))
         print(f"{name} {np.count_nonzero(found):9} {wrong:11} {right:11} {share:11.0%}")
     print("links         bridge   of jumps   cut surfaces       of links")
-    exact = surface_links(truth, camera).right
+    exact = surface_links(ground_truth, camera).right
     known = (off[:, 1:] < 0.02) & (off[:, :-1] < 0.02)
     with np.errstate(invalid="ignore"):
         step = np.abs(np.diff(depth, axis=1)) / np.minimum(depth[:, 1:], depth[:, :-1])
@@ -57,28 +57,28 @@ def main() -> None:
         bridges, cuts = (np.count_nonzero(known & pairs) for pairs in (found & ~exact, ~found & exact))
         jumps, others = np.count_nonzero(known & ~exact), np.count_nonzero(known & exact)
         print(f"{name:12} {bridges:7} {jumps:10} {cuts:13} {others:15}")
-    print(f"error of normals {_normals_off(depth, truth, off < 0.03, camera):.1f} degrees in the median")
+    print(f"error of normals {_normals_off(depth, ground_truth, off < 0.03, camera):.1f} degrees in the median")
     rounds, normals._ROUNDS = normals._ROUNDS, 0
-    print(f"without averaging by {_normals_off(depth, truth, off < 0.03, camera):.1f}")
+    print(f"without averaging by {_normals_off(depth, ground_truth, off < 0.03, camera):.1f}")
     normals._ROUNDS = rounds
     _write_large()
 
 
-def _in_mid_air(depth: Array, truth: Array) -> NDArray[np.bool_]:
+def _in_mid_air(depth: Array, ground_truth: Array) -> NDArray[np.bool_]:
     """Return completed pixels between the exact depths around them, and near none of these."""
-    shifted = [np.roll(truth, (dy, dx), (0, 1)) for dy in _AROUND for dx in _AROUND]
+    shifted = [np.roll(ground_truth, (dy, dx), (0, 1)) for dy in _AROUND for dx in _AROUND]
     with np.errstate(invalid="ignore"):
-        near = np.any([np.abs(depth - other) < 0.03 * truth for other in shifted], axis=0)
+        near = np.any([np.abs(depth - other) < 0.03 * ground_truth for other in shifted], axis=0)
         between = (depth > 1.04 * np.nanmin(shifted, axis=0)) & (depth < 0.96 * np.nanmax(shifted, axis=0))
     return np.asarray(between & ~near)
 
 
-def _normals_off(depth: Array, truth: Array, known: NDArray[np.bool_], camera: ilf.CameraIntrinsics) -> float:
+def _normals_off(depth: Array, ground_truth: Array, known: NDArray[np.bool_], camera: ilf.CameraIntrinsics) -> float:
     """Return the median angle [degrees] to the normals of the exact depth, away from its jumps."""
     rounds, normals._ROUNDS = normals._ROUNDS, 0
-    exact = surface_normals(truth, camera)
+    exact = surface_normals(ground_truth, camera)
     normals._ROUNDS = rounds
-    linked, inside = links.surface_links(truth, camera), known.copy()
+    linked, inside = links.surface_links(ground_truth, camera), known.copy()
     inside[:, 1:] &= linked.right
     inside[:, :-1] &= linked.right
     inside[1:] &= linked.down

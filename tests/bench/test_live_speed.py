@@ -44,7 +44,7 @@ def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 @pytest.fixture
 def window(qtbot) -> Iterator[MainWindow]:  # type: ignore[no-untyped-def]
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     window.documents.discard_silently = True
     qtbot.addWidget(window)
     window.resize(1440, 900)

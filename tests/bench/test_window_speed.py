@@ -64,7 +64,7 @@ def completed(frame: ilf.RGBDFrame) -> CompletionRun:
     return run
 
 
-class Desk:
+class Context:
     """The window with an open frame, and user actions, each until everything is painted."""
 
     def __init__(self, window: MainWindow) -> None:
@@ -118,8 +118,8 @@ class Desk:
 
 
 @pytest.fixture
-def desk(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Desk]:  # type: ignore[no-untyped-def]
-    window = MainWindow(remembers=False)
+def context(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Context]:  # type: ignore[no-untyped-def]
+    window = MainWindow(persistent=False)
     window.documents.discard_silently = True
     qtbot.addWidget(window)
     window.resize(1440, 900)
@@ -133,10 +133,10 @@ def desk(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Desk
     window.workspace.store_results(session, list(completed.results.values()))
     window.workspace.end_run(session)
     window.workspace.select([1])
-    desk = Desk(window)
+    context = Context(window)
     QTest.qWait(200)
-    desk.settle()
-    yield desk
+    context.settle()
+    yield context
     window.close()
 
 
@@ -144,157 +144,157 @@ def _bench(benchmark: BenchmarkFixture, act: Callable[[], None], prepare: Callab
     benchmark.pedantic(act, setup=lambda: prepare(), rounds=ROUNDS if benchmark.enabled else 1, warmup_rounds=1)
 
 
-def test_brush_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_brush_move(benchmark: BenchmarkFixture, context: Context) -> None:
     """A stroke grows by some pixels in four views."""
-    desk.tool("paint")
-    desk.press(120, 200)
+    context.tool("paint")
+    context.press(120, 200)
     places = iter([(120 + 8 * step, 200 + 4 * (step % 4)) for step in range(60)])
-    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
-    desk.release(300, 200)
+    _bench(benchmark, lambda: context.move(*next(places)), lambda: None)
+    context.release(300, 200)
 
 
-def test_stroke_release(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_stroke_release(benchmark: BenchmarkFixture, context: Context) -> None:
     """A stroke is finished and becomes a step."""
-    desk.tool("paint")
+    context.tool("paint")
 
     def stroke() -> None:
-        x, y = desk.stroke_place()
-        desk.press(x, y)
-        desk.move(x + 20, y + 9)
+        x, y = context.stroke_place()
+        context.press(x, y)
+        context.move(x + 20, y + 9)
 
     def prepare() -> None:
-        desk.settle()
+        context.settle()
         stroke()
 
-    _bench(benchmark, lambda: desk.release(200, 210), prepare)
+    _bench(benchmark, lambda: context.release(200, 210), prepare)
 
 
 @pytest.mark.parametrize("way", ["undo", "redo"])
-def test_history(benchmark: BenchmarkFixture, desk: Desk, way: str) -> None:
+def test_history(benchmark: BenchmarkFixture, context: Context, way: str) -> None:
     """A step is undone or redone."""
-    desk.tool("paint")
-    desk.press(150, 205)
-    desk.move(190, 214)
-    desk.release(190, 214)
+    context.tool("paint")
+    context.press(150, 205)
+    context.move(190, 214)
+    context.release(190, 214)
 
     def prepare() -> None:
-        index = desk.window.workspace.session.undo_stack.index()
+        index = context.window.workspace.session.undo_stack.index()
         if (index == 0) == (way == "undo"):
-            desk.trigger("redo" if way == "undo" else "undo")
-        desk.settle()
+            context.trigger("redo" if way == "undo" else "undo")
+        context.settle()
 
-    _bench(benchmark, lambda: desk.trigger(way), prepare)
+    _bench(benchmark, lambda: context.trigger(way), prepare)
 
 
-def test_split(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_split(benchmark: BenchmarkFixture, context: Context) -> None:
     """A block is cut along a line by the tool, from the last point on."""
-    stack = desk.window.workspace.session.undo_stack
+    stack = context.window.workspace.session.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
-        desk.tool("select")
-        desk.tool("split")
-        desk.window.workspace.select([9])
-        desk.settle()
-        desk.press(640 + 320, 180)
-        desk.move(640 + 330, 300)
-        desk.move(640 + 320, 470)
+        context.tool("select")
+        context.tool("split")
+        context.window.workspace.select([9])
+        context.settle()
+        context.press(640 + 320, 180)
+        context.move(640 + 330, 300)
+        context.move(640 + 320, 470)
 
-    _bench(benchmark, lambda: desk.release(640 + 320, 470), prepare)
+    _bench(benchmark, lambda: context.release(640 + 320, 470), prepare)
     assert stack.index() == 1
 
 
-def test_select(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_select(benchmark: BenchmarkFixture, context: Context) -> None:
     """Another block is selected by a click."""
     blocks = [(160 + 320 * (step % ACROSS), 108 + 216 * (step // ACROSS % DOWN)) for step in range(60)]
     places = iter(blocks)
 
     def click() -> None:
         place = next(places)
-        desk.press(*place)
-        desk.release(*place)
+        context.press(*place)
+        context.release(*place)
 
-    desk.tool("select")
-    _bench(benchmark, click, desk.settle)
+    context.tool("select")
+    _bench(benchmark, click, context.settle)
 
 
-def test_hover(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_hover(benchmark: BenchmarkFixture, context: Context) -> None:
     """The mouse moves without a button; crosshair and readout are updated."""
-    desk.tool("select")
+    context.tool("select")
     places = iter([(100 + 21 * step, 100 + 13 * step) for step in range(60)])
-    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
+    _bench(benchmark, lambda: context.move(*next(places)), lambda: None)
 
 
-def test_profile_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_profile_move(benchmark: BenchmarkFixture, context: Context) -> None:
     """The end of a profile line across the frame moves; plot and four views are updated."""
-    desk.tool("profile")
-    desk.press(60, 60)
+    context.tool("profile")
+    context.press(60, 60)
     places = iter([(1700 - 11 * step, 1000 - 7 * step) for step in range(60)])
-    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
-    desk.release(1000, 600)
+    _bench(benchmark, lambda: context.move(*next(places)), lambda: None)
+    context.release(1000, 600)
 
 
-def test_border(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_border(benchmark: BenchmarkFixture, context: Context) -> None:
     """A border is redrawn by the tool, from the last point on."""
-    stack = desk.window.workspace.session.undo_stack
+    stack = context.window.workspace.session.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
-        desk.tool("select")
-        desk.tool("border")
-        desk.press(320, 40)
+        context.tool("select")
+        context.tool("border")
+        context.press(320, 40)
         for y in (70, 100, 130):
-            desk.move(334, y)
+            context.move(334, y)
 
-    _bench(benchmark, lambda: desk.release(322, 170), prepare)
+    _bench(benchmark, lambda: context.release(322, 170), prepare)
     assert stack.index() == 1
 
 
-def test_outline(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_outline(benchmark: BenchmarkFixture, context: Context) -> None:
     """An outline is closed around pixels of several blocks, from the last point on."""
-    stack = desk.window.workspace.session.undo_stack
+    stack = context.window.workspace.session.undo_stack
 
     def prepare() -> None:
         stack.setIndex(0)
-        desk.tool("select")
-        desk.tool("outline")
-        desk.window.workspace.select([9])
-        desk.settle()
-        desk.press(600, 180)
+        context.tool("select")
+        context.tool("outline")
+        context.window.workspace.select([9])
+        context.settle()
+        context.press(600, 180)
         for x, y in ((760, 170), (770, 330), (610, 340)):
-            desk.move(x, y)
+            context.move(x, y)
 
-    _bench(benchmark, lambda: desk.release(602, 190), prepare)
+    _bench(benchmark, lambda: context.release(602, 190), prepare)
     assert stack.index() == 1
 
 
 @pytest.mark.benchmark(group="wall clock", timer=time.perf_counter)
-def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, desk: Desk) -> None:
+def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) -> None:
     """From the end of a stroke in a block of 200 x 200 pixels to its painted depth."""
-    workspace = desk.window.workspace
+    workspace = context.window.workspace
     session = workspace.session
     labels = session.labels.copy()
     labels[200:400, 200:400] = 31
     workspace.edit_labels(patch_between(session.labels, labels), "New block")
     workspace.set_parameters(ilf.preset())
     workspace.select([31])
-    desk.window.actions_["live"].setChecked(True)
-    desk.window.actions_["run_selected"].trigger()
-    desk.tool("erase")
-    desk.window.actions_["to_no_block"].setChecked(True)
+    context.window.actions_["live"].setChecked(True)
+    context.window.actions_["run_selected"].trigger()
+    context.tool("erase")
+    context.window.actions_["to_no_block"].setChecked(True)
     places = iter([(215 + 10 * (step % 17), 215 + 14 * (step // 17)) for step in range(60)])
     place = (0, 0)
 
     def prepare() -> None:
         nonlocal place
-        while desk.window.effect.busy or desk.window.runs.state is not RunState.IDLE:
+        while context.window.effect.busy or context.window.runs.state is not RunState.IDLE:
             QTest.qWait(5)
-        desk.settle()
+        context.settle()
         place = next(places)
-        desk.press(*place)
+        context.press(*place)
 
     def finish() -> None:
-        desk.release(*place)
+        context.release(*place)
         while 31 not in session.valid_results():
             QApplication.processEvents()
         QApplication.processEvents()

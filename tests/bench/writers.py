@@ -18,7 +18,7 @@ from ilf._runtime import temporary_files as left_over
 from ilf._runtime.files import write_bytes
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import new_model_path
-from ilf._runtime.staging import clear_interrupted
+from ilf._runtime.staging import restore_interrupted
 from ilf.cli.sample import run as write_sample
 from ilf.data.camera import CameraIntrinsics
 from ilf.io.block_files import write_blocks
@@ -26,7 +26,7 @@ from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.preset_files import OwnPreset, write_preset
+from ilf.run.preset_files import UserPreset, write_preset
 from ilf.run.writing import write
 
 Write = Callable[[Path, int], object]
@@ -60,9 +60,9 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def as_found(folder: Path) -> dict[str, bytes]:
+def contents_after_cleanup(folder: Path) -> dict[str, bytes]:
     """The same after the clean-up that the next writer does first, of remains of a killed process."""
-    clear_interrupted(folder)
+    restore_interrupted(folder)
     left_over._cleared.discard(folder)  # as if this process had not used the folder yet
     write_bytes(folder / "next", b"")
     (folder / "next").unlink()
@@ -136,7 +136,7 @@ def _blocks(folder: Path) -> Write:
 def _preset(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         target.mkdir(exist_ok=True)
-        write_preset(target / "own.json", OwnPreset("own", ilf.preset(max_iterations=5 + version), "best"))
+        write_preset(target / "own.json", UserPreset("own", ilf.preset(max_iterations=5 + version), "best"))
 
     return write
 

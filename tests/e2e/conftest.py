@@ -41,7 +41,7 @@ def frame_folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
 @pytest.fixture
 def window(qtbot: QtBot) -> Iterator[MainWindow]:
     """An empty main window, shown."""
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     window.documents.discard_silently = True
     qtbot.addWidget(window)
     window.resize(1280, 800)

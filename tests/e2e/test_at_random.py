@@ -27,9 +27,24 @@ STEPS = 120
 GIVEN = (
     *("run", "run_all", "cancel", "pause", "step", "guess", "clear_results", "undo", "undo", "redo", "extract"),
     *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
-    *("swipe", "blink", "look_before", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
-    *("carry_next", "carry_next", "carry_previous", "carry_copied", "carry_auto", "stop_carrying", "looked_at"),
-    *("share_values", "keep_values", "reset_values", "part_values", "next_suspect", "leave_suspect"),
+    *("swipe", "blink", "show_before_edit", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
+    *(
+        "propagate_next",
+        "propagate_next",
+        "propagate_previous",
+        "propagate_copied",
+        "propagate_auto",
+        "stop_propagation",
+        "looked_at",
+    ),
+    *(
+        "share_parameters",
+        "keep_own_parameters",
+        "reset_to_shared",
+        "separate_parameters",
+        "next_check",
+        "ignore_check",
+    ),
 )
 
 
@@ -51,14 +66,14 @@ def test_commands_in_any_order(
         labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.session.counts()])
         workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
 
-    def distrust() -> None:
+    def mark_invalid() -> None:
         mask = np.zeros(workspace.session.frame.shape, bool)
         mask[: chance.randrange(9), :9] = True
-        workspace.set_distrusted(mask, "Distrust")
+        workspace.set_invalid_mask(mask, "MarkInvalid")
 
-    def judge() -> None:
+    def evaluate() -> None:
         frame = workspace.session.frame
-        workspace.set_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
+        workspace.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
 
     def inspect() -> None:
         inspection, (height, width) = window.editor.inspection, workspace.session.frame.shape
@@ -70,12 +85,12 @@ def test_commands_in_any_order(
     others: list[Callable[[], object]] = [
         lambda: workspace.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
         lambda: window.filter_presenter.set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
-        lambda: workspace.compare(workspace.session.kept_runs[-chance.randrange(1, 4) :]),
+        lambda: workspace.compare(workspace.session.run_history[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
         lambda: window.curves.scrub_bar._slider.setValue(chance.randrange(1, 9)),
-        *(edit, edit, distrust, judge, inspect),
+        *(edit, edit, mark_invalid, evaluate, inspect),
     ]
     for _ in range(STEPS):
         if chance.random() < 0.5:

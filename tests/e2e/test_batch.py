@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.batch.feature import BatchPart, Opened
+from gui.features.batch.feature import BatchFeature, BatchOpened
 from gui.work.jobs import Pace
 from ilf.batch.batch import Batch
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
@@ -21,7 +21,7 @@ from .conftest import WAIT_MS
 
 
 @pytest.fixture
-def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchPart:
+def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
     """The window with three frames in its list, of which the second is damaged."""
     source = write_frames(tmp_path / "in", 3)
     (source / "depth" / "0001.png").write_bytes(b"no image")
@@ -29,15 +29,15 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchPart:
         window.documents.open_source(FrameSource(str(source)))
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
     window.workspace.set_parameters(window.workspace.parameters.replace(correction=False, max_iterations=5))
-    return next(part for part in window.parts if isinstance(part, BatchPart))
+    return next(part for part in window.parts if isinstance(part, BatchFeature))
 
 
-def _done(part: BatchPart, qtbot: QtBot) -> str:
+def _done(part: BatchFeature, qtbot: QtBot) -> str:
     qtbot.waitUntil(lambda: not part.worker.busy, timeout=WAIT_MS)
     return part.dialog.state.text().replace("\u200b", "")
 
 
-def _rows(part: BatchPart) -> dict[str, str]:
+def _rows(part: BatchFeature) -> dict[str, str]:
     return {row.frame: row.status.value for row in part.dialog.table.outcomes.rows}
 
 
@@ -57,7 +57,7 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert dialog.show_button.isEnabled(), "what was completed before a batch was cancelled can be opened"
     dialog.folder.setText(str(out))
     dialog.start_button.click()
-    assert [way.what for way in part.under_way()] == ["a batch of frames"]
+    assert [way.what for way in part.pending_work()] == ["a batch of frames"]
     assert _done(part, qtbot) == f"3 of 3 frames, 1 failed. Written to {out}"
     assert _rows(part) == {"rgb/0000": "completed", "rgb/0001": "failed", "rgb/0002": "completed"}
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
@@ -90,7 +90,7 @@ def test_the_time_left_follows_from_frames_completed_since_the_start(part, windo
     completed, failed = (FrameOutcome("a", "a", None, FrameStatus(status)) for status in ("completed", "failed"))
     known = {name: tuple(FrameOutcome("b", "b", None, FrameStatus(name)) for _ in before) for name in before}
     batch = Batch(None, (), (), known.get("completed", ()), known.get("failed", ()))
-    part.worker.progressed.emit([Opened(batch)])
+    part.worker.progressed.emit([BatchOpened(batch)])
     now[0] += 10
     part.worker.progressed.emit([completed] if before else [failed, completed])
     assert part.dialog.work.bar.format() == "67%, 10 s left"

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.documents.blocks import LoadBlocksDialog
+from gui.features.documents.load_blocks import LoadBlocksDialog
 from ilf.io.block_files import read_blocks, write_blocks
 
 from .conftest import WAIT_MS

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.filter.panel import Sharing
-from gui.features.propagation.feature import CarryDialog, CarryingPart
+from gui.features.propagation.feature import PropagateDialog, PropagationFeature
 from gui.state.entries import Entry
 from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
@@ -51,13 +51,13 @@ def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameSource]) -> Mai
 
 
 @pytest.fixture
-def part(listed: MainWindow) -> CarryingPart:
-    return next(part for part in listed.parts if isinstance(part, CarryingPart))
+def part(listed: MainWindow) -> PropagationFeature:
+    return next(part for part in listed.parts if isinstance(part, PropagationFeature))
 
 
-def carry(window: MainWindow, part: CarryingPart, qtbot: QtBot, command: str) -> Session:
+def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, command: str) -> Session:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         window.actions_[command].trigger()
     window.refresh.now()
     return window.workspace.session
@@ -68,33 +68,35 @@ def border(session: Session) -> int:
     return int(np.argmax(session.labels[24] == 2))
 
 
-def test_next_frame_with_these_blocks(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace = listed, listed.workspace
     first = workspace.session
-    second = carry(window, part, qtbot, "carry_next")
+    second = propagate_state(window, part, qtbot, "propagate_next")
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
     assert [(info.name, info.locked) for info in second.infos.values()] == [("Wall", True), ("Floor", False)]
     assert window.toasts.message == "frame-1: 2 blocks copied, none needs a check."
     assert not window.loader.busy  # nobody has extracted blocks that are not wanted
-    third = carry(window, part, qtbot, "carry_next")
+    third = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1
     assert "optical flow" in window.toasts.message
     window.actions_["undo"].trigger()
     assert not third.counts()
     assert workspace.session is third
 
-    third = carry(window, part, qtbot, "carry_previous")
+    third = propagate_state(window, part, qtbot, "propagate_previous")
     assert third.name == "frame-2"
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1
 
 
 def test_through_frames_that_keep_what_was_done_by_hand(
-    listed: MainWindow, part: CarryingPart, qtbot: QtBot, sequence: list[FrameSource]
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameSource]
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.session
-    third = carry(window, part, qtbot, "carry_next") and carry(window, part, qtbot, "carry_next")
+    third = propagate_state(window, part, qtbot, "propagate_next") and propagate_state(
+        window, part, qtbot, "propagate_next"
+    )
     labels = third.labels.copy()
     labels[:8, 50:] = 3
     workspace.edit_labels(patch_between(third.labels, labels), "Draw")
@@ -103,12 +105,12 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     said: list[str] = []
     window.notes.warn = lambda what, notes, details="": said.extend(notes)  # type: ignore[method-assign]
 
-    window.actions_["carry_through"].trigger()
-    dialog = window.findChild(CarryDialog)
+    window.actions_["propagate_through"].trigger()
+    dialog = window.findChild(PropagateDialog)
     assert dialog.count.value() == 4
-    assert dialog.chosen_way == "carry_auto"
-    dialog.how.setCurrentIndex(dialog.how.findData("carry_flow"))
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+    assert dialog.chosen_way == "propagate_auto"
+    dialog.how.setCurrentIndex(dialog.how.findData("propagate_flow"))
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         dialog.accept()
     window.refresh.now()
     assert part.how == "flow"
@@ -117,29 +119,31 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     last = entries[4].session
     assert last is not None
     assert last.labels[4, 62] == 3  # the frame that was edited is carried on from
-    assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.CARRIED]
+    assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.PROPAGATED]
     assert len(said) == 1
     assert said[0].startswith("frame-3: ")
     assert "1 frame (frame-2) had been edited or run" in window.toasts.message
     assert not part.strip.isVisible()
 
 
-def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+def test_frames_on_the_way_are_put_away_and_come_back(
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
+) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
-    window.frame_part.open_frames.most = 1
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
-        part.carry_through(4)
-    window.frame_part.open_frames.tidy()
+    window.frames_feature.open_frames.max_open = 1
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+        part.propagate_through(4)
+    window.frames_feature.open_frames.close_surplus()
     qtbot.waitUntil(lambda: len(workspace.sessions) == 1, timeout=WAIT_MS)
     summaries = [entry.summary for entry in entries]
-    assert [summary.stage for summary in summaries[1:]] == [Stage.CARRIED] * 4
+    assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
     # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
     window.loader.open_entry(entries[3])
     qtbot.waitUntil(lambda: entries[3].session is not None, timeout=WAIT_MS)
-    session = carry(window, part, qtbot, "carry_previous")
+    session = propagate_state(window, part, qtbot, "propagate_previous")
     assert session.info(1).name == "Wall"
-    assert session.notes.carried_from == "frame-2"
-    last = carry(window, part, qtbot, "carry_next")
+    assert session.notes.propagated_from == "frame-2"
+    last = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(last) - (30 + SHIFTS[4])) <= 1
     window.actions_["undo"].trigger()
     assert abs(border(last) - (30 + SHIFTS[4])) <= 1  # as it was stored
@@ -147,78 +151,78 @@ def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: 
 
 
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
-    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.session
-    second = carry(window, part, qtbot, "carry_next")
+    second = propagate_state(window, part, qtbot, "propagate_next")
     labels = second.labels.copy()
     labels[:8, 50:] = 3
     workspace.edit_labels(patch_between(second.labels, labels), "Draw")
     workspace.show_session(first)
-    window.frame_part.open_frames.most = 1
-    window.frame_part.open_frames.tidy()
+    window.frames_feature.open_frames.max_open = 1
+    window.frames_feature.open_frames.close_surplus()
     qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
-        part.carry_through(2)
-    (journey,) = ended.args
-    assert journey.kept == ["frame-1"]
-    assert [arrival.blocks for arrival in journey.done] == [3]
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+        part.propagate_through(2)
+    (propagation_run,) = ended.args
+    assert propagation_run.kept == ["frame-1"]
+    assert [arrival.blocks for arrival in propagation_run.done] == [3]
     assert entries[1].session is None  # nobody had to open it
 
 
-def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window = listed
     shown: list[str] = []
-    part.carrier.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
-    part.carrier.changed.connect(lambda: part.strip.work.cancel_button.click() if len(shown) == 3 else None)
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
-        part.carry_through(4)
-    (journey,) = ended.args
-    assert journey.stopped
-    assert len(journey.done) == 1
+    part.propagator.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
+    part.propagator.changed.connect(lambda: part.strip.work.cancel_button.click() if len(shown) == 3 else None)
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+        part.propagate_through(4)
+    (propagation_run,) = ended.args
+    assert propagation_run.stopped
+    assert len(propagation_run.done) == 1
     assert shown[1:3] == ["Propagating blocks to frame-1 (1 of 4)", "Propagating blocks to frame-2 (2 of 4)"]
     assert "Stopped after 1 of 4 frames." in window.toasts.message
-    assert window.actions_["carry_next"].isEnabled()
+    assert window.actions_["propagate_next"].isEnabled()
 
 
 def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
-    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     workspace, entries = listed.workspace, listed.workspace.entries
     workspace.add_entries([Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove() -> None:
-        if part.carrier.present is entries[2]:
-            part.carrier.changed.disconnect(remove)
+        if part.propagator.present is entries[2]:
+            part.propagator.changed.disconnect(remove)
             workspace.remove_entries(list(entries)[2:])
 
-    part.carrier.changed.connect(remove)
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
-        part.carry_through(1500)
-    (journey,) = ended.args
-    assert [one.name for one in journey.done] == ["frame-1"]
-    assert (journey.total, journey.problems) == (1, [])
+    part.propagator.changed.connect(remove)
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
+        part.propagate_through(1500)
+    (propagation_run,) = ended.args
+    assert [one.name for one in propagation_run.done] == ["frame-1"]
+    assert (propagation_run.total, propagation_run.problems) == (1, [])
     assert len(entries) == 2
 
 
 def test_a_frame_stays_open_while_blocks_are_carried_to_it(
-    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, workspace = listed, listed.workspace
     first = workspace.session
-    second = carry(window, part, qtbot, "carry_next")
+    second = propagate_state(window, part, qtbot, "propagate_next")
     workspace.show_session(first)
-    window.frame_part.open_frames.most = 1
+    window.frames_feature.open_frames.max_open = 1
     busy: list[bool] = []
-    part.carrier.changed.connect(lambda: busy.append(window.frame_part.open_frames._is_busy(second)))
-    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
-        part.carry_through(1, replaces=True)
+    part.propagator.changed.connect(lambda: busy.append(window.frames_feature.open_frames._is_busy(second)))
+    with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
+        part.propagate_through(1, replaces=True)
     assert busy == [False, True, False]
 
 
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
-    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+    listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, entry = listed, listed.workspace.entries[1]
     state = FrameState(entry.id, entry.source.load(), np.zeros(window.workspace.session.labels.shape, np.int32))
@@ -227,13 +231,13 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     entry.has_state = True
     told: list[tuple[Session, tuple[str, ...]]] = []
     window.loader.incomplete.connect(lambda session, problems: told.append((session, problems)))
-    session = carry(window, part, qtbot, "carry_next")
+    session = propagate_state(window, part, qtbot, "propagate_next")
     assert told == [(session, damaged.problems)]
 
 
-def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace = listed, listed.workspace
-    session = carry(window, part, qtbot, "carry_next")
+    session = propagate_state(window, part, qtbot, "propagate_next")
     session.to_check = {1, 2}
     session.notes.reasons.update({1: "A half of it could not be seen before.", 2: "It was not in the picture before."})
     workspace.note_checked(session)
@@ -244,22 +248,22 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: CarryingPar
         window.refresh.now()
         return window.review_strip.label.text()
 
-    assert "Floor was propagated: it was not in the picture before." in said("next_suspect")
+    assert "Floor was propagated: it was not in the picture before." in said("next_check")
     assert session.selected == [2]
-    assert "Wall was propagated: a half of it" in said("leave_suspect")
+    assert "Wall was propagated: a half of it" in said("ignore_check")
     assert session.to_check == {1}
     assert session.selected == [1]
-    assert "was propagated" not in said("looked_at")
+    assert "was propagated" not in said("mark_checked")
     assert not session.to_check
-    assert not window.actions_["looked_at"].isEnabled()
+    assert not window.actions_["mark_checked"].isEnabled()
     window.actions_["undo"].trigger()
     assert session.to_check == {1}
 
 
-def test_values_for_all_frames_or_for_one(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
     window, workspace, row = listed, listed.workspace, listed.filter_panel.frames
     first = workspace.session
-    second = carry(window, part, qtbot, "carry_next")
+    second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
     row.chosen.emit(Sharing.ALL)
     window.filter_presenter.set_values({"smoothness": 3.0})
@@ -273,9 +277,9 @@ def test_values_for_all_frames_or_for_one(listed: MainWindow, part: CarryingPart
     assert row.box.currentText() == Sharing.ALONE
     assert (first.common.smoothness, second.common.smoothness) == (3.0, 5.0)
     assert workspace.entries[1].summary.own_parameters
-    third = carry(window, part, qtbot, "carry_next")  # the values of runs go along, as its own
+    third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own
     assert (third.common.smoothness, third.own_parameters) == (5.0, True)
-    window.actions_["reset_values"].trigger()
+    window.actions_["reset_to_shared"].trigger()
     assert (third.common.smoothness, third.own_parameters) == (3.0, False)
     workspace.show_session(first)
     window.refresh.now()

@@ -16,7 +16,7 @@ from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
 from gui.views.cloud.scene import Scene
 from ilf.evaluation.measuring import measure
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 
 Run = Callable[[MainWindow], None]
 
@@ -27,7 +27,7 @@ def shown(window: MainWindow, qtbot: QtBot) -> Scene:
     canvas = window.cloud.canvas
     qtbot.waitUntil(lambda: not window.cloud_presenter.busy and not window.errors.busy)
     window.refresh.now()
-    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and (canvas.drawing.is_whole or not len(canvas.scene)))
+    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and (canvas.drawing.is_full or not len(canvas.scene)))
     return canvas.scene
 
 
@@ -53,7 +53,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     assert not actions["cloud_raw"].isEnabled()
     why = {by: action.toolTip() for by, action in cloud._colours._choices.items() if not action.isEnabled()}
     assert set(why) == {ColourBy.EXPECTED, ColourBy.ERROR, ColourBy.DIFFERENCE, ColourBy.FILLED}
-    assert "truth" in why[ColourBy.ERROR]
+    assert "ground_truth" in why[ColourBy.ERROR]
 
     run_all(opened)
     completion = session.completion()
@@ -69,15 +69,15 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     scale = shown(opened, qtbot).colouring.scale
     assert scale is not None, "worked out for who looks at it here"
     assert (scale.unit, scale.logarithmic) == ("mm", True)
-    opened.workspace.set_truth(completion.depth - np.float32(0.02))
+    opened.workspace.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colouring.colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
-    opened.workspace.set_truth(None)
+    opened.workspace.set_ground_truth(None)
     assert shown(opened, qtbot).colouring.scale is None
 
-    other = KeptRun(1, "Run 1", session.run(session.common), dict(session.valid_results()), 1.0, (1, 2, 3))
+    other = StoredRun(1, "Run 1", session.run(session.common), dict(session.valid_results()), 1.0, (1, 2, 3))
     opened.workspace.keep_run(session, other)
     opened.workspace.compare([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
@@ -86,7 +86,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     assert scale.unit == "mm"
 
     opened.workspace.select([1])
-    actions["cloud_chosen_only"].setChecked(True)
+    actions["cloud_selected_only"].setChecked(True)
     scene = shown(opened, qtbot)
     assert (session.labels.reshape(-1)[scene.pixels] == 1).all()
     assert 0 < len(scene) < np.isfinite(completion.depth).sum()
@@ -95,7 +95,7 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     opened.workspace.select([])
     assert len(shown(opened, qtbot)) == 0
     assert "No block is selected" in cloud.canvas.message
-    actions["cloud_chosen_only"].setChecked(False)
+    actions["cloud_selected_only"].setChecked(False)
     assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
     assert cloud.canvas.camera == camera, "seen from where it was"
 

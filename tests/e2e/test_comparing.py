@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.colour_range import RangePart
-from gui.features.compare import LookingPart
+from gui.features.colour_range import ColourRangeFeature
+from gui.features.compare import CompareFeature
 from ilf import preset
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -27,19 +27,19 @@ def part(window: MainWindow, kind: type) -> object:
 
 def settle(window: MainWindow, qtbot: QtBot) -> None:
     window.refresh.now()
-    looking = part(window, LookingPart)
-    assert isinstance(looking, LookingPart)
+    looking = part(window, CompareFeature)
+    assert isinstance(looking, CompareFeature)
     qtbot.waitUntil(lambda: not looking.derived.busy and not window.errors.busy, timeout=WAIT_MS)
     window.refresh.now()
 
 
 @pytest.fixture
-def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, KeptRun]:
+def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
     """A run of `best`, and one of the paper's preset after it."""
     opened.actions_["live"].setChecked(False)
     run_all(opened)
     session = opened.workspace.session
-    kept = session.kept_runs[0]
+    kept = session.run_history[0]
     opened.workspace.change_run(session, kept, name="Best")
     opened.workspace.set_parameters(preset("paper", max_iterations=3))
     run_all(opened)
@@ -47,7 +47,7 @@ def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, KeptRun]:
 
 
 def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
-    run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot
+    run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot
 ) -> None:
     window, kept = run_twice
     window.views.set_layout("grid-difference")
@@ -73,7 +73,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.readout.point_at((int(column), int(row)))
     assert "Best" in window.status.readout.text()
     session = window.workspace.session
-    window.workspace.delete_runs(session, list(session.kept_runs))
+    window.workspace.delete_runs(session, list(session.run_history))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
     assert out.strip.title == "A: depth in | B: result"
@@ -83,7 +83,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     assert window.views.layout_name == "grid-difference"
 
 
-def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainWindow, KeptRun]) -> None:
+def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainWindow, StoredRun]) -> None:
     window, _ = run_twice
     views, swipe = window.views, window.actions_["swipe"]
     for layout in ("layout_correct", "layout_tune"):
@@ -104,7 +104,7 @@ def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainW
 
 
 def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
-    run_twice: tuple[MainWindow, KeptRun],
+    run_twice: tuple[MainWindow, StoredRun],
 ) -> None:
     window, kept = run_twice
     window.workspace.compare([kept])
@@ -121,7 +121,7 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
 
-def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot) -> None:
+def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
     window, _ = run_twice
     material = window.views.material
     window.actions_["swipe"].setChecked(True)
@@ -132,7 +132,7 @@ def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, KeptRun
     window.actions_["swipe"].setChecked(False)
 
 
-def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot) -> None:
+def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, StoredRun], qtbot: QtBot) -> None:
     window, _ = run_twice
     settle(window, qtbot)
     material = window.views.material
@@ -155,12 +155,12 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, Ke
 
 def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:
     run_all(opened)
-    truth = np.full(opened.workspace.session.frame.shape, 2.0, np.float32)
-    opened.workspace.set_truth(truth)
+    ground_truth = np.full(opened.workspace.session.frame.shape, 2.0, np.float32)
+    opened.workspace.set_ground_truth(ground_truth)
     opened.actions_["compare_two"].trigger()
     opened.refresh.now()
-    cell = opened.views.cells["judgement"]
-    depth = opened.workspace.session.present_depth()
+    cell = opened.views.cells["evaluation"]
+    depth = opened.workspace.session.current_depth()
     assert cell.painter.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
     opened.readout.point_at((4, 5))
     assert "truth 2.000 m" in opened.status.readout.text()
@@ -173,8 +173,8 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(
     opened: MainWindow, run_all: Run, qtbot: QtBot, tmp_path, small_frame
 ) -> None:
     run_all(opened)
-    ranges = part(opened, RangePart)
-    assert isinstance(ranges, RangePart)
+    ranges = part(opened, ColourRangeFeature)
+    assert isinstance(ranges, ColourRangeFeature)
     panel, views = ranges.panel, opened.views
     opened.actions_["show_range"].trigger()
     opened.refresh.now()

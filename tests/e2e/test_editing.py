@@ -92,7 +92,7 @@ def test_escape_gives_a_stroke_up(editing: MainWindow, qtbot: QtBot) -> None:
     editing.actions_["tool_paint"].trigger()
     drag(editing, [(10, 10), (14, 14)], release=False)
     assert not np.array_equal(session.labels, before)
-    editing.actions_["give_up"].trigger()
+    editing.actions_["cancel_stroke"].trigger()
     assert np.array_equal(session.labels, before)
     viewport = editing.views.cells["colour"].view.viewport()
     QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (14, 14)))
@@ -205,7 +205,7 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     editing.workspace.set_lock(int(session.labels[row, column]), True)
     wrong = np.zeros(session.labels.shape, bool)
     wrong[row, column] = True
-    editing.workspace.set_distrusted(wrong, "Distrust depth")
+    editing.workspace.set_invalid_mask(wrong, "Distrust depth")
     editing.readout.point_at((column, row))
     assert "invalid " in editing.status.readout.text()
     assert "(locked)" in editing.status.readout.text()
@@ -255,7 +255,7 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(
     open_frame(editing, qtbot, FrameSource(str(folder)))
     second = editing.workspace.session
     fresh = second.labels.copy()
-    editing.actions_["give_up"].trigger()
+    editing.actions_["cancel_stroke"].trigger()
     assert np.array_equal(first.labels, before)
     assert np.array_equal(second.labels, fresh)
 

@@ -33,7 +33,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
 ) -> None:
     run_all(opened)
     session = opened.workspace.session
-    before, depth = session.labels.copy(), session.present_depth().copy()
+    before, depth = session.labels.copy(), session.current_depth().copy()
     former = _picture(opened)
     labels = before.copy()
     labels[5:40, 26:34] = before[20, 10]
@@ -41,7 +41,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert session.stale.any() or session.update_depth() is not None
     _settle(opened, qtbot)
     assert session.changed_blocks() == []
-    assert "hold-out" in opened.effect_line.label.text()
+    assert "hold-out" in opened.edit_summary_line.label.text()
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
     run = session.run(opened.workspace.parameters)
@@ -53,25 +53,25 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyPress(view, Qt.Key.Key_B)
-    assert "Before the edit" in opened.effect_line.label.text()
+    assert "Before the edit" in opened.edit_summary_line.label.text()
     assert _picture(opened) == former
     QTest.keyRelease(view, Qt.Key.Key_B)
-    assert "Before the edit" not in opened.effect_line.label.text()
+    assert "Before the edit" not in opened.edit_summary_line.label.text()
     assert _picture(opened) == present
     assert session.undo_stack.index() == 1, "looking changes nothing"
 
     solved = session.completion()
     opened.actions_["undo"].trigger()
     assert opened.runs.state is RunState.IDLE, "what undo brings back is there"
-    np.testing.assert_array_equal(session.present_depth(), depth)
+    np.testing.assert_array_equal(session.current_depth(), depth)
     opened.history.stack().setIndex(1)
     assert opened.runs.state is RunState.IDLE
     np.testing.assert_array_equal(session.completion().depth, solved.depth)
-    opened.actions_["look_before"].trigger()
-    assert "Before the edit" in opened.effect_line.label.text()
+    opened.actions_["show_before_edit"].trigger()
+    assert "Before the edit" in opened.edit_summary_line.label.text()
     opened.actions_["undo"].trigger()
-    assert not opened.actions_["look_before"].isChecked(), "no edit is made blindly"
-    assert "Before the edit" not in opened.effect_line.label.text()
+    assert not opened.actions_["show_before_edit"].isChecked(), "no edit is made blindly"
+    assert "Before the edit" not in opened.edit_summary_line.label.text()
 
 
 def test_values_for_chosen_blocks_go_to_all_of_them(

@@ -42,7 +42,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
     assert "unsupported" not in text
     everything = np.ones(session.frame.shape, bool)
-    opened.workspace.store_doubt(session, completion, Doubt(expected, everything))
+    opened.workspace.store_error_estimate(session, completion, Doubt(expected, everything))
     opened.readout.point_at((column, row))
     assert "unsupported" in opened.status.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
@@ -90,7 +90,7 @@ def test_what_cannot_be_found_is_said_once(
         raise MemoryError("no room")
 
     said: list[str] = []
-    monkeypatch.setattr("gui.views.errors.expected_error", fail)
+    monkeypatch.setattr("gui.views.expected_error.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.work.found_blocks import Found, find
+from gui.work.found_blocks import FoundBlocks, find
 from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.blocks import block_overlay
 from ilf.errors import IlfError
@@ -224,7 +224,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
 ) -> None:
     may_go_on = threading.Event()
 
-    def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         assert may_go_on.wait(WAIT_MS / 1000)
         return find(frame, parameters)
 
@@ -246,7 +246,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
 def test_the_view_says_that_the_first_extraction_failed(
     window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    def fail(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         raise IlfError("no edges")
 
     monkeypatch.setattr("gui.work.loading.find", fail)
@@ -350,7 +350,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Previews wait until it is set."""
     opened = threading.Event()
 
-    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         assert opened.wait(20)
         return find(frame, parameters)
 
@@ -455,7 +455,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
 ) -> None:
     go_on = threading.Event()
 
-    def slow(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    def slow(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
         assert go_on.wait(WAIT_MS / 1000)
         return find(frame, parameters)
 

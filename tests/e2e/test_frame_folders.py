@@ -13,10 +13,10 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.project.recent import RecentPart, key_of
+from gui.features.project.recent import RecentFeature, key_of
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
-from ilf.project.finding import projects_of_folders
+from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 from ilf.segmentation.editing.patches import patch_between
 
@@ -59,11 +59,11 @@ def _present(window: MainWindow) -> Entry:
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     window, workspace = listed, listed.workspace
-    part, entries = window.frame_part, workspace.entries
+    part, entries = window.frames_feature, workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.session is not None for entry in entries] == [True, False, False, False, False, False]
     assert _present(window).summary.stage is Stage.EXTRACTED
-    part.open_frames.most = 2
+    part.open_frames.max_open = 2
 
     first = workspace.session
     labels = first.labels.copy()
@@ -98,8 +98,8 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
     window, entries = listed, listed.workspace.entries
-    part = window.frame_part
-    part.open_frames.most = 1
+    part = window.frames_feature
+    part.open_frames.max_open = 1
     told: list[object] = []
     monkeypatch.setattr(part.open_frames, "_settle", told.append)
     _go(window, qtbot)
@@ -116,7 +116,7 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
     told[0](None)
     assert entries[0].session is session, "it has changed since"
     monkeypatch.setattr(part.open_frames, "_is_busy", lambda one: True)
-    part.open_frames.tidy()
+    part.open_frames.close_surplus()
     assert len(told) == 1, "what is at work is not even asked for"
 
 
@@ -124,7 +124,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     listed: MainWindow, qtbot: QtBot, monkeypatch
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
-    panel, part = window.frames, window.frame_part
+    panel, part = window.frames, window.frames_feature
     workspace.set_note(entries[1], "shiny")
     workspace.set_note(entries[5], "shiny")
     panel.text.setText("shiny")
@@ -203,7 +203,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.actions_["save_project"].trigger()
     assert not window.project.present.unsaved
-    assert os.name != "posix" or stat.S_IMODE(projects_of_folders().stat().st_mode) == 0o700, "it is the user's own"
+    assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)
@@ -235,5 +235,5 @@ def test_work_on_a_folder_is_there_again_the_next_time(
 
 def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     _go(listed, qtbot)
-    recent = next(part for part in listed.parts if isinstance(part, RecentPart))
+    recent = next(part for part in listed.parts if isinstance(part, RecentFeature))
     assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]

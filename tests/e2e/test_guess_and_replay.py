@@ -43,7 +43,7 @@ def margin(window: MainWindow, qtbot: QtBot, small_frame: ilf.RGBDFrame, tmp_pat
     return window
 
 
-def _guess(window: MainWindow, qtbot: QtBot) -> None:
+def _extrapolation(window: MainWindow, qtbot: QtBot) -> None:
     with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
         window.actions_["guess"].trigger()
     window.refresh.now()
@@ -68,24 +68,24 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     margin.readout.point_at((30, 1))
     assert "out missing" in margin.status.readout.text()
     before = margin.workspace.session.completion()
-    _guess(margin, qtbot)
+    _extrapolation(margin, qtbot)
     completion = margin.workspace.session.completion()
-    assert completion.guessed[:3].all()
-    np.testing.assert_array_equal(completion.depth[~completion.guessed], before.depth[~completion.guessed])
+    assert completion.extrapolated[:3].all()
+    np.testing.assert_array_equal(completion.depth[~completion.extrapolated], before.depth[~completion.extrapolated])
     assert cell.painter._stripes.isVisible()
     assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
-    assert (cell.view.image.image[completion.guessed] == 0).all()
-    assert (cell.painter._guesses.image[completion.guessed] > 0).all()
+    assert (cell.view.image.image[completion.extrapolated] == 0).all()
+    assert (cell.painter._extrapolations.image[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.status.readout.text()
     margin.readout.point_at((30, 10))
-    assert "guessed" not in margin.status.readout.text()
+    assert "extrapolated" not in margin.status.readout.text()
     assert not margin.actions_["guess"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()
     margin.refresh.now()
     qtbot.waitUntil(lambda: not margin.cloud_presenter.busy and len(margin.cloud.canvas.scene) > 0)
     legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
-    assert legend[-1] == f"{np.count_nonzero(completion.guessed)} extrapolated"
+    assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
@@ -98,7 +98,7 @@ def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, q
     with qtbot.waitSignal(margin.runs.ended, timeout=WAIT_MS):
         margin.actions_["guess"].trigger()
         margin.refresh.now()
-        assert margin.runs.state is RunState.GUESSING
+        assert margin.runs.state is RunState.EXTRAPOLATING
         assert margin.status.progress.isVisible()
         assert margin.status.progress.format() == "extrapolating"
         assert margin.actions_["cancel"].isEnabled()
@@ -111,7 +111,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     margin: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
 ) -> None:
     run_all(margin)
-    _guess(margin, qtbot)
+    _extrapolation(margin, qtbot)
     _export(margin, qtbot, tmp_path / "window")
     assert "Extrapolated, not completed by a block" in margin.log.text.toPlainText()
     arguments = ["complete", str(tmp_path / "rim"), "--out", str(tmp_path / "cli"), "--quiet", "--extrapolate"]
@@ -122,7 +122,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     assert not reported, "all is as it was recorded"
     with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
         margin.actions_["run"].trigger()
-    assert margin.workspace.session.guessed
+    assert margin.workspace.session.extrapolated
     assert "the result equals the run record" in margin.log.text.toPlainText()
     assert not reported
 
@@ -190,7 +190,7 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     session = opened.workspace.session
     mask = np.zeros(session.frame.shape, bool)
     mask[:4, :4] = True
-    opened.workspace.set_distrusted(mask, "Distrust depth")
+    opened.workspace.set_invalid_mask(mask, "Distrust depth")
     run_all(opened)
     session.undo_stack.undo()
     session.notes.drawn = mask

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gui.features.guide import GuideDialog
-from gui.features.project.saving import Wish
+from gui.features.project.saving import SaveRequest
 from gui.work.frame_runs import RunState
 from ilf.project.file import open_project
 from ilf.sources.frame_source import FrameSource
@@ -21,9 +21,9 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     before = session.completion().depth
 
     rows, columns = np.mgrid[:48, :64]
-    truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
-    np.save(tmp_path / "other.npy", truth[:, :40])
-    np.save(tmp_path / "inverse.npy", 1 / truth)
+    ground_truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
+    np.save(tmp_path / "other.npy", ground_truth[:, :40])
+    np.save(tmp_path / "inverse.npy", 1 / ground_truth)
     actions["load_guide"].trigger()
     dialog = window.findChild(GuideDialog)
     dialog.path.setText(str(tmp_path / "other.npy"))
@@ -39,10 +39,10 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
 
     window.views.set_content("depth-in", "guide")
     qtbot.waitUntil(lambda: window.views.material.guide is not None, timeout=WAIT_MS)
-    assert np.median(np.abs(window.views.material.guide - truth)) < 0.01
+    assert np.median(np.abs(window.views.material.guide - ground_truth)) < 0.01
     qtbot.waitUntil(lambda: not session.changed_blocks() and window.runs.state is RunState.IDLE, timeout=WAIT_MS)
     guided = session.completion().depth
-    assert np.nanmax(np.abs(guided - truth)) < 0.002
+    assert np.nanmax(np.abs(guided - ground_truth)) < 0.002
 
     # undo brings the former results back, without a run, and redo these
     workspace.undo_group.undo()
@@ -53,10 +53,10 @@ def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_fold
     assert np.array_equal(session.completion().depth, guided, equal_nan=True)
 
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
-        window.project.saving.save(Wish(tmp_path / "work.ilf"))
+        window.project.saving.save(SaveRequest(tmp_path / "work.ilf"))
     with open_project(tmp_path / "work.ilf") as project:
         state = project.state(project.project.frames[0].id).state
-        assert state.frame.guide.says_the_same(session.frame.guide)
+        assert state.frame.guide.is_same_as(session.frame.guide)
         assert state.frame.guide.path == str(tmp_path / "inverse.npy")
     actions["remove_guide"].trigger()
     assert session.frame.guide is None

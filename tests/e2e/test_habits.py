@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.palette.palette import PalettePart
-from gui.features.project.recent import RecentPart
-from gui.features.shortcuts import ShortcutsDialog, ShortcutsPart
+from gui.features.palette.palette import PaletteFeature
+from gui.features.project.recent import RecentFeature
+from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
 from tests.gui.naming import unnamed
 
 P = TypeVar("P")
@@ -34,8 +34,8 @@ def test_every_control_has_a_name(opened: MainWindow, qtbot: QtBot) -> None:
     for toggle in opened.panels.toggles():
         toggle.setChecked(True)
     assert unnamed(opened) == []
-    files = "open", "export", "load_blocks", "load_truth"
-    for name in (*files, "test_hidden", "sweep", "save_preset", "shortcuts", "save_layout", "about"):
+    files = "open", "export", "load_blocks", "load_ground_truth"
+    for name in (*files, "hold_out_test", "sweep", "save_preset", "shortcuts", "save_layout", "about"):
         opened.actions_[name].trigger()
         (dialog,) = _dialogs(opened)
         assert unnamed(dialog) == [], name
@@ -51,7 +51,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_P, CTRL_SHIFT)
-    palette = _part(opened, PalettePart).palette
+    palette = _part(opened, PaletteFeature).palette
     QTest.keyClicks(palette.field, "merge")
     assert palette.hint.text().startswith("Select two or more unlocked blocks first.")
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
@@ -60,7 +60,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     qtbot.waitUntil(lambda: list(opened.workspace.session.selected) == [1, 2])
     assert QApplication.focusWidget() is view
 
-    keymap = _part(opened, ShortcutsPart).keymap
+    keymap = _part(opened, ShortcutsFeature).keymap
     assert keymap is not None
     given = [(entry.key, keys) for entry in keymap.entries for keys in entry.action.shortcuts()]
     assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
@@ -73,7 +73,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
     dialog.close()
     assert opened.actions_["fit"].toolTip() == "Show the whole frame (Ctrl+Alt+F)"
 
-    menu = _part(opened, RecentPart).menu
+    menu = _part(opened, RecentFeature).menu
     menu.aboutToShow.emit()
     first, *_ = menu.actions()
     assert frame_folder.name in first.text()
@@ -86,7 +86,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
 def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None:
     for width, height in ((1100, 700), (800, 560)):
         window.resize(width, height)
-        window.notes.tell("Exported 9 files to a folder with quite a long name, " * 3)
+        window.notes.show_message("Exported 9 files to a folder with quite a long name, " * 3)
         qtbot.wait(1)
         (toast,) = window.toasts.shown
         assert window.rect().contains(toast.geometry())

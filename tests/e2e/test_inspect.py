@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.inspect.feature import InspectPart
+from gui.features.inspect.feature import InspectFeature
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
@@ -22,8 +22,8 @@ from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
-def part_of(window: MainWindow) -> InspectPart:
-    return next(part for part in window.parts if isinstance(part, InspectPart))
+def part_of(window: MainWindow) -> InspectFeature:
+    return next(part for part in window.parts if isinstance(part, InspectFeature))
 
 
 def numbers(window: MainWindow, qtbot: QtBot) -> str:
@@ -106,7 +106,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     window.panels.reveal("Measure")
     qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
     window.workspace.select([1])
-    depth = session.present_depth()
+    depth = session.current_depth()
     assert depth is not None
     camera = session.frame.intrinsics
     raw, result = (surface_statistics(values, session.labels == 1, camera) for values in (session.frame.depth, depth))
@@ -123,9 +123,9 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     window.actions_["tool_rectangle"].trigger()
     drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
     assert "Pixels\t256\t256" in numbers(window, qtbot)
-    part.measure_panel.subject_wished.emit(False)
+    part.measure_panel.subject_requested.emit(False)
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
-    part.measure_panel.subject_wished.emit(True)
+    part.measure_panel.subject_requested.emit(True)
     key(window, Qt.Key.Key_Escape)
     assert session.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
@@ -161,12 +161,12 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
 
     # heights over the plane of a block
     window.workspace.select([2])
-    part.measure_panel.reference_wished.emit(True)
+    part.measure_panel.reference_requested.emit(True)
     window.refresh.now()
     assert part.measure_panel._list._rows[3].height == "–"  # the plane is yet to be found
     numbers(window, qtbot)
     window.refresh.now()
-    session, depth = window.workspace.session, window.workspace.session.present_depth()
+    session, depth = window.workspace.session, window.workspace.session.current_depth()
     assert depth is not None
     plane = surface_statistics(depth, session.labels == 2, session.frame.intrinsics).plane
     assert plane is not None

@@ -12,31 +12,31 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QWidget
 
 from gui.app.main_window import MainWindow
-from gui.features.accuracy.feature import AccuracyPart
-from gui.features.accuracy.ground_truth import TruthDialog
-from gui.features.accuracy.hold_out import HiddenTestDialog
+from gui.features.accuracy.feature import AccuracyFeature
+from gui.features.accuracy.ground_truth import GroundTruthDialog
+from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.blocks.model import Column
-from gui.features.context import Part
-from gui.features.presets import PresetsPart
-from gui.features.sweep.feature import SweepPart
+from gui.features.context import Feature
+from gui.features.presets import PresetsFeature
+from gui.features.sweep.feature import SweepFeature
 from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PRESETS
-from ilf.evaluation.evaluation import judge_blocks, judge_completion
-from ilf.project.run_history import KeptRun
+from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
+from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame
 
 
-def part(window: MainWindow, kind: type[Part]) -> Part:
+def part(window: MainWindow, kind: type[Feature]) -> Feature:
     return next(one for one in window.parts if type(one) is kind)
 
 
 @pytest.fixture
-def truth_file(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+def ground_truth_file(tmp_path: Path, small_frame: RGBDFrame) -> Path:
     """The small frame's depth 10 mm farther, holes included, in millimetres."""
     rows, columns = np.mgrid[:48, :64]
     depth = np.where(columns < 30, 1.51 + 0.004 * rows, 2.41 + 0.005 * columns)
@@ -56,12 +56,12 @@ def errors_shown(window: MainWindow) -> list[str]:
     return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
 
 
-def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, truth_file, run_all):
-    accuracy = part(window, AccuracyPart)
-    assert isinstance(accuracy, AccuracyPart)
+def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, ground_truth_file, run_all):
+    accuracy = part(window, AccuracyFeature)
+    assert isinstance(accuracy, AccuracyFeature)
     panel, workspace, actions = accuracy.panel, window.workspace, window.actions_
-    assert not actions["load_truth"].isEnabled()
-    assert not actions["test_hidden"].isEnabled()
+    assert not actions["load_ground_truth"].isEnabled()
+    assert not actions["hold_out_test"].isEnabled()
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
     run_all(window)
     window.panels.offer("Accuracy")
@@ -69,11 +69,11 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 
     # a truth by the dialog: what does not fit is said, what fits is taken
-    actions["load_truth"].trigger()
-    dialog = window.findChild(TruthDialog)
+    actions["load_ground_truth"].trigger()
+    dialog = window.findChild(GroundTruthDialog)
     assert dialog.focusWidget() is dialog.file_button
     dialog.units.setEditText("many")
-    dialog.path.setText(str(truth_file))
+    dialog.path.setText(str(ground_truth_file))
     dialog.read()
     assert dialog.message.tone() == "error"
     assert "Units per metre must be a number" in dialog.message.text()
@@ -82,13 +82,13 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     qtbot.waitUntil(lambda: "give 1000" in dialog.message.text(), timeout=WAIT_MS)
     assert not dialog.load_button.isEnabled()
     dialog.units.setCurrentIndex(0)
-    dialog.choose(str(truth_file))
+    dialog.choose(str(ground_truth_file))
     qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
     assert dialog.focusWidget() is dialog.load_button
     dialog.accept()
     settle(window)
     session = workspace.session
-    assert session.frame.inputs.truth.path == str(truth_file)
+    assert session.frame.inputs.ground_truth.path == str(ground_truth_file)
     assert "true.png" in panel.source.text()
 
     # numbers are those of the library, for frame, block and rectangle, and in the table of blocks
@@ -96,54 +96,54 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     box = slice(8, 24), slice(4, 24)
     workspace.select([label])
     workspace.set_region(box)
-    qtbot.waitUntil(lambda: len(panel.truth_table.rows) == 3 and not accuracy.truth.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3 and not accuracy.ground_truth.busy, timeout=WAIT_MS)
     completion = session.completion()
-    blocks = judge_blocks(session.frame, completion, session.labels)
+    blocks = evaluate_blocks(session.frame, completion, session.labels)
     wanted = [
-        judge_completion(session.frame, completion),
+        evaluate_completion(session.frame, completion),
         blocks[label],
-        judge_completion(session.frame, completion, box),
+        evaluate_completion(session.frame, completion, box),
     ]
-    assert [row.cells[0] for row in panel.truth_table.rows] == [millimetres(one.rmse) for one in wanted]
-    assert [row.name for row in panel.truth_table.rows] == ["Frame", session.info(label).name, "Rectangle"]
+    assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
+    assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", session.info(label).name, "Rectangle"]
     settle(window)
     assert errors_shown(window)[0] == millimetres(blocks[label].rmse)
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
-    everything = judge_completion(session.frame, completion, every=True)
-    qtbot.waitUntil(lambda: panel.truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
+    everything = evaluate_completion(session.frame, completion, every=True)
+    qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
 
     # runs that are compared stand below each other
     run = session.run(session.common)
     other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
-    kept = KeptRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
+    kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
     workspace.keep_run(session, kept)
     workspace.compare([kept])
-    qtbot.waitUntil(lambda: len(panel.truth_table.rows) == 9, timeout=WAIT_MS)
-    assert [row.is_best for row in panel.truth_table.rows[:3]].count(True) == 1
-    actions["remove_truth"].trigger()
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9, timeout=WAIT_MS)
+    assert [row.is_best for row in panel.ground_truth_table.rows[:3]].count(True) == 1
+    actions["remove_ground_truth"].trigger()
     settle(window)
-    assert session.frame.truth is None
+    assert session.frame.ground_truth is None
     assert errors_shown(window)[0] == "–"
-    assert not actions["remove_truth"].isEnabled()
+    assert not actions["remove_ground_truth"].isEnabled()
 
     # on hidden depth: the present values, a kept run and a preset, all on the same pixels
-    actions["test_hidden"].trigger()
-    dialog = window.findChild(HiddenTestDialog)
+    actions["hold_out_test"].trigger()
+    dialog = window.findChild(HoldOutDialog)
     assert [one.name for one in dialog.chosen()] == ["Current values", "paper"]
     dialog.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
     qtbot.waitUntil(lambda: accuracy.hidden.outcome is not None and not accuracy.hidden.worker.busy, timeout=WAIT_MS)
     settle(window)
-    rows = panel.hidden_table.rows
+    rows = panel.hold_out_table.rows
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
-    assert 1000 * kept.hidden_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
-    assert errors_shown(window)[0] == f"{1000 * accuracy.hidden.outcome.of_present.blocks[label].rmse:.1f}"
+    assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
+    assert errors_shown(window)[0] == f"{1000 * accuracy.hidden.outcome.current_result.blocks[label].rmse:.1f}"
     assert panel.tested.tone() == "muted"
-    panel.hidden_table.selectAll()
-    assert panel.hidden_table.text().splitlines()[1].startswith("Current values\t")
+    panel.hold_out_table.selectAll()
+    assert panel.hold_out_table.text().splitlines()[1].startswith("Current values\t")
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
     labels = session.labels.copy()
@@ -164,19 +164,19 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
 
     # a test that is cancelled leaves the last one
     former = accuracy.hidden.outcome
-    actions["test_hidden"].trigger()
-    window.findChildren(HiddenTestDialog)[-1].accept()
+    actions["hold_out_test"].trigger()
+    window.findChildren(HoldOutDialog)[-1].accept()
     panel.work.cancel_button.click()
     qtbot.waitUntil(lambda: not accuracy.hidden.worker.busy, timeout=WAIT_MS)
     assert accuracy.hidden.outcome is former
     assert panel.work.isHidden()
 
 
-def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, truth_file):
-    sweep = part(window, SweepPart)
-    assert isinstance(sweep, SweepPart)
+def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):
+    sweep = part(window, SweepFeature)
+    assert isinstance(sweep, SweepFeature)
     workspace, shown = window.workspace, sweep.window_
-    open_frame(window, qtbot, FrameSource(str(frame_folder), truth=str(truth_file)))
+    open_frame(window, qtbot, FrameSource(str(frame_folder), ground_truth=str(ground_truth_file)))
     session = workspace.session
     # from the menu of a parameter in the form
     row = window.filter_panel.form.findChild(QWidget, "smoothness").parentWidget()
@@ -187,7 +187,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     menu.close()
     assert shown.isVisible()
     assert shown.first.declaration.name == "smoothness"
-    assert shown.criterion.by_truth
+    assert shown.criterion.by_ground_truth
     shown.first.low.setValue(9.0)
     shown.first.high.setValue(1.0)
     assert not shown.start_button.isEnabled()
@@ -248,8 +248,8 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
 
 def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.state.commands.DRAG_S", 0.0)  # a user takes longer from one choice to the next
-    window, presets = opened, part(opened, PresetsPart)
-    assert isinstance(presets, PresetsPart)
+    window, presets = opened, part(opened, PresetsFeature)
+    assert isinstance(presets, PresetsFeature)
     box, workspace, actions = window.filter_panel.presets, window.workspace, window.actions_
     window.workspace.set_parameters(PRESETS["paper"].replace(padding=3.0))
     settle(window)

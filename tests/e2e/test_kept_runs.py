@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.run_history.feature import KeptRunsPart
+from gui.features.run_history.feature import RunHistoryFeature
 from gui.features.run_history.model import Column
 from gui.work.frame_runs import RunState
 from ilf import preset
@@ -23,18 +23,20 @@ Run = Callable[[MainWindow], None]
 
 
 @pytest.fixture
-def part(opened: MainWindow) -> KeptRunsPart:
+def part(opened: MainWindow) -> RunHistoryFeature:
     """What keeps the window's runs, with its panel open."""
     opened.actions_["show_runs"].trigger()
-    return next(part for part in opened.parts if isinstance(part, KeptRunsPart))
+    return next(part for part in opened.parts if isinstance(part, RunHistoryFeature))
 
 
-def _cell(part: KeptRunsPart, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
+def _cell(
+    part: RunHistoryFeature, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole
+) -> object:
     model = part.table.view.model()
     return model.index(row, column).data(role)
 
 
-def _type(part: KeptRunsPart, row: int, column: Column, text: str) -> None:
+def _type(part: RunHistoryFeature, row: int, column: Column, text: str) -> None:
     """Into a cell, after F2."""
     view = part.table.view
     index = view.model().index(row, column)
@@ -48,7 +50,7 @@ def _type(part: KeptRunsPart, row: int, column: Column, text: str) -> None:
 
 
 def test_runs_are_kept_compared_and_come_back_to(
-    opened: MainWindow, part: KeptRunsPart, qtbot: QtBot, run_all: Run
+    opened: MainWindow, part: RunHistoryFeature, qtbot: QtBot, run_all: Run
 ) -> None:
     workspace, actions = opened.workspace, opened.actions_
     session = workspace.session
@@ -62,8 +64,8 @@ def test_runs_are_kept_compared_and_come_back_to(
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: len(session.kept_runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
-    first, live = session.kept_runs
+    qtbot.waitUntil(lambda: len(session.run_history) == 2 and not part.keeper.waits, timeout=WAIT_MS)
+    first, live = session.run_history
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
     opened.refresh.now()
     texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
@@ -71,7 +73,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks with other parameters"
     numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
     assert sum(text.startswith("★") for text in numbers) == 1
-    assert _cell(part, 0, Column.TRUTH) == "–"
+    assert _cell(part, 0, Column.GROUND_TRUTH) == "–"
 
     assert not actions["accept_run"].isEnabled(), "no run is chosen"
     part.table.select(first)
@@ -86,7 +88,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     opened.refresh.now()
     assert (session.common, session.changed_blocks()) == (preset("paper"), [])
     np.testing.assert_array_equal(session.completion().depth, depth)
-    np.testing.assert_array_equal(session.present_depth(), depth)
+    np.testing.assert_array_equal(session.current_depth(), depth)
     assert _cell(part, 1, Column.NAME) == "Run 1 · current"
     actions["undo"].trigger()
     assert live.is_of(session.valid_results())
@@ -100,15 +102,15 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert (first.name, live.note) == ("as printed", "sharper")
     part.table.select(live)
     QTest.keyClick(part.table.view, Qt.Key.Key_Delete)
-    assert session.kept_runs == [first]
+    assert session.run_history == [first]
     actions["undo"].trigger()
-    assert session.kept_runs == [first, live]
+    assert session.run_history == [first, live]
     opened.refresh.now()
     assert part.table.runs() == [live, first]
-    assert len(session.kept_runs) == 2, "undo solves nothing anew"
+    assert len(session.run_history) == 2, "undo solves nothing anew"
 
 
-def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: KeptRunsPart, run_all: Run) -> None:
+def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: RunHistoryFeature, run_all: Run) -> None:
     run_all(opened)
     assert len(part.table.runs()) == 1
     opened.actions_["close_frame"].trigger()

@@ -13,7 +13,7 @@ def test_the_picture_is_the_work(window: MainWindow, layout: str, size: tuple[in
     show_frame(window, made_frame(), size, layout)
     assert share(window) >= BARS[layout, size]
     assert cut(window) == []
-    window.actions_["fold_panels"].trigger()
+    window.actions_["toggle_panels"].trigger()
     if layout == "correct":
         assert window.panels.open
         assert window.blocks.isVisible()

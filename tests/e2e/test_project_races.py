@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.project.saving import Wish
+from gui.features.project.saving import SaveRequest
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project, save_project
@@ -23,7 +23,7 @@ from .conftest import WAIT_MS, write_frame
 
 def _saved(window: MainWindow, qtbot: QtBot, path: Path) -> None:
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
-        window.project.saving.save(Wish(path))
+        window.project.saving.save(SaveRequest(path))
 
 
 def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
@@ -51,7 +51,7 @@ def test_a_project_is_left_only_when_it_has_been_saved(
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
     _saved(opened, qtbot, path)
     opened.documents.discard_silently = False
-    opened.project.saving.save(Wish(other))
+    opened.project.saving.save(SaveRequest(other))
     opened.actions_[leave].trigger()
     qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)), timeout=WAIT_MS)
     with open_project(other) as project:
@@ -66,7 +66,7 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(
     entry = Entry.of(FrameSource(str(write_frame(tmp_path / "second", small_frame))))
     opened.workspace.add_entries([entry])
     with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
-        opened.project.saving.save(Wish(tmp_path / "room.ilf"))
+        opened.project.saving.save(SaveRequest(tmp_path / "room.ilf"))
         opened.workspace.set_note(entry, "Late.")
     assert entry.unsaved
     _saved(opened, qtbot, tmp_path / "room.ilf")
@@ -128,12 +128,12 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     (entry,) = workspace.entries
     workspace.edit_info(1, "Rename", name="Wall")
     _saved(opened, qtbot, tmp_path / "room.ilf")
-    workspace.put_away(workspace.session)
+    workspace.unload(workspace.session)
     documents.discard_silently = False
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         documents.open_source(FrameSource(os.path.relpath(frame_folder)))
     assert workspace.session.info(1).name == "Wall"
-    workspace.put_away(workspace.session)
+    workspace.unload(workspace.session)
     documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
     (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Cancel).click()

@@ -18,10 +18,10 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.project.closing import CloseDialog, Unsaved
-from gui.features.project.missing import MissingDialog
-from gui.features.project.saving import SaveAsDialog, Wish
-from gui.features.sweep.feature import SweepPart
-from gui.project.recorder import SessionCapture
+from gui.features.project.missing import MissingFilesDialog
+from gui.features.project.saving import SaveAsDialog, SaveRequest
+from gui.features.sweep.feature import SweepFeature
+from gui.project.recorder import SessionSnapshot
 from gui.state.session import Session
 from gui.widgets.basics import Message
 from ilf.data.frame import RGBDFrame
@@ -44,7 +44,7 @@ def another(qtbot: QtBot) -> Iterator[Open]:
     made: list[MainWindow] = []
 
     def make() -> MainWindow:
-        window = MainWindow(remembers=False)
+        window = MainWindow(persistent=False)
         window.documents.discard_silently = True
         window.resize(1280, 800)
         window.show()
@@ -60,7 +60,7 @@ def another(qtbot: QtBot) -> Iterator[Open]:
 
 def save(window: MainWindow, qtbot: QtBot, path: Path, embed: bool | None = None) -> None:
     done: list[bool] = []
-    window.project.saving.save(Wish(path, embed, None, done.append))
+    window.project.saving.save(SaveRequest(path, embed, None, done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert done == [True]
 
@@ -81,7 +81,7 @@ def show(window: MainWindow, qtbot: QtBot, row: int) -> Session:
 
 
 def state_of(session: Session) -> FrameState:
-    return SessionCapture(session).take()()
+    return SessionSnapshot(session).take()()
 
 
 def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]) -> Session:
@@ -96,18 +96,18 @@ def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], No
     workspace.set_visible(second, False)
     workspace.set_parameters(ilf.preset("paper", max_iterations=30))
     workspace.set_own({"max_iterations": 7}, [second])
-    distrusted = np.zeros(session.labels.shape, bool)
-    distrusted[24:28, 4:9] = True
-    workspace.set_distrusted(distrusted, "Distrust")
-    workspace.set_truth(np.full(session.labels.shape, 2.0, np.float32))
+    invalid_mask = np.zeros(session.labels.shape, bool)
+    invalid_mask[24:28, 4:9] = True
+    workspace.set_invalid_mask(invalid_mask, "MarkInvalid")
+    workspace.set_ground_truth(np.full(session.labels.shape, 2.0, np.float32))
     run_all(window)
     workspace.set_note(window.workspace.entries[0], "Look at the corner.")
     workspace.set_region((slice(3, 20), slice(5, 30)))
     workspace.select([second])
-    workspace.change_run(session, session.kept_runs[0], note="the first")
-    workspace.compare(session.kept_runs[:1])
-    kept = session.kept_runs[0]
-    qtbot.waitUntil(lambda: kept.truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
+    workspace.change_run(session, session.run_history[0], note="the first")
+    workspace.compare(session.run_history[:1])
+    kept = session.run_history[0]
+    qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
     return session
 
 
@@ -117,10 +117,10 @@ def test_all_work_comes_back_in_another_window(
     session = work_on(opened, qtbot, run_all)
     opened.views.zoom_to(slice(10, 20), slice(10, 30))
     opened.views.set_layout("grid-difference")
-    opened.views.set_content("depth-in", "truth")
+    opened.views.set_content("depth-in", "ground_truth")
     place, path = opened.views.place, tmp_path / "room.ilf"
     assert place is not None
-    assert (opened.isWindowModified(), session.unsaved_words()) == (True, "5 edits, 1 run")
+    assert (opened.isWindowModified(), session.unsaved_summary()) == (True, "5 edits, 1 run")
     save(opened, qtbot, path)
     opened.refresh.now()
     assert (session.unsaved, opened.project.present.unsaved, opened.isWindowModified()) == (False, False, False)
@@ -133,7 +133,7 @@ def test_all_work_comes_back_in_another_window(
     assert_same(state_of(again), before)
     assert (again.unsaved, window.project.present.unsaved, again.undo_stack.count()) == (False, False, 0)
     assert window.views.layout_name == "grid-difference"
-    assert window.views.contents()["depth-in"] == "truth"
+    assert window.views.contents()["depth-in"] == "ground_truth"
     assert window.views.place == pytest.approx(place, rel=0.01)
     assert all(again.records_of(label) for label in again.valid_results()), "results have their curves"
 
@@ -211,7 +211,7 @@ def test_missing_files_are_asked_for_and_checked(
     second = another()
     open_project(second, qtbot, path)
     workspace, dialog = second.workspace, second.project.missing.dialog
-    assert isinstance(dialog, MissingDialog)
+    assert isinstance(dialog, MissingFilesDialog)
     assert not workspace.has_session
     assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
     assert dialog.files.topLevelItemCount() == 5
@@ -227,11 +227,11 @@ def test_missing_files_are_asked_for_and_checked(
     def searched() -> bool:
         return not second.project.missing.busy and not second.loader.busy
 
-    second.project.missing.give_file(changed, folders[2] / "rgb.png")
+    second.project.missing.locate_file(changed, folders[2] / "rgb.png")
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert dialog.message.tone() == "error"
     assert len(second.project.missing.lost) == 5
-    second.project.missing.give_folder(tmp_path / "away")
+    second.project.missing.search_folder(tmp_path / "away")
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
     assert [entry.summary.stage for entry in workspace.entries] == [Stage.EXTRACTED, Stage.EXTRACTED, Stage.FAILED]
@@ -272,7 +272,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
         qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told[0].endswith("the disk is full. Free some space or choose another folder.")
     assert path.read_bytes() == before
-    assert opened.workspace.session.unsaved_words() == "1 edit"
+    assert opened.workspace.session.unsaved_summary() == "1 edit"
 
     opened.documents.discard_silently = False
     opened.close()
@@ -295,7 +295,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
 ) -> None:
     workspace, done = opened.workspace, []
     workspace.edit_info(1, "Rename", name="Wall")
-    opened.project.saving.save(Wish(tmp_path / "p.ilf", then=done.append))
+    opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
     workspace.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert workspace.session.unsaved
@@ -486,7 +486,9 @@ def test_a_run_is_not_lost_when_the_window_closes(
     first, second = list(workspace.session.counts())[:2]
     endless = 3_000 if waits else 100_000
     workspace.set_parameters(ilf.preset("paper", max_iterations=3))
-    workspace.set_own(ilf.preset("released-code", max_iterations=endless).unlike(workspace.parameters), [second])
+    workspace.set_own(
+        ilf.preset("released-code", max_iterations=endless).differences_from(workspace.parameters), [second]
+    )
     opened.documents.discard_silently = False
     opened.actions_["run_all"].trigger()
     qtbot.waitUntil(lambda: second in workspace.session.results.live and first in workspace.session.valid_results())
@@ -517,7 +519,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened.workspace.undo_group.undo()
     assert not opened.project.present.unsaved
 
-    sweep = next(part for part in opened.parts if isinstance(part, SweepPart))
+    sweep = next(part for part in opened.parts if isinstance(part, SweepFeature))
     opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
     opened.workspace.note_saved(opened.workspace.session, opened.workspace.session.stamp)
     sweep.open("max_iterations")

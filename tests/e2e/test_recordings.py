@@ -10,7 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.project.missing import MissingDialog
+from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
@@ -39,7 +39,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
     assert [entry.session is not None for entry in entries] == [True, False, False]
     assert np.array_equal(workspace.session.frame.rgb, COLOUR)
-    pictures = window.frame_part.panel.thumbnails
+    pictures = window.frames_feature.panel.thumbnails
     pictures.of(entries[2])
     qtbot.waitUntil(lambda: not pictures.busy, timeout=WAIT_MS)
     picture = pictures.of(entries[2])
@@ -76,8 +76,8 @@ def test_a_project_brings_frames_of_a_recording_back(
 
     again = another()
     open_project(again, qtbot, tmp_path / "work.ilf")
-    assert isinstance(again.project.missing.dialog, MissingDialog)
-    again.project.missing.give_folder(tmp_path / "away")
+    assert isinstance(again.project.missing.dialog, MissingFilesDialog)
+    again.project.missing.search_folder(tmp_path / "away")
     qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy, timeout=WAIT_MS)
     session = show(again, qtbot, 0)
     assert np.array_equal(session.labels, labels)

@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.project.autosave import AutosavePart, RecoveryDialog
-from gui.features.project.saving import Wish
+from gui.features.project.autosave import AutosaveFeature, RecoveryDialog
+from gui.features.project.saving import SaveRequest
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.session import Session
@@ -72,8 +72,8 @@ def window(qtbot: QtBot, left: Path) -> Iterator[MainWindow]:
     window.close()
 
 
-def _part(window: MainWindow) -> AutosavePart:
-    return next(part for part in window.parts if isinstance(part, AutosavePart))
+def _part(window: MainWindow) -> AutosaveFeature:
+    return next(part for part in window.parts if isinstance(part, AutosaveFeature))
 
 
 def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
@@ -163,7 +163,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(
         raise OSError("the drive has been removed")
 
     with monkeypatch.context() as broken:
-        broken.setattr("gui.features.project.restoring.copied_frames", fail)
+        broken.setattr("gui.features.project.restoring.copy_frames", fail)
         with qtbot.waitSignal(window.loader.failed, timeout=WAIT_MS):
             dialog.rows[1].restore_button.click()
     assert set(left.glob("*.journal")) == journals
@@ -225,13 +225,13 @@ def test_frames_that_were_saved_since_are_not_called_changed(
         open_frame(former, qtbot, FrameSource(str(write_frame(tmp_path / name, small_frame))))
         former.workspace.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
-    former.project.saving.save(Wish(path, then=done.append))
+    former.project.saving.save(SaveRequest(path, then=done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     former.workspace.edit_info(1, "Rename", name="roof")
     if sets_more:
         former.workspace.set_keeps_handmade(not former.workspace.keeps_handmade)
     stored: list[object] = []
-    former.recorder.settle(stored.append)
+    former.recorder.flush(stored.append)
     qtbot.waitUntil(lambda: bool(stored) and former.store.is_written, timeout=WAIT_MS)
     shutil.copytree(os.environ["ILF_AUTOSAVE"], folder)  # as a sudden end leaves it
     former.close()

@@ -11,7 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.report.feature import ALL_FRAMES, ReportPart, subjects_of
+from gui.features.report.feature import ALL_FRAMES, ReportFeature, subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
@@ -54,7 +54,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    part = next(part for part in opened.parts if isinstance(part, ReportPart))
+    part = next(part for part in opened.parts if isinstance(part, ReportFeature))
     shown: list[str] = []
     monkeypatch.setattr(
         "gui.features.report.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())

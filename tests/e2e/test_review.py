@@ -58,20 +58,20 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     workspace, strip = window.workspace, window.review_strip
     assert not strip.isVisible()
-    assert not window.actions_["leave_suspect"].isEnabled()
-    assert press(window, qtbot, "next_suspect") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
+    assert not window.actions_["ignore_check"].isEnabled()
+    assert press(window, qtbot, "next_check") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
     assert strip.isVisible()
     assert workspace.session.selected == [1]
     assert not window.review._marks.path.isEmpty()
-    assert "2 of 2" in press(window, qtbot, "next_suspect")
-    assert "1 of 2" in press(window, qtbot, "next_suspect")
-    assert "2 of 2" in press(window, qtbot, "previous_suspect")
-    press(window, qtbot, "next_suspect")
+    assert "2 of 2" in press(window, qtbot, "next_check")
+    assert "1 of 2" in press(window, qtbot, "next_check")
+    assert "2 of 2" in press(window, qtbot, "previous_check")
+    press(window, qtbot, "next_check")
 
     # what an edit mends is dropped, what undo brings back is there again
     workspace.replace_labels(walls(80, WIDTH).astype(np.int32), "Split")
     assert settled(window, qtbot) == "Fixed. 1 flagged place left to check."
-    assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_suspect")
+    assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_check")
     assert workspace.session.selected == [2]
     window.actions_["undo"].trigger()
     settled(window, qtbot)
@@ -79,13 +79,13 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     window.actions_["redo"].trigger()
     settled(window, qtbot)
 
-    press(window, qtbot, "next_suspect")
-    said = press(window, qtbot, "leave_suspect")
+    press(window, qtbot, "next_check")
+    said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
-    assert not window.actions_["leave_suspect"].isEnabled()
+    assert not window.actions_["ignore_check"].isEnabled()
     workspace.replace_labels(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said  # it stays left
-    window.actions_["close_review"].trigger()
+    window.actions_["close_checks"].trigger()
     assert not strip.isVisible()
     assert window.review._marks.path.isEmpty()
 
@@ -93,7 +93,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     window.workspace.edit_info(1, "Rename", name="Wall")
-    assert press(window, qtbot, "next_suspect").endswith("inside Wall.")
+    assert press(window, qtbot, "next_check").endswith("inside Wall.")
     view = window.views.cells["colour"].view
     place = window.review.review.present
     shown = view.to_image(view.viewport().rect().center().toPointF())
@@ -116,7 +116,7 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
     before = under()
     seen = []
     window.views.cursorMoved.connect(seen.append)
-    press(window, qtbot, "next_suspect")
+    press(window, qtbot, "next_check")
     x, y = seen[-1]
     assert (x, y) == under() != before
     assert window.status.readout.text().startswith(f"x {x}, y {y}")
@@ -126,44 +126,44 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
 
 def test_right_blocks_are_not_suspicious(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    assert press(window, qtbot, "next_suspect") == "No flagged places."
+    assert press(window, qtbot, "next_check") == "No flagged places."
 
 
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
     run_all(window)
-    assert press(window, qtbot, "next_suspect") == "No flagged places."
+    assert press(window, qtbot, "next_check") == "No flagged places."
     session = window.workspace.session
     qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
-    window.workspace.store_doubt(session, session.completion(), Doubt(error, np.zeros(error.shape, bool)))
+    window.workspace.store_error_estimate(session, session.completion(), Doubt(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
-    assert "Expected error 300 mm" in press(window, qtbot, "next_suspect")
+    assert "Expected error 300 mm" in press(window, qtbot, "next_check")
 
 
 def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    press(window, qtbot, "next_suspect")
+    press(window, qtbot, "next_check")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
     assert not window.review_strip.isVisible()
 
 
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    strip, session = window.distrust_strip, window.workspace.session
+    strip, session = window.invalid_strip, window.workspace.session
     for taken in (False, True):
-        window.actions_["suggest_distrust"].trigger()
-        qtbot.waitUntil(lambda: not window.distrust.busy, timeout=WAIT_MS)
+        window.actions_["suggest_invalid"].trigger()
+        qtbot.waitUntil(lambda: not window.mark_invalid.busy, timeout=WAIT_MS)
         assert strip.label.text().startswith("4 pixels of known depth may be invalid")
-        assert session.frame.distrusted is None
-        window.actions_["take_suggested" if taken else "leave_suggested"].trigger()
+        assert session.frame.invalid_mask is None
+        window.actions_["mark_suggested" if taken else "ignore_suggested"].trigger()
         assert not strip.isVisible()
     wrong = np.zeros((HEIGHT, WIDTH), bool)
     wrong[30:32, 200:202] = True
-    assert np.array_equal(session.frame.distrusted, wrong)
+    assert np.array_equal(session.frame.invalid_mask, wrong)
     window.actions_["undo"].trigger()
-    assert session.frame.distrusted is None
+    assert session.frame.invalid_mask is None
     window.actions_["redo"].trigger()
-    window.actions_["suggest_distrust"].trigger()
-    qtbot.waitUntil(lambda: not window.distrust.busy, timeout=WAIT_MS)
+    window.actions_["suggest_invalid"].trigger()
+    qtbot.waitUntil(lambda: not window.mark_invalid.busy, timeout=WAIT_MS)
     assert not strip.isVisible()

@@ -30,12 +30,12 @@ def test_the_views_look_back_and_return(
     opened.panels._show([*opened.panels.open, "Convergence"])
     session, bar = opened.workspace.session, opened.curves.scrub_bar
     opened.refresh.draw_all()
-    present = session.present_depth().copy()
+    present = session.current_depth().copy()
     lengths = {label: len(result.history) for label, result in session.valid_results().items()}
     assert bar.last == max(lengths.values()) > 3
 
     bar._slider.setValue(3)
-    qtbot.waitUntil(lambda: opened.workspace.past is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.workspace.viewed_iteration is not None, timeout=WAIT_MS)
     expected = session.frame.depth.copy()
     for label in lengths:
         stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.notes.extraction)
@@ -63,28 +63,28 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     workspace, bar = opened.workspace, opened.curves.scrub_bar
     opened.actions_["live"].setChecked(False)
 
-    def look_back() -> None:
+    def view_iteration() -> None:
         opened.refresh.draw_all()
         bar._slider.setValue(2)
-        qtbot.waitUntil(lambda: workspace.past is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None, timeout=WAIT_MS)
 
-    look_back()
+    view_iteration()
     labels = workspace.session.labels.copy()
     labels[:3, :3] = 3 - labels[0, 0]
     workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
-    assert (workspace.past, bar.at_end) == (None, True)
+    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
     workspace.session.undo_stack.undo()
-    look_back()
+    view_iteration()
     opened.actions_["step"].trigger()
     qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED, timeout=WAIT_MS)
-    look_back()
+    view_iteration()
     opened.actions_["pause"].trigger()
-    assert (workspace.past, bar.at_end) == (None, True)
+    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
-    look_back()
+    view_iteration()
     workspace.show_session(None)
     opened.refresh.now()
-    assert (workspace.past, bar.last) == (None, 0)
+    assert (workspace.viewed_iteration, bar.last) == (None, 0)
 
 
 def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:

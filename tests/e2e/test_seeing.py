@@ -59,7 +59,7 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
     assert legend("depth-out") == ["missing"]
     mask = np.zeros(opened.workspace.session.frame.shape, bool)
     mask[5:9, 40:50] = True
-    opened.workspace.set_distrusted(mask, "Distrust")
+    opened.workspace.set_invalid_mask(mask, "MarkInvalid")
     assert legend("depth-out") == ["invalid", "stale", "missing"]
     assert opened.views.cells["depth-in"].view.stripes.pixels.any()
     opened.actions_["undo"].trigger()

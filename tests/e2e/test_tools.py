@@ -24,7 +24,7 @@ def editing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
     opened.editor.options.leash = 0
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: opened.editor.aid is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.editor.edge_data is not None, timeout=WAIT_MS)
     return opened
 
 
@@ -98,17 +98,17 @@ def test_pieces_go_to_the_chosen_block(editing: MainWindow) -> None:
 
 def test_distrusted_depth_is_missing_until_it_is_undone(editing: MainWindow) -> None:
     session = editing.workspace.session
-    _take(editing, "distrust")
+    _take(editing, "mark_invalid")
     drag(editing, [(45, 6), (55, 6)])
     assert not session.frame.known[5:8, 46:54].any()
     editing.refresh.now()
     editing.readout.point_at((50, 6))
-    assert "distrusted" in editing.status.readout.text()
+    assert "invalid_mask" in editing.status.readout.text()
     drag(editing, [(45, 6), (50, 6)], ALT)
     assert session.frame.known[6, 46]
     editing.actions_["undo"].trigger()
     editing.actions_["undo"].trigger()
-    assert session.frame.distrusted is None
+    assert session.frame.invalid_mask is None
 
 
 def test_a_band_chooses_in_picture_and_table(editing: MainWindow) -> None:
@@ -145,7 +145,7 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -
     for name in TOOL_NAMES:
         _take(editing, name)
         shown[name] = row.brush.isVisible(), row.leash.isVisible(), row.amount.isVisible()
-    assert shown["paint"] == shown["erase"] == shown["distrust"] == (True, False, False)
+    assert shown["paint"] == shown["erase"] == shown["mark_invalid"] == (True, False, False)
     assert shown["border"] == shown["outline"] == shown["split"] == (False, True, False)
     assert shown["select"] == (False, False, True)
     row.leash.setValue(11)

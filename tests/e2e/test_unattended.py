@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.app import start as app
-from gui.app.headless import Unattended
+from gui.app.headless import HeadlessRun
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.work.frame_runs import FrameRuns
@@ -83,20 +83,20 @@ def test_a_frame_of_a_folder_is_named_by_its_key(start: Start, frame_folder: Pat
 def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
     start: Start, frame_folder: Path, tmp_path: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    dense = ["--extrapolate", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
-    assert command_line(["complete", str(frame_folder), *dense]) == 0
-    guessed = []
-    save = Unattended._take_picture
+    extrapolate = ["--extrapolate", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
+    assert command_line(["complete", str(frame_folder), *extrapolate]) == 0
+    extrapolated = []
+    save = HeadlessRun._take_picture
 
-    def look(self: Unattended) -> None:
-        guessed.append(self._workspace.session.guessed)
+    def look(self: HeadlessRun) -> None:
+        extrapolated.append(self._workspace.session.extrapolated)
         save(self)
 
-    monkeypatch.setattr(Unattended, "_take_picture", look)
+    monkeypatch.setattr(HeadlessRun, "_take_picture", look)
     status, said = start(tmp_path / "done" / "run.json", "--run")
     assert status == 0
     assert "error" not in said
-    assert guessed == [True]
+    assert extrapolated == [True]
 
 
 def test_a_picture_without_a_run(start: Start, frame_folder: Path, picture: Path) -> None:
@@ -136,11 +136,11 @@ def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Pat
 
 
 def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
-    truth = tmp_path / "truth.png"
-    cv2.imwrite(str(truth), np.full((48, 64), 30_000, np.uint16))
-    refused(start(frame_folder, "--ground-truth", truth), picture, "this ground truth would be", "truth.png")
+    ground_truth = tmp_path / "truth.png"
+    cv2.imwrite(str(ground_truth), np.full((48, 64), 30_000, np.uint16))
+    refused(start(frame_folder, "--ground-truth", ground_truth), picture, "this ground truth would be", "truth.png")
     with pytest.raises(SystemExit):
-        app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(truth)])
+        app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(ground_truth)])
 
 
 def test_a_run_whose_frame_is_gone(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:

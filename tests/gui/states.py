@@ -18,7 +18,7 @@ QUICK_OWN = own_values(QUICK, preset())
 SIGNALS = (
     *("about_to_change", "sessions_changed", "session_changed", "labels_changed", "stroke_changed", "infos_changed"),
     *("results_changed", "results_added", "records_added", "previews_changed", "error_changed", "selection_changed"),
-    *("parameters_changed", "extraction_changed", "distrusted_changed"),
+    *("parameters_changed", "extraction_changed", "invalid_mask_changed"),
 )
 
 

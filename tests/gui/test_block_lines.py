@@ -39,7 +39,7 @@ def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, c
     lines.in_colours = in_colours
     lines.set_colours(COLOURS)
     lines.set_selected(chosen)
-    lines.set_doubtful(doubtful)
+    lines.set_to_check(doubtful)
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     here = sampling.sample(labels, whole(sampling.shape))
     pixels = drawn(lines, labels, sampling, ratio)
@@ -64,7 +64,7 @@ def test_blocks_that_need_a_look_have_a_line_inside_unless_they_are_hidden_or_ch
     labels[4:20, 4:14], labels[4:20, 16:26] = 2, 3  # 3 is hidden
     sampling = Sampling(1.0, 0, 0, (WIDTH, HEIGHT), (WIDTH, HEIGHT))
     plain = drawn(lines, labels, sampling, 1)
-    assert lines.set_doubtful([2, 3]) == [2, 3]
+    assert lines.set_to_check([2, 3]) == [2, 3]
     marked = drawn(lines, labels, sampling, 1)
     colour = marked[5, 9]
     assert colour != plain[5, 9]

@@ -101,10 +101,10 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, qtbot):
     table.select([2, 3])
     qtbot.keyClick(table.view, Qt.Key.Key_F2)
     editor = table.view.viewport().findChild(QLineEdit)
-    qtbot.keyClicks(editor, "Desk")
+    qtbot.keyClicks(editor, "Context")
     with qtbot.waitSignal(table.renamed) as renamed:
         qtbot.keyClick(editor, Qt.Key.Key_Return)
-    assert renamed.args == [2, "Desk"]
+    assert renamed.args == [2, "Context"]
     hidden = []
     table.visibilityChanged.connect(lambda *change: hidden.append(change))
     qtbot.keyClick(table.view, Qt.Key.Key_Space)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gui.project.recorder import SessionCapture, Tiles
+from gui.project.recorder import SessionSnapshot, Tiles
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.loading import restore
@@ -43,7 +43,7 @@ def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np
     workspace.touched.connect(touched.append)
     session = Session.of(run, None, "here")
     workspace.add_session(session)
-    capture = SessionCapture(session)
+    capture = SessionSnapshot(session)
     capture.take()()
 
     session.note = "look here"

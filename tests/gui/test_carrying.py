@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gui.features.blocks.presenter import block_rows
-from gui.features.propagation.carrier import session_of, state_of
+from gui.features.propagation.propagator import session_of, state_of
 from gui.state.entries import Entry, summary_of
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -17,7 +17,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
-from ilf.project.propagation import carry
+from ilf.project.propagation import propagate_state
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 from ilf.sources.frame_source import FrameSource
 
@@ -25,13 +25,13 @@ REASON = "It was not in the picture before."
 
 
 @pytest.fixture
-def carried(session: Session, other: Session) -> FrameState:
+def propagated(session: Session, other: Session) -> FrameState:
     """The blocks of `other` on the frame of `session`, with other values; block 2 needs a look."""
     other.change_info(1, name="Wall", locked=True)
     other.notes.own[1] = {"smoothness": 3.0}
     other.take_common(Parameters(s_criteria=0.002))
-    other.dense = True
-    state = carry(state_of(other), state_of(session)).state
+    other.extrapolate = True
+    state = propagate_state(state_of(other), state_of(session)).state
     labels = state.labels.copy()
     labels[:5] = 2
     return replace(
@@ -47,8 +47,8 @@ def known(session: Session) -> object:
     notes = session.notes
     return (
         session.labels.tolist(),
-        *(dict(notes.infos), dict(notes.own), notes.carried_from, notes.kept),
-        *(session.common, session.dense, session.to_check),
+        *(dict(notes.infos), dict(notes.own), notes.propagated_from, notes.kept),
+        *(session.common, session.extrapolate, session.to_check),
     )
 
 
@@ -59,20 +59,20 @@ def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
 
 
 def test_blocks_are_taken_and_given_back_as_one_step(
-    workspace: Workspace, session: Session, carried: FrameState, told: list[str]
+    workspace: Workspace, session: Session, propagated: FrameState, told: list[str]
 ) -> None:
     session.info(1)
     before = known(session)
     touched: list[object] = []
     workspace.touched.connect(touched.append)
-    workspace.take_carried(session, carried, "Carry blocks from other")
+    workspace.take_propagated(session, propagated, "Carry blocks from other")
     assert {"labels_changed", "infos_changed", "parameters_changed", "results_changed"} <= set(told)
     assert touched == [session]
     after = known(session)
-    assert session.labels.tolist() == carried.labels.tolist()
+    assert session.labels.tolist() == propagated.labels.tolist()
     assert session.info(1).name == "Wall"
-    assert (session.parameters_of(1, session.common).smoothness, session.dense) == (3.0, True)
-    assert summary_of(session).stage is Stage.CARRIED
+    assert (session.parameters_of(1, session.common).smoothness, session.extrapolate) == (3.0, True)
+    assert summary_of(session).stage is Stage.PROPAGATED
     assert summary_of(session).to_check == 1
     assert session.selected == [1]
     session.undo_stack.undo()
@@ -81,32 +81,32 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     assert known(session) == after
 
 
-def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, carried: FrameState) -> None:
-    state = carry(carried, state_of(other)).state
-    workspace.take_carried(other, state, "Carry blocks")
+def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, propagated: FrameState) -> None:
+    state = propagate_state(propagated, state_of(other)).state
+    workspace.take_propagated(other, state, "Carry blocks")
     assert np.array_equal(other.labels, state.labels)
     assert other.unsaved
 
 
 def test_results_of_the_blocks_before_come_back_with_undo(
-    workspace: Workspace, session: Session, carried: FrameState, results: list
+    workspace: Workspace, session: Session, propagated: FrameState, results: list
 ) -> None:
     workspace.store_results(session, results)
-    workspace.take_carried(session, carried, "Carry blocks")
+    workspace.take_propagated(session, propagated, "Carry blocks")
     assert 2 not in session.valid_results()
     session.undo_stack.undo()
     assert set(session.valid_results()) == {1, 2}
 
 
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
-    workspace: Workspace, session: Session, carried: FrameState
+    workspace: Workspace, session: Session, propagated: FrameState
 ) -> None:
-    workspace.take_carried(session, carried, "Carry blocks")
+    workspace.take_propagated(session, propagated, "Carry blocks")
     runs = RunController(workspace)
     assert [row.look for row in block_rows(session, runs)] == ["", REASON]
-    workspace.look_at([1])
+    workspace.mark_checked([1])
     assert session.undo_stack.count() == 1  # it needs none
-    workspace.look_at([1, 2])
+    workspace.mark_checked([1, 2])
     assert session.undo_stack.undoText() == "Mark Block 2 as checked"
     assert not session.to_check
     session.undo_stack.undo()
@@ -121,8 +121,8 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
     runs.shutdown()
 
 
-def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: Session, carried: FrameState) -> None:
-    workspace.take_carried(session, carried, "Carry blocks")
+def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: Session, propagated: FrameState) -> None:
+    workspace.take_propagated(session, propagated, "Carry blocks")
     box = np.s_[40:44, 50:54]
     before = session.labels[box].copy()
     workspace.stroke(LabelPatch(box, before, np.zeros_like(before)))
@@ -132,16 +132,16 @@ def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: S
 
 
 def test_another_extraction_forgets_what_was_carried(
-    workspace: Workspace, session: Session, carried: FrameState
+    workspace: Workspace, session: Session, propagated: FrameState
 ) -> None:
-    workspace.take_carried(session, carried, "Carry blocks")
+    workspace.take_propagated(session, propagated, "Carry blocks")
     names = {1: "Left", 2: "Right"}
     workspace.replace_labels(np.where(session.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
     assert not session.to_check
-    assert session.notes.carried_from == ""
+    assert session.notes.propagated_from == ""
     session.undo_stack.undo()
     assert session.to_check == {2}
-    assert session.notes.carried_from == carried.notes.carried_from
+    assert session.notes.propagated_from == propagated.notes.propagated_from
 
 
 def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:

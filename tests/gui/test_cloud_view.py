@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.cloud.canvas import length_text, round_length
-from gui.views.cloud.cloud_view import ClipRow, CloudView
+from gui.views.cloud.cloud_view import CloudView, DepthClip
 from gui.views.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
-from gui.views.cloud.drawing import MOVING_S, Detail
+from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import Colouring, Scene
 from gui.views.colours import FIXED, Range, depth_table
 from ilf.drawing.colours import to_indices
@@ -178,7 +178,7 @@ def subject():
         labels=np.array([[0, 1, 1], [2, 2, 2]], np.int32),
         block_colours=np.array([[0, 0, 0, 255], [9, 8, 7, 255], [6, 5, 4, 255]], np.uint8),
         expected=np.where(mask, np.float32(0.01), np.float32(np.nan)),
-        truth=depth - np.float32(0.0051),
+        ground_truth=depth - np.float32(0.0051),
         other=np.where(mask, np.float32(np.nan), depth),
         other_name="Run 1",
         filled=mask,
@@ -208,7 +208,7 @@ def test_colours_mean_what_is_chosen(qapp, subject):
     assert expected.colours[0].tolist() == none
     doubtful = np.zeros((2, 3), bool)
     doubtful[0, 1] = True
-    marked = colours_of(replace(subject, unvouched=doubtful), ColourBy.EXPECTED, points, pixels)
+    marked = colours_of(replace(subject, unsupported=doubtful), ColourBy.EXPECTED, points, pixels)
     assert marked.colours[1].tolist() == shade(subject.shades.warning)
     np.testing.assert_array_equal(np.delete(marked.colours, 1, 0), np.delete(expected.colours, 1, 0))
     assert marked.legend[-1][1] == "unsupported"
@@ -229,7 +229,7 @@ def test_colours_mean_what_is_chosen(qapp, subject):
 
 
 def test_what_cannot_be_shown_says_why(view):
-    view.set_lacking({ColourBy.ERROR: "This frame has no ground truth: load one"})
+    view.set_unavailable({ColourBy.ERROR: "This frame has no ground truth: load one"})
     error, depth = (view._colours._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
     assert not error.isEnabled()
     assert "no ground truth" in error.toolTip()
@@ -254,8 +254,8 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
     monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
     view.show_scene(scene)
     view.canvas.grab()
-    assert not view.canvas.drawing.is_whole
-    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    assert not view.canvas.drawing.is_full
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
     assert view.canvas.drawing._picture.some is None
     whole = pixels(view.canvas)
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
@@ -264,13 +264,13 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
     index = view.canvas._point_at(QPointF(view.canvas.rect().center()))
     assert scene.points[index, :2] == pytest.approx((0, 0), abs=0.2), "some of the points know which they are"
     qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
-    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
     assert (pixels(view.canvas) == whole).all()
     qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
     view.canvas.grab()
-    assert not view.canvas.drawing.is_whole
+    assert not view.canvas.drawing.is_full
     view.canvas.drawing.finish()
-    assert view.canvas.drawing.is_whole, "for a picture of the window"
+    assert view.canvas.drawing.is_full, "for a picture of the window"
 
 
 def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monkeypatch):
@@ -280,12 +280,12 @@ def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monk
     view.canvas.drawing._ask_whole()
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
     turned = view.canvas.camera
-    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
     assert view.canvas.drawing._picture.look.camera == turned
 
 
 def test_detail_follows_the_time_that_drawing_takes():
-    detail, pixels = Detail(), 1_000_000
+    detail, pixels = DetailLevel(), 1_000_000
     assert detail.choose(100_000, pixels) == (1, 100_000)
     side, count = detail.choose(2_000_000, pixels)
     assert count < 2_000_000
@@ -337,7 +337,7 @@ def mouse(slider, share):
 
 
 def test_clipped_depths_stay_in_metres_when_the_cloud_changes(qtbot):
-    row = ClipRow()
+    row = DepthClip()
     qtbot.addWidget(row)
     row.set_bounds(1.0, 3.0)
     row._take(0.5, 1.0)

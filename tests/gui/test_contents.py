@@ -55,27 +55,37 @@ def drag(view, start, stop):
 
 def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(views):
     views.set_result(flat(2.1))
-    views.set_truth(flat(2.2))
+    views.set_ground_truth(flat(2.2))
     views.set_runs([ShownRun("Run 1", flat(2.3))])
     start = views.contents()
     assert start == {name: content for name, (_, content) in CELLS.items()}
     cell = views.cells["depth-in"]
     before = cell.grab().toImage()
     items = len(cell.view.scene().items())
-    for content in ("colour", "run-1", "truth", "difference:truth:run-1", "error", "expected-error", "strength"):
+    for content in ("colour", "run-1", "ground_truth", "difference:truth:run-1", "error", "expected-error", "strength"):
         views.set_content("depth-in", content)
-    for content in ("creases", "extraction", "guessed", "distrusted", "spectrum", "a", "b", "judgement", "depth-in"):
+    for content in (
+        "creases",
+        "extraction",
+        "extrapolated",
+        "invalid_mask",
+        "spectrum",
+        "a",
+        "b",
+        "evaluation",
+        "depth-in",
+    ):
         views.set_content("depth-in", content)
     assert len(cell.view.scene().items()) == items
     assert cell.grab().toImage() == before
-    views.set_content("depth-in", "truth")
+    views.set_content("depth-in", "ground_truth")
     views.reset_contents()
     assert views.contents() == start
     for wrong in ("depth", "difference:result", "difference:result:colour"):
         with pytest.raises(ValueError, match="cannot show"):
             checked(wrong)
     with pytest.raises(ValueError, match="cell must be"):
-        views.set_content("result", "truth")
+        views.set_content("result", "ground_truth")
 
 
 def test_creases_are_shown_where_the_detector_tells_of_them(views):
@@ -113,7 +123,7 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     assert cell.view.image.image is None
     views.set_interpolated(flat(2.0))
     assert cell.painter.value_at(30, 30) == pytest.approx(100, abs=0.01)
-    views.set_truth(flat(2.2))
+    views.set_ground_truth(flat(2.2))
     assert cell.painter.value_at(30, 30) == pytest.approx(-100, abs=0.01)
     assert not views.shows("interpolated")
     views.set_runs([], ShownRun("Before", flat(2.3)))
@@ -141,19 +151,19 @@ def test_equal_depths_are_said_to_be_equal(views):
 
 def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
     views.set_layout("compare")
-    cell = views.cells["judgement"]
+    cell = views.cells["evaluation"]
     views.set_result(flat(2.0))
     views.set_expected_error(flat(0.01))
     assert cell.strip.title == "Expected error"
-    truth = flat(2.05)
-    truth[:, 32:] = np.nan
-    views.set_truth(truth)
+    ground_truth = flat(2.05)
+    ground_truth[:, 32:] = np.nan
+    views.set_ground_truth(ground_truth)
     assert cell.painter.value_at(5, 5) == pytest.approx(-50, abs=0.01)
     assert cell.painter.value_at(40, 5) is None
-    views.set_truth(None)
+    views.set_ground_truth(None)
     assert cell.strip.title == "Expected error"
     with pytest.raises(ValueError, match="does not belong"):
-        views.set_truth(truth[1:])
+        views.set_ground_truth(ground_truth[1:])
 
 
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
@@ -176,15 +186,15 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
-    views.set_truth(flat(2.9))
-    views.sides.choose("truth", "run-1")
+    views.set_ground_truth(flat(2.9))
+    views.sides.choose("ground_truth", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.set_truth(flat(1.1))
+    views.set_ground_truth(flat(1.1))
     assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
     views.set_frame(views.material.rgb, flat(1.1))
-    assert views.material.swiped_at == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
+    assert views.material.swipe_column == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
     views.set_levels(1.0, 3.0)
     views.set_result(flat(2.9))
     views.sides.set_swiping(False)
@@ -229,13 +239,13 @@ def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_result(flat(2.0))
     views.set_runs([ShownRun("Run 1", flat(2.5))])
     cell, difference = views.cells["depth-out"], views.cells["difference"]
-    views.sides.look_at_a(True)
+    views.sides.show_a_as_result(True)
     assert cell.painter.value_at(5, 5) == 2.5
     assert cell.strip.title == "Run 1"
     assert difference.painter.value_at(5, 5) == -500, "their difference stays to be seen"
     views.set_result(flat(2.1))
     assert cell.painter.value_at(5, 5) == 2.5
-    views.sides.look_at_a(False)
+    views.sides.show_a_as_result(False)
     assert cell.painter.value_at(5, 5) == pytest.approx(2.1)
     assert cell.strip.title == "Depth out"
 
@@ -285,7 +295,7 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     entries = {action.data(): action for action in cell._menu.actions() if action.data()}
     assert entries["depth-in"].isChecked()
     assert entries["run-1"].text() == "Run: Mine && yours"
-    assert not entries["truth"].isEnabled()
+    assert not entries["ground_truth"].isEnabled()
     with qtbot.waitSignal(views.shownChanged):
         entries["run-1"].trigger()
     cell._menu.close()

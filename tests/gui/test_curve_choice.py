@@ -13,7 +13,7 @@ from gui.state.workspace import Workspace
 from gui.views.curves.panel import CurvesPanel
 from gui.views.curves.presenter import CurvesPresenter
 from ilf.data.results import BlockResult, IterationRecord
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import complete
 
 QUICK = ilf.preset(max_iterations=5)
@@ -62,7 +62,7 @@ def test_compared_runs_are_shown_beside_the_present_result(
     workspace.store_results(session, results)
     workspace.select([1])
     other = complete(session.frame, session.labels, ilf.preset("paper", max_iterations=12)).results
-    kept = KeptRun(1, "Run 1", session.run(session.common), other, 1.0, (200, 0, 0))
+    kept = StoredRun(1, "Run 1", session.run(session.common), other, 1.0, (200, 0, 0))
     workspace.keep_run(session, kept)
     workspace.compare([kept])
     presenter.show()

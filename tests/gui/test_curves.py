@@ -115,28 +115,28 @@ def test_the_first_iteration_is_a_point(panel):
 
 def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
     panel.show_curves([curve(linear())])
-    assert not panel.held_out_plot.isVisible()
+    assert not panel.hold_out_plot.isVisible()
     assert "hold-out" not in panel.readout.text
     held_out = [0.02 + 0.001 * abs(i - 25) for i in range(1, 41)]
     records = [replace(record, held_out=error) for record, error in zip(linear(), held_out, strict=True)]
     growing = records[:20]
     panel.show_curves([curve(growing)])
-    assert panel.held_out_plot.least == "minimum at i = 20"
+    assert panel.hold_out_plot.minimum == "minimum at i = 20"
     growing.extend(records[20:])
     panel.show_curves([curve(growing)])
-    assert panel.held_out_plot.least == "minimum at i = 25"
-    x, y = drawn(panel.held_out_plot)
+    assert panel.hold_out_plot.minimum == "minimum at i = 25"
+    x, y = drawn(panel.hold_out_plot)
     np.testing.assert_allclose(x, np.arange(1, 41))
     np.testing.assert_allclose(10**y, held_out)
-    residual = panel.held_out_plot.residual.getData()[1]
+    residual = panel.hold_out_plot.residual.getData()[1]
     np.testing.assert_allclose(10**residual, [record.residual for record in records])
-    low, high = panel.held_out_plot.getViewBox().viewRange()[1]
+    low, high = panel.hold_out_plot.getViewBox().viewRange()[1]
     assert low < math.log10(min(held_out)) < high
     assert "hold-out 35 mm" in panel.readout.text
     panel.show_curves([curve(records), curve(linear(), "Wall")])
-    assert panel.held_out_plot.least == ""
+    assert panel.hold_out_plot.minimum == ""
     panel.show_curves([curve(linear())])
-    assert not panel.held_out_plot.isVisible()
+    assert not panel.hold_out_plot.isVisible()
 
 
 def test_the_error_against_a_truth_has_a_plot_and_a_column(panel):
@@ -163,7 +163,7 @@ def test_the_error_after_the_correction_stands_at_the_end(panel):
 def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> None:
     depth = np.full((24, 32), 2.0, np.float32)
     depth[8:16, 8:24] = np.nan
-    frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, truth=np.full((24, 32), 2.01, np.float32))
+    frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, ground_truth=np.full((24, 32), 2.01, np.float32))
     workspace = Workspace()
     workspace.add_session(Session.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
     session = workspace.session
@@ -228,17 +228,17 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
     assert panel.readout.text.startswith("Table   i 12   0.12 s   σ 171 mm")
-    assert not CurvesPanel(remembers=True)._by_time, "this one remembers nothing"
+    assert not CurvesPanel(persistent=True)._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
 
 
 def test_the_choice_of_the_axis_is_remembered(qtbot):
     for on in (True, False):
-        first = CurvesPanel(remembers=True)
+        first = CurvesPanel(persistent=True)
         qtbot.addWidget(first)
         first.set_by_time(on)
-        second = CurvesPanel(remembers=True)
+        second = CurvesPanel(persistent=True)
         qtbot.addWidget(second)
         assert second._by_time is on
 
@@ -261,7 +261,7 @@ def test_there_is_room_for_what_is_shown(panel, size, count):
     panel.show_curves([curve(records, f"Block {at}") for at in range(count)])
     QApplication.processEvents()
     assert (panel.width(), panel.height()) == size
-    for plot in (panel.sigma_plot, panel.error_plot, panel.held_out_plot, panel.l1_plot):
+    for plot in (panel.sigma_plot, panel.error_plot, panel.hold_out_plot, panel.l1_plot):
         assert not plot.isVisible() or min(plot.width() - 100, plot.height()) >= 60
     assert panel.sigma_plot.isVisible()
     assert len(panel.readout.text.splitlines()) >= min(count, 4)
@@ -342,7 +342,7 @@ def test_zooming_one_plot_zooms_all_until_a_double_click(panel: CurvesPanel) -> 
     growing.extend(linear(40)[20:])
     panel.show_curves([curve(growing)])
     assert panel.sigma_plot.getViewBox().viewRange()[0] == pytest.approx([5, 15])
-    panel.sigma_plot.fit_wished.emit()
+    panel.sigma_plot.fit_requested.emit()
     for plot in (panel.sigma_plot, panel.l1_plot):
         low, high = plot.getViewBox().viewRange()[0]
         assert low <= 1

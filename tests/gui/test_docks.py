@@ -45,7 +45,7 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> N
 @pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1100, 700), QSize(1920, 1080)])
 def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, room: QSize) -> None:
     monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
     qtbot.waitExposed(window)
@@ -70,7 +70,7 @@ def test_a_restored_window_fits_a_smaller_screen(qtbot: QtBot, monkeypatch: pyte
 
 
 def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
     qtbot.waitExposed(window)
@@ -146,7 +146,7 @@ def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, 
 
 
 def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> None:
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     window.show()
     qtbot.waitExposed(window)

@@ -211,7 +211,7 @@ def test_a_run_goes_on_while_its_window_is_closed_and_tells_its_end(menu, window
 
 def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path):
     QSettings().setValue("experiments/folder", str(tmp_path / "results"))
-    main = MainWindow(remembers=False)
+    main = MainWindow(persistent=False)
     qtbot.addWidget(main)
     main.show()
     window = opened(main.experiments, "cylinder")

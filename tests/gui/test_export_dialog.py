@@ -17,9 +17,9 @@ from ilf.run.run import Run
 
 @pytest.fixture
 def make(qtbot, tmp_path, small_frame, small_labels):
-    def make(has_intrinsics: bool = True, has_result: bool = True, dense: bool = False) -> ExportDialog:
+    def make(has_intrinsics: bool = True, has_result: bool = True, extrapolate: bool = False) -> ExportDialog:
         frame = small_frame if has_intrinsics else replace(small_frame, intrinsics=None)
-        dialog = ExportDialog(Run(frame, small_labels, dense=dense), has_result, str(tmp_path))
+        dialog = ExportDialog(Run(frame, small_labels, extrapolate=extrapolate), has_result, str(tmp_path))
         qtbot.addWidget(dialog)
         return dialog
 

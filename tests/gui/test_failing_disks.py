@@ -83,39 +83,39 @@ def record(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: n
         return desks[-1]
 
     yield begin
-    for desk in desks:
-        desk.end()
+    for context in desks:
+        context.end()
 
 
 def test_a_full_drive_leaves_the_journal_whole_and_all_is_kept_when_there_is_room_again(
     drive: _Drive, record: Record, qtbot: QtBot
 ) -> None:
-    desk = record(drive.folder / "autosave")
-    one, two = desk.sessions
+    context = record(drive.folder / "autosave")
+    one, two = context.sessions
     ended: list[Exception | None] = []
-    desk.recorder.failed.connect(ended.append)
-    desk.recorder.kept.connect(lambda: ended.append(None))
-    desk.erase(two, 1)
-    qtbot.waitUntil(lambda: ended == [None] and desk.store.has(two.id), timeout=WAIT_MS)
+    context.recorder.failed.connect(ended.append)
+    context.recorder.kept.connect(lambda: ended.append(None))
+    context.erase(two, 1)
+    qtbot.waitUntil(lambda: ended == [None] and context.store.has(two.id), timeout=WAIT_MS)
     drive.fill()
     had = [one.labels.copy()]
     for row in range(40):  # the last block of a file may have room left
         ended.clear()
-        desk.erase(one, row)
+        context.erase(one, row)
         qtbot.waitUntil(lambda: bool(ended), timeout=WAIT_MS)
         if ended[0] is not None:
             break
         had.append(one.labels.copy())
     assert "the disk is full" in str(ended[0])
-    journal = desk.journal()
+    journal = context.journal()
     assert_holds(journal, two)
     if len(had) > 1:
         assert np.array_equal(load_state(one.id, journal).state.labels, had[-1])
     journal.discard()
     drive.empty()
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(one, 45)
-    journal = desk.journal()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 45)
+    journal = context.journal()
     assert_holds(journal, one)
     assert_holds(journal, two)
     journal.discard()
@@ -123,21 +123,21 @@ def test_a_full_drive_leaves_the_journal_whole_and_all_is_kept_when_there_is_roo
 
 def test_a_drive_that_is_read_only_or_taken_away_costs_nothing(drive: _Drive, record: Record, qtbot: QtBot) -> None:
     drive.lock(True)
-    desk = record(drive.folder / "autosave")
-    one, two = desk.sessions
-    with qtbot.waitSignal(desk.recorder.failed, timeout=WAIT_MS) as failed:
-        desk.erase(two, 1)
+    context = record(drive.folder / "autosave")
+    one, two = context.sessions
+    with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
+        context.erase(two, 1)
     assert str(drive.folder) in str(failed.args[0])
     drive.lock(False)
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(one, 1)
-    journal = desk.journal()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 1)
+    journal = context.journal()
     assert_holds(journal, two)
     journal.discard()
     drive.pull_out()
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(one, 2)
-    journal = desk.journal()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 2)
+    journal = context.journal()
     assert_holds(journal, one)
     assert_holds(journal, two)
     journal.discard()

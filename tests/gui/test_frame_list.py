@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 
 from gui.features.frame_list import thumbnails as thumbnails_module
-from gui.features.frame_list.model import FrameListModel, Sieve, counts, last_line, whole_text
+from gui.features.frame_list.model import FrameFilter, FrameListModel, counts, last_line, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
 from gui.features.frame_list.thumbnails import Thumbnails
 from gui.state.entries import Entries, Entry
@@ -42,25 +42,25 @@ def _names(entries: list[Entry]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("sieve", "names"),
+    ("frame_filter", "names"),
     [
-        (Sieve(), ["frame-10", "frame-2", "Frame-1", "broken"]),
-        (Sieve("FRAME"), ["frame-10", "frame-2", "Frame-1"]),
-        (Sieve("glass fra"), ["frame-2"]),
-        (Sieve(state="failed"), ["broken"]),
-        (Sieve(state="note"), ["frame-2"]),
-        (Sieve(state="check"), ["frame-2"]),
-        (Sieve(state="unsaved"), []),
-        (Sieve("1", "edited"), ["Frame-1"]),
-        (Sieve(order="name"), ["broken", "Frame-1", "frame-2", "frame-10"]),
-        (Sieve(order="state"), ["frame-10", "Frame-1", "frame-2", "broken"]),
-        (Sieve(order="missing"), ["Frame-1", "frame-2", "frame-10", "broken"]),
+        (FrameFilter(), ["frame-10", "frame-2", "Frame-1", "broken"]),
+        (FrameFilter("FRAME"), ["frame-10", "frame-2", "Frame-1"]),
+        (FrameFilter("glass fra"), ["frame-2"]),
+        (FrameFilter(state="failed"), ["broken"]),
+        (FrameFilter(state="note"), ["frame-2"]),
+        (FrameFilter(state="check"), ["frame-2"]),
+        (FrameFilter(state="unsaved"), []),
+        (FrameFilter("1", "edited"), ["Frame-1"]),
+        (FrameFilter(order="name"), ["broken", "Frame-1", "frame-2", "frame-10"]),
+        (FrameFilter(order="state"), ["frame-10", "Frame-1", "frame-2", "broken"]),
+        (FrameFilter(order="missing"), ["Frame-1", "frame-2", "frame-10", "broken"]),
     ],
 )
-def test_sieve_leaves_out_and_sorts(sieve: Sieve, names: list[str]) -> None:
+def test_sieve_leaves_out_and_sorts(frame_filter: FrameFilter, names: list[str]) -> None:
     entries = _entries()
-    assert _names(sieve.shown(entries)) == names
-    assert entries[0] in sieve.shown(entries, entries[0]), "the frame that is looked at stays"
+    assert _names(frame_filter.shown(entries)) == names
+    assert entries[0] in frame_filter.shown(entries, entries[0]), "the frame that is looked at stays"
 
 
 def test_states_are_counted() -> None:
@@ -101,11 +101,11 @@ def test_model_changes_row_by_row_where_that_is_little(qapp: object) -> None:
 
 def test_row_says_all_in_words(qapp: object) -> None:
     entry = _entries()[1]
-    text = whole_text(entry)
+    text = tooltip_text(entry)
     for words in ("frame-2", "Run, 12 of 14 blocks, 3 to check", "640 x 480, 25.0% missing", "Note: glass door"):
         assert words in text
     broken = _entries()[3]
-    assert "its depth is truncated" in whole_text(broken)
+    assert "its depth is truncated" in tooltip_text(broken)
     broken.set_summary(FrameSummary(Stage.FAILED, problem="/nowhere/broken: its depth is truncated"))
     assert last_line(broken) == "its depth is truncated"
     model = FrameListModel(lambda entry: None)
@@ -140,10 +140,10 @@ def test_click_opens_and_cross_takes_out(panel, qtbot):
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(panel, 1).center())
     assert blocker.args == [entries[1]]
     at = _row(panel, 2).topRight() + QPoint(-14, 14)
-    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_wished) as blocker:
+    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_requested) as blocker:
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
     assert blocker.args == [[entries[2]]]
-    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_wished) as blocker:
+    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_requested) as blocker:
         shift = Qt.KeyboardModifier.ShiftModifier
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
         qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
@@ -167,7 +167,7 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
     panel.noted.connect(lambda entry, text: told.append((entry.name, text)))
     panel.view.setCurrentIndex(panel.model.index(1, 0))
     assert panel.note.text() == "glass door"
-    panel.view.note_wished.connect(panel.write_note)
+    panel.view.note_requested.connect(panel.write_note)
     qtbot.keyClick(panel.view, Qt.Key.Key_F2)
     assert panel.note.isVisible()
     qtbot.keyClicks(panel.note, "mirror")
@@ -211,7 +211,7 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Pa
     colours = [thumbnails.of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
     assert [(colour.red() > 200, colour.green() > 200) for colour in colours] == [(True, False), (False, True)]
     assert thumbnails.of(broken).isNull()
-    monkeypatch.setattr(thumbnails_module, "MOST_KEPT", 2)
+    monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     thumbnails.of(of_file)
     other = Entry.of(FrameSource(str(tmp_path / "rgb.png"), "other.png"))
     thumbnails.of(other)

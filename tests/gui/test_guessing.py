@@ -19,7 +19,7 @@ from .scripted_runs import Bench, Until, record
 
 
 @pytest.fixture
-def endless_guess(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+def endless_extrapolation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Guesses go on for ever; not before this is set."""
     gate = threading.Event()
 
@@ -28,7 +28,7 @@ def endless_guess(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
             assert gate.wait(20)
             yield record(1)
 
-    monkeypatch.setattr(runs_module, "guess_steps", endless)
+    monkeypatch.setattr(runs_module, "extrapolation_steps", endless)
     return gate
 
 
@@ -47,14 +47,14 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     _run_with_a_gap(bench, until)
     missing = np.isnan(bench.session.completion().depth)
     bench.runs.guess()
-    assert bench.runs.state is RunState.GUESSING
+    assert bench.runs.state is RunState.EXTRAPOLATING
     assert bench.runs.running == [bench.session]
     until(lambda: bool(bench.said))
     completion = bench.session.completion()
-    assert np.array_equal(completion.guessed, missing)
+    assert np.array_equal(completion.extrapolated, missing)
     assert np.isfinite(completion.depth).all()
-    assert bench.session.guessed
-    assert bench.session.run(bench.workspace.parameters, dense=True).dense
+    assert bench.session.extrapolated
+    assert bench.session.run(bench.workspace.parameters, extrapolate=True).extrapolate
     assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
     assert bench.finished == [bench.session]
     assert bench.runs.state is RunState.IDLE
@@ -62,8 +62,8 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
     bench.runs.resolve([1])
     until(lambda: bool(bench.resolved))
-    assert not bench.session.guessed
-    assert not bench.session.completion().guessed.any()
+    assert not bench.session.extrapolated
+    assert not bench.session.completion().extrapolated.any()
 
 
 def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,7 +73,7 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
         asked.append(extraction)
         yield record(1)
 
-    monkeypatch.setattr(runs_module, "guess_steps", nothing)
+    monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
     bench.session.notes.extraction = BlockParameters(depth_jump=0.3)
     _run_with_a_gap(bench, until)
     bench.runs.guess()
@@ -81,11 +81,13 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
     assert asked == [BlockParameters(depth_jump=0.3)]
 
 
-def test_clearing_during_a_guess_leaves_nothing(bench: Bench, until: Until, endless_guess: threading.Event) -> None:
+def test_clearing_during_a_guess_leaves_nothing(
+    bench: Bench, until: Until, endless_extrapolation: threading.Event
+) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.guess()
     bench.runs.clear_results()
-    endless_guess.set()
+    endless_extrapolation.set()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.session.completion() is None
     assert bench.said == ["first: extrapolation cancelled."]
@@ -94,20 +96,20 @@ def test_clearing_during_a_guess_leaves_nothing(bench: Bench, until: Until, endl
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.guess()
-    until(lambda: bench.session.guessed)
+    until(lambda: bench.session.extrapolated)
     assert bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
-    assert not bench.session.guessed
+    assert not bench.session.extrapolated
     bench.session.undo_stack.undo()
-    assert bench.session.guessed
+    assert bench.session.extrapolated
 
 
-def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_guess: threading.Event) -> None:
+def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolation: threading.Event) -> None:
     _run_with_a_gap(bench, until)
     before = bench.session.completion()
     bench.runs.guess()
     bench.runs.cancel()
     assert bench.runs.state is RunState.STOPPING
-    endless_guess.set()
+    endless_extrapolation.set()
     until(lambda: bool(bench.said))
     assert bench.said == ["first: extrapolation cancelled."]
     assert bench.session.completion() is before
@@ -124,12 +126,12 @@ def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench,
     bench.workspace.edit_labels(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
     assert "extrapolate again" in bench.said[0]
-    assert not bench.session.guessed
+    assert not bench.session.extrapolated
     assert bench.finished == []
 
 
 def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, until: Until) -> None:
-    bench.session.dense = True
+    bench.session.extrapolate = True
     bench.script.allow()
     bench.runs.start({1})
     until(lambda: len(bench.said) == 2)
@@ -147,7 +149,7 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) ->
     bench.runs.resolve([1])
     bench.runs.guess()
     until(lambda: bool(bench.said))
-    assert bench.session.guessed
+    assert bench.session.extrapolated
 
 
 def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,9 +176,11 @@ def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monke
 
     def noted(completion: Completion, *_: object) -> Generator[IterationRecord, None, Completion]:
         yield record(1)
-        return replace(completion, guessed=~completion.filled, notes=(*completion.notes, "Another network is gone."))
+        return replace(
+            completion, extrapolated=~completion.filled, notes=(*completion.notes, "Another network is gone.")
+        )
 
-    monkeypatch.setattr(runs_module, "guess_steps", noted)
+    monkeypatch.setattr(runs_module, "extrapolation_steps", noted)
     bench.runs.guess()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")

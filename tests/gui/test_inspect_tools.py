@@ -31,7 +31,7 @@ def chains(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
 
 
 def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
-    host.aid = None
+    host.edge_data = None
     host.session.change_info(1, locked=True)
     labels = host.labels.copy()
     for name in INSPECTING:
@@ -127,7 +127,7 @@ def test_clicks_make_a_measurement(host: ToolHost) -> None:
         user.click(point)
     user.hover((25, 40))
     assert host.preview is not None
-    assert user.tool.take_back(host)
+    assert user.tool.undo_last(host)
     assert user.tool.finish(host)
     assert chains(host) == [((3.5, 3.5), (20.5, 3.5))]
     user.click((5, 40))

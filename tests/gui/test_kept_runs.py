@@ -20,16 +20,16 @@ from gui.features.batch.dialog import OutcomeModel
 from gui.features.run_history.feature import measure, write_runs
 from gui.features.run_history.model import RunModel, best_of, run_rows
 from gui.state.commands import DRAG_S
-from gui.state.run_history import COLOURS, MOST_COMPARED, memory_of, next_colour, sharing
+from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunState
-from gui.work.keeping import RunKeeper
-from ilf import CompletedRun, RGBDFrame, expected_error, fill_rest, preset
+from gui.work.run_recorder import RunRecorder
+from ilf import CompletedRun, RGBDFrame, expected_error, extrapolate, preset
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import ExportError
-from ilf.evaluation.hold_out import HiddenTest
-from ilf.project.run_history import KeptRun
+from ilf.evaluation.hold_out import HoldOutTest
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run, complete
 
 from .scripted_runs import Bench, Until
@@ -37,36 +37,38 @@ from .states import QUICK, edit, painted
 
 
 @pytest.fixture
-def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunKeeper]:
+def keeper(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[RunRecorder]:
     """Keeps what the bench runs; values rest as soon as nothing runs."""
-    monkeypatch.setattr("gui.work.keeping.REST_MS", 0)
+    monkeypatch.setattr("gui.work.run_recorder.REST_MS", 0)
     bench.script.allow()
-    keeper = RunKeeper(bench.workspace, bench.runs)
+    keeper = RunRecorder(bench.workspace, bench.runs)
     yield keeper
     keeper.shutdown()
 
 
-def kept_run(session: Session, number: int = 1, parameters: object = None, **more: object) -> KeptRun:
+def stored_run(session: Session, number: int = 1, parameters: object = None, **more: object) -> StoredRun:
     """A run of all blocks of the frame as it is, with its results."""
     chosen = session.common if parameters is None else parameters
-    run = sharing(Run(session.frame, session.labels, chosen, extraction=session.notes.extraction), session.kept_runs)
+    run = with_shared_arrays(
+        Run(session.frame, session.labels, chosen, extraction=session.notes.extraction), session.run_history
+    )
     results = complete(session.frame, session.labels, chosen).results
-    return KeptRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
+    return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
 
 
 def names(session: Session) -> list[str]:
-    return [kept.name for kept in session.kept_runs]
+    return [kept.name for kept in session.run_history]
 
 
 def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
-    bench: Bench, keeper: RunKeeper, until: Until
+    bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
     bench.runs.start()
-    until(lambda: len(bench.session.kept_runs) == 1)
+    until(lambda: len(bench.session.run_history) == 1)
     bench.workspace.set_parameters(preset(smoothness=0.6), 2)
     bench.runs.start_changed()
-    until(lambda: len(bench.session.kept_runs) == 2)
-    first, second = bench.session.kept_runs
+    until(lambda: len(bench.session.run_history) == 2)
+    first, second = bench.session.run_history
     assert names(bench.session) == ["Run 1: best", "Run 2: best; Block 2: smoothness 0.6 x"]
     assert (first.done, second.done) == ({1, 2}, {2})
     assert set(second.results) == {1, 2}, "of all blocks, so that runs can be compared"
@@ -80,7 +82,7 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
 
 @pytest.mark.parametrize("done", [0, 1])
 def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Until, done: int) -> None:
-    keeper = RunKeeper(bench.workspace, bench.runs)
+    keeper = RunRecorder(bench.workspace, bench.runs)
     bench.runs.start()
     bench.script.allow(bench.script.records + 1 if done else 1)
     until(lambda: len(bench.session.valid_results()) == done)
@@ -93,7 +95,7 @@ def test_a_cancelled_run_is_kept_if_any_block_was_done(bench: Bench, until: Unti
 
 
 def test_a_drag_is_one_run_and_undo_makes_none(
-    bench: Bench, keeper: RunKeeper, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 100.0
     monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: now)
@@ -106,33 +108,33 @@ def test_a_drag_is_one_run_and_undo_makes_none(
         until(lambda: names(session) == expected and not keeper.waits)
 
     solve(2.0, ["Live 1: best, smoothness 2 x"])
-    live = session.kept_runs[0]
+    live = session.run_history[0]
     solve(3.0, ["Live 1: best, smoothness 3 x"])
-    assert session.kept_runs == [live], "the drag goes on"
+    assert session.run_history == [live], "the drag goes on"
     assert live.results[1].parameters.smoothness == 3.0
     now += 2 * DRAG_S
     solve(4.0, ["Live 1: best, smoothness 3 x", "Live 2: best, smoothness 4 x"])
     session.undo_stack.undo()
     bench.runs.resolve([1])
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
-    assert len(session.kept_runs) == 2
+    assert len(session.run_history) == 2
     assert [row.present for row in run_rows(session)] == [False, True]
-    workspace.change_run(session, session.kept_runs[1], name="mine")
+    workspace.change_run(session, session.run_history[1], name="mine")
     session.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
     bench.runs.resolve([1], edited=True)
-    until(lambda: len(session.kept_runs) == 3)
+    until(lambda: len(session.run_history) == 3)
     assert names(session)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
-    assert session.kept_runs[2].run.blocks is not live.run.blocks
+    assert session.run_history[2].run.blocks is not live.run.blocks
 
 
 def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
-    bench: Bench, keeper: RunKeeper, until: Until
+    bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
     workspace, session = bench.workspace, bench.session
     workspace.set_parameters(preset(smoothness=2.0))
     bench.runs.resolve([1])
-    until(lambda: len(session.kept_runs) == 1)
+    until(lambda: len(session.run_history) == 1)
     step = weakref.ref(session.undo_stack.command(0))
     workspace.close_session(session)
     gc.collect()
@@ -142,38 +144,38 @@ def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
 def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspace: Workspace) -> None:
     labels = painted(session, 0, np.s_[:], np.s_[40:64])
     session.set_labels(labels)
-    kept = kept_run(session, parameters=QUICK)
-    guessed = fill_rest(CompletedRun.of(kept.completion, kept.run))
-    kept.take_guess(guessed)
-    depth, mask = guessed.depth.copy(), guessed.guessed.copy()
+    kept = stored_run(session, parameters=QUICK)
+    extrapolated = extrapolate(CompletedRun.of(kept.completion, kept.run))
+    kept.take_extrapolation(extrapolated)
+    depth, mask = extrapolated.depth.copy(), extrapolated.extrapolated.copy()
     assert mask.any()
-    del guessed  # nobody has it any more, so it is made anew
+    del extrapolated  # nobody has it any more, so it is made anew
     np.testing.assert_array_equal(kept.completion.depth, depth)
-    np.testing.assert_array_equal(kept.completion.guessed, mask)
+    np.testing.assert_array_equal(kept.completion.extrapolated, mask)
     workspace.set_parameters(preset())
     workspace.keep_run(session, kept)
     assert workspace.accept_run(kept) == [1, 2]
-    assert session.guessed
+    assert session.extrapolated
     np.testing.assert_array_equal(session.completion().depth, depth)
 
 
 def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
     session: Session, workspace: Workspace
 ) -> None:
-    kept = kept_run(session, parameters=QUICK)
+    kept = stored_run(session, parameters=QUICK)
     workspace.keep_run(session, kept)
     workspace.set_parameters(preset(smoothness=2.0), 2)
     workspace.store_results(session, list(complete(session.frame, session.labels, preset()).results.values()))
-    before, depth = dict(session.valid_results()), session.present_depth().copy()
+    before, depth = dict(session.valid_results()), session.current_depth().copy()
     steps = session.undo_stack.count()
     assert workspace.accept_run(kept) == [1, 2]
     assert kept.is_of(session.valid_results())
     assert (session.common, session.notes.own, session.changed_blocks()) == (QUICK, {}, [])
-    np.testing.assert_array_equal(session.present_depth(), kept.completion.depth)
+    np.testing.assert_array_equal(session.current_depth(), kept.completion.depth)
     session.undo_stack.undo()
     assert dict(session.valid_results()) == before
     assert session.notes.own == {2: {"smoothness": 2.0}}
-    np.testing.assert_array_equal(session.present_depth(), depth)
+    np.testing.assert_array_equal(session.current_depth(), depth)
     session.undo_stack.redo()
     assert (kept.is_of(session.valid_results()), session.undo_stack.count()) == (True, steps + 1)
     newer = complete(session.frame, session.labels, preset("paper", max_iterations=3)).results[1]
@@ -183,7 +185,7 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
 
 
 def test_of_an_accepted_run_what_no_longer_fits_is_left(session: Session, workspace: Workspace) -> None:
-    kept = kept_run(session, parameters=QUICK)
+    kept = stored_run(session, parameters=QUICK)
     workspace.keep_run(session, kept)
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[40:50])
     assert workspace.accept_run(kept) == [1]
@@ -195,7 +197,7 @@ def test_of_an_accepted_run_what_no_longer_fits_is_left(session: Session, worksp
 
 
 def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(session: Session, workspace: Workspace) -> None:
-    kept = kept_run(session, parameters=QUICK)
+    kept = stored_run(session, parameters=QUICK)
     kept.results = {**kept.results, 2: complete(session.frame, session.labels, preset("paper")).results[2]}
     assert kept.outdated == (2,)
     workspace.keep_run(session, kept)
@@ -207,7 +209,7 @@ def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(session: 
 def test_restoring_takes_common_and_own_values_as_one_step(session: Session, workspace: Workspace) -> None:
     workspace.set_parameters(preset(noise=0.01))
     workspace.set_own({"smoothness": 2.0}, [2])
-    kept = KeptRun(1, "Run 1", session.run(session.common), {}, 0.0, COLOURS[0])
+    kept = StoredRun(1, "Run 1", session.run(session.common), {}, 0.0, COLOURS[0])
     workspace.set_parameters(QUICK)
     workspace.set_own({"centred": False}, [1])
     edit(workspace, 3)
@@ -222,78 +224,82 @@ def test_restoring_takes_common_and_own_values_as_one_step(session: Session, wor
 
 
 def test_deleted_runs_come_back_beside_those_kept_since(session: Session, workspace: Workspace) -> None:
-    runs = [kept_run(session, number, QUICK) for number in (1, 2, 3)]
+    runs = [stored_run(session, number, QUICK) for number in (1, 2, 3)]
     for kept in runs[:2]:
         workspace.keep_run(session, kept)
     workspace.compare(runs[:2])
-    runs[0].truth_error = 0.001
+    runs[0].ground_truth_error = 0.001
     workspace.delete_runs(session, [runs[0]])
-    workspace.set_truth(np.full(session.frame.shape, 3.0, np.float32))
-    assert (session.kept_runs, session.compared) == ([runs[1]], [runs[1]])
+    workspace.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
+    assert (session.run_history, session.compared) == ([runs[1]], [runs[1]])
     workspace.keep_run(session, runs[2])
     session.undo_stack.undo()
-    assert session.kept_runs == runs
+    assert session.run_history == runs
     assert set(session.compared) == set(runs[:2])
-    assert runs[0].truth_error is None, "there is another truth since"
-    workspace.delete_runs(session, [kept_run(session, 4, QUICK)])
+    assert runs[0].ground_truth_error is None, "there is another truth since"
+    workspace.delete_runs(session, [stored_run(session, 4, QUICK)])
     assert session.undo_stack.count() == 1, "it was not there"
 
 
 def test_compared_runs_are_few_and_differ_in_colour(session: Session, workspace: Workspace) -> None:
-    runs = [kept_run(session, number, QUICK) for number in range(1, MOST_COMPARED + 2)]
+    runs = [stored_run(session, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
     workspace.compare(runs)
     assert session.compared == runs[1:]
-    assert len({kept.colour for kept in session.compared}) == MOST_COMPARED
+    assert len({kept.colour for kept in session.compared}) == MAX_COMPARED
 
 
 def test_colours_come_in_turn(session: Session) -> None:
-    runs: list[KeptRun] = []
+    runs: list[StoredRun] = []
     for number in range(1, 3 * len(COLOURS)):
-        runs.append(kept_run(session, number, QUICK))
+        runs.append(stored_run(session, number, QUICK))
         runs[-1].colour = next_colour(runs[:-1])
         latest = [kept.colour for kept in runs[-len(COLOURS) :]]
         assert len(set(latest)) == len(latest)
 
 
 def test_the_oldest_without_a_note_goes_when_there_are_too_many(
-    bench: Bench, keeper: RunKeeper, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.work.keeping.MOST_KEPT", 3)
+    monkeypatch.setattr("gui.work.run_recorder.MOST_KEPT", 3)
     said: list[str] = []
     keeper.message.connect(said.append)
     for count in range(1, 6):
         bench.runs.start()
-        until(lambda count=count: bench.session.kept_runs[-1:] != [] and bench.session.kept_runs[-1].number == count)
+        until(
+            lambda count=count: bench.session.run_history[-1:] != [] and bench.session.run_history[-1].number == count
+        )
         if count == 1:
-            bench.workspace.change_run(bench.session, bench.session.kept_runs[0], note="good")
-    assert [kept.number for kept in bench.session.kept_runs] == [1, 4, 5]
+            bench.workspace.change_run(bench.session, bench.session.run_history[0], note="good")
+    assert [kept.number for kept in bench.session.run_history] == [1, 4, 5]
     assert len(said) == 1
 
 
 def test_runs_go_when_they_take_too_much_memory(
-    bench: Bench, keeper: RunKeeper, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     labels = bench.session.labels
     of_one = labels.nbytes + labels.size * (4 + 1)
-    monkeypatch.setattr("gui.work.keeping.MOST_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
+    monkeypatch.setattr("gui.work.run_recorder.MAX_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
     for count in range(1, 5):
         bench.runs.start()
-        until(lambda count=count: bench.session.kept_runs[-1:] != [] and bench.session.kept_runs[-1].number == count)
-    assert [kept.number for kept in bench.session.kept_runs] == [3, 4]
-    assert memory_of(bench.session.kept_runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
+        until(
+            lambda count=count: bench.session.run_history[-1:] != [] and bench.session.run_history[-1].number == count
+        )
+    assert [kept.number for kept in bench.session.run_history] == [3, 4]
+    assert memory_of(bench.session.run_history) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
 
 
 def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
-    kept = kept_run(session, parameters=QUICK)
+    kept = stored_run(session, parameters=QUICK)
     filled = kept.completion.filled
-    truth = kept.completion.depth + np.float32(0.02)
-    truth[10, 8] = np.nan
-    measures = measure(session.frame, kept.results, truth)
-    assert measures.truth_error == pytest.approx(0.02, rel=1e-4)
+    ground_truth = kept.completion.depth + np.float32(0.02)
+    ground_truth[10, 8] = np.nan
+    measures = measure(session.frame, kept.results, ground_truth)
+    assert measures.ground_truth_error == pytest.approx(0.02, rel=1e-4)
     error = expected_error(kept.completion)[filled]
     assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
-    assert math.isnan(measure(session.frame, kept.results, None).truth_error)
-    assert math.isnan(measure(session.frame, {}, truth).expected_error)
+    assert math.isnan(measure(session.frame, kept.results, None).ground_truth_error)
+    assert math.isnan(measure(session.frame, {}, ground_truth).expected_error)
 
 
 def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: Session) -> None:
@@ -307,39 +313,42 @@ def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: 
         "Expected error, RMS [mm]",
         "Expected error, median [mm]",
     }
-    kept = kept_run(session, parameters=QUICK)
+    kept = stored_run(session, parameters=QUICK)
     figures = error_summary(expected_error(kept.completion), kept.completion)
     assert measure(session.frame, kept.results, None).expected_error == figures.rms
 
 
 def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
-    runs = [kept_run(session, number, QUICK, truth_error=error) for number, error in ((1, 0.03), (2, 0.02), (3, 0.01))]
+    runs = [
+        stored_run(session, number, QUICK, ground_truth_error=error)
+        for number, error in ((1, 0.03), (2, 0.02), (3, 0.01))
+    ]
     runs[2].results = {2: runs[2].results[2]}
     assert runs[2].recovered < 0.9 * runs[0].recovered
-    assert best_of(runs, "truth_error") == [runs[1]]
-    runs[0].truth_error = math.nan
-    assert best_of(runs, "truth_error") == [], "there are no two to choose from"
+    assert best_of(runs, "ground_truth_error") == [runs[1]]
+    runs[0].ground_truth_error = math.nan
+    assert best_of(runs, "ground_truth_error") == [], "there are no two to choose from"
 
 
 def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
     tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
     runs = [
-        kept_run(session, number, QUICK, hidden_error=error, hidden_test=HiddenTest(test))
+        stored_run(session, number, QUICK, hold_out_error=error, hold_out_test=HoldOutTest(test))
         for number, (test, error) in enumerate(tests, 1)
     ]
-    assert best_of(runs, "hidden_error") == [runs[2]]
-    assert best_of(runs[:2], "hidden_error") == []
+    assert best_of(runs, "hold_out_error") == [runs[2]]
+    assert best_of(runs[:2], "hold_out_error") == []
 
 
 def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
         note = 'a, "b"' if number == 1 else "=1+1"
-        workspace.keep_run(session, kept_run(session, number, parameters, note=note, truth_error=0.0123))
+        workspace.keep_run(session, stored_run(session, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"
     write_runs(path, run_rows(session))
     with path.open(newline="") as file:
         second, first = csv.DictReader(file)
-    assert (first["name"], first["note"], first["rmse_truth [mm]"], first["rmse_hidden [mm]"]) == (
+    assert (first["name"], first["note"], first["rmse_truth [mm]"], first["rmse_hold_out [mm]"]) == (
         "Run 1",
         'a, "b"',
         "12.300",
@@ -357,18 +366,18 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
 
 
 def test_another_truth_makes_errors_be_worked_out_anew(session: Session, workspace: Workspace) -> None:
-    workspace.keep_run(session, kept_run(session, parameters=QUICK, truth_error=0.01, expected_error=0.02))
-    workspace.set_truth(np.full(session.frame.shape, 2.0, np.float32))
-    assert (session.kept_runs[0].truth_error, session.kept_runs[0].expected_error) == (None, 0.02)
+    workspace.keep_run(session, stored_run(session, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
+    workspace.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
+    assert (session.run_history[0].ground_truth_error, session.run_history[0].expected_error) == (None, 0.02)
 
 
 def test_runs_share_label_maps_that_come_back(session: Session, small_labels: NDArray[np.int32]) -> None:
     session.notes.drawn = np.zeros(session.frame.shape, bool)
     session.notes.drawn[:, 30] = True
-    runs: list[KeptRun] = []
+    runs: list[StoredRun] = []
     for label in (3, 0, 3):
         session.set_labels(painted(session, label))
-        runs.append(KeptRun(1, "", sharing(session.run(QUICK), runs), {}, 0.0, COLOURS[0]))
+        runs.append(StoredRun(1, "", with_shared_arrays(session.run(QUICK), runs), {}, 0.0, COLOURS[0]))
     first, second, third = (kept.run for kept in runs)
     assert third.blocks is first.blocks
     assert third.drawn is first.drawn

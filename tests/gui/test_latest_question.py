@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.work.latest_question import LatestQuestion
+from gui.work.latest_request import LatestRequest
 
 WAIT_MS = 10_000
 
@@ -20,7 +20,7 @@ class _Oracle:
         self.gate = threading.Event()
         self.asked: list[int] = []
         self.told: list[tuple[int, object]] = []
-        self.questions = LatestQuestion[int, int](self._answer)
+        self.questions = LatestRequest[int, int](self._answer)
         self.questions.answered.connect(lambda question, answer: self.told.append((question, answer)))
         self.questions.failed.connect(lambda question, error: self.told.append((question, str(error))))
 

@@ -12,17 +12,17 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.features.layouts.feature import LayoutsPart
+from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import Arrangement, LayoutStore
 
 
-def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsPart]:
+def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsFeature]:
     window = MainWindow()
     qtbot.addWidget(window)
     window.resize(1280, 800)
     window.show()
     qtbot.waitExposed(window)
-    return window, next(part for part in window.parts if isinstance(part, LayoutsPart))
+    return window, next(part for part in window.parts if isinstance(part, LayoutsFeature))
 
 
 def _key(window: MainWindow, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
@@ -48,7 +48,7 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     assert window.panels.open == ["Blocks", "Parameters"]
     _click(window, "Parameters")
     window.actions_["cloud_beside"].trigger()
-    window.views.sides.choose("depth-in", "truth")
+    window.views.sides.choose("depth-in", "ground_truth")
     _key(window, Qt.Key.Key_F12)
     assert set(window.panels.open) >= {"Parameters", "Convergence"}
     window.actions_["contours_only"].trigger()
@@ -60,7 +60,10 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (False, ("", ""))
     layouts.turn("standard")
     assert second.panels.open == ["Blocks"]
-    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (True, ("depth-in", "truth"))
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (
+        True,
+        ("depth-in", "ground_truth"),
+    )
     second.views.set_layout("correct")
     assert (layouts.present, second.panels.open) == ("correct", ["Blocks"]), "the panels follow the views"
     second.views.set_layout("row")
@@ -118,11 +121,11 @@ def test_panels_have_their_width_in_every_layout(qtbot: QtBot) -> None:
     for name in ("correct", "inspect", "correct"):
         layouts.turn(name)
         if name == "correct":
-            window.actions_["fold_panels"].trigger()
+            window.actions_["toggle_panels"].trigger()
             assert window.panels.open == ["Blocks", "Parameters"]
             assert is_now(width)
-            window.actions_["fold_panels"].trigger()
-    window.actions_["fold_panels"].trigger()
+            window.actions_["toggle_panels"].trigger()
+    window.actions_["toggle_panels"].trigger()
     window.resizeDocks([blocks], [width + 60], Qt.Orientation.Horizontal)
     _click(window, "History")
     assert is_now(width + 60), "a column keeps the width that it was given"
@@ -164,7 +167,7 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot
     window.actions_["restore_layout"].trigger()
     assert (layouts.present, _area(window, "Blocks")) == ("own_1", left)
     window.close()
-    stored = LayoutStore(remembers=True)
+    stored = LayoutStore(persistent=True)
     assert [layout.text for layout in stored.own] == ["Ours"]
 
 
@@ -172,7 +175,7 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot
 def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp: object, kept: str) -> None:
     QSettings().setValue("layouts/changed", kept)
     QSettings().setValue("layouts/present", "gone")
-    store = LayoutStore(remembers=True)
+    store = LayoutStore(persistent=True)
     assert store.present == "standard"
     assert store.left("correct").views == "correct"
 
@@ -180,7 +183,7 @@ def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp
 def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot: QtBot) -> None:
     older = QMainWindow()
     qtbot.addWidget(older)
-    store = LayoutStore(remembers=True)
+    store = LayoutStore(persistent=True)
     store.changed["standard"] = Arrangement("no such views", {}, ("Log", "Gone"), bytes(older.saveState(0).data()))
     store.write()
     window, _ = _shown(qtbot)

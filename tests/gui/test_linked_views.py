@@ -297,14 +297,14 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     doubtful[10:40, 10:40] = True
     views.set_expected_error(error, doubtful)
     cells = views.cells
-    marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._overlaid]}
-    assert marked == {"expected-error", "judgement"}, "without a truth, that view has it too"
+    marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
+    assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
     assert stripes.pixels.any()
     assert not depth.pixels.any()
     views.set_expected_error(error, np.zeros_like(doubtful))
     assert not stripes.pixels.any()
-    assert not cells["expected-error"]._overlaid
+    assert not cells["expected-error"]._stripe_legend
 
 
 def test_levels_of_the_expected_error_are_round_and_never_equal():
@@ -464,8 +464,8 @@ def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
     points = inner_points(labels)
     assert {label: labels[int(y), int(x)] for label, (x, y, _) in points.items()} == {1: 1, 2: 2}
     assert all(radius > 5 for _, _, radius in points.values())
-    views.set_block_names({1: "Desk", 2: "Wall"})
-    assert view_of(views).names.texts == ["Desk", "Wall"]
+    views.set_block_names({1: "Context", 2: "Wall"})
+    assert view_of(views).names.texts == ["Context", "Wall"]
     views.set_layout("correct")
     assert view_of(views).names.isVisible()
     assert not view_of(views, "depth-in").names.isVisible()
@@ -487,7 +487,7 @@ def test_missing_and_distrusted_depth_are_striped(views):
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30:40, 30:50] = mask[12:14, 12:14] = True
     views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
-    views.set_distrusted(mask)
+    views.set_invalid_mask(mask)
     for name in ("colour", "depth-in", "depth-out"):
         assert (255, 144, 32) in colours(name, 40, 35)
     assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
@@ -495,10 +495,10 @@ def test_missing_and_distrusted_depth_are_striped(views):
     views.set_layout("difference")
     view = view_of(views, "difference")
     assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
-    views.set_distrusted(None)
+    views.set_invalid_mask(None)
     assert view.image.image[35, 40] > 0
     with pytest.raises(ValueError, match="does not belong"):
-        views.set_distrusted(mask[1:])
+        views.set_invalid_mask(mask[1:])
 
 
 def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):

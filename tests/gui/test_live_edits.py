@@ -9,13 +9,13 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from gui.features.edit_summary import EffectLine, EffectPresenter
+from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.results import Completion
-from ilf.evaluation.edit_summary import Effect
+from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
@@ -40,12 +40,12 @@ def solver(bench: Bench, live: QAction) -> LiveSolver:
 
 
 @pytest.fixture
-def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EffectLine]:
-    views, line = LinkedViews(), EffectLine()
+def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EditSummaryLine]:
+    views, line = LinkedViews(), EditSummaryLine()
     line.resize(1200, 24)
     for widget in (views, line):
         qtbot.addWidget(widget)
-    presenter = EffectPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
+    presenter = EditSummaryPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
     line.presenter = presenter  # type: ignore[attr-defined]
     yield line
     assert presenter.shutdown()
@@ -160,7 +160,7 @@ def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solv
     _run(bench, until)
     mask = np.zeros(bench.session.frame.shape, bool)
     mask[:4, :4] = True
-    bench.workspace.set_distrusted(mask, "Distrust depth")
+    bench.workspace.set_invalid_mask(mask, "Distrust depth")
     until(lambda: bench.session.changed_blocks() == [])
     assert _asked(bench)[1:] == [[1, 2]]
 
@@ -180,15 +180,15 @@ def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> No
 
 
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
-    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[tuple[Run, Run, Completed]] = []
 
-    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> Effect:
+    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
         asked.append((before, after, completed))
-        return Effect(60, None, (0.02, 0.01), (0.04, 0.03), 99)
+        return EditSummary(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
-    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     assert "appears here" in line.label.text()
     former = bench.session.labels.copy()
     _run(bench, until)
@@ -209,7 +209,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     assert "appears here" in line.label.text()
 
 
-def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EffectLine, until: Until) -> None:
+def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until) -> None:
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
@@ -221,11 +221,13 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     bench: Bench,
     live: QAction,
     solver: LiveSolver,
-    line: EffectLine,
+    line: EditSummaryLine,
     until: Until,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gui.features.edit_summary.edit_effect", lambda *_: Effect(60, None, None, (0.04, 0.03), 99))
+    monkeypatch.setattr(
+        "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
+    )
     _run(bench, until)
     live.setChecked(False)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
@@ -235,7 +237,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
 
 
 def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
-    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until
 ) -> None:
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
@@ -245,15 +247,15 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     wrong = np.zeros(bench.session.labels.shape, bool)
     wrong[8:12, 3:8] = bench.session.frame.known[8:12, 3:8]
-    assert bench.workspace.set_distrusted(wrong, "Distrust depth")
+    assert bench.workspace.set_invalid_mask(wrong, "Distrust depth")
     assert "Paint" not in line.label.text()
     assert f"{np.count_nonzero(wrong)} px" in line.label.text()
     until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
 
 
-def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EffectLine) -> None:
+def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EditSummaryLine) -> None:
     line.show()
-    line.say("Outline Block 17", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50))
+    line.show_message("Outline Block 17", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
     long = line.label.text()
     line.resize(380, 24)
     short = line.label.text()
@@ -261,14 +263,14 @@ def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: Effe
     assert all(value in short for value in ("50.0 → ", "200 → "))
 
 
-def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
+def test_better_is_green_and_worse_is_red(line: EditSummaryLine) -> None:
     def tones() -> list[str]:
         return [part[:7] for part in line.label.text().split("color:")[1:]]
 
-    line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50))
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50))
     better, worse = tones()
     assert better != worse
-    line.say("Edit", Effect(3, None, (0.05, 0.0501), (0.2, 0.1), 50))
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.0501), (0.2, 0.1), 50))
     same, good = tones()
     assert (good, same in (better, worse)) == (better, False)
     assert "200 → " in line.label.text()
@@ -276,46 +278,46 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
 
 
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
-    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def find(before: Run, after: Run, *_: object) -> Effect:
-        return Effect(60, by_truth=None if after.frame.truth is None else (0.1, 0.06))
+    def find(before: Run, after: Run, *_: object) -> EditSummary:
+        return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
 
-    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
-    bench.workspace.set_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
+    bench.workspace.set_ground_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
     until(lambda: "RMSE against ground truth 100 → " in line.label.text())
     assert "too little known depth" not in line.label.text()
-    line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
+    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
     words = line.label.text()
     assert "RMSE against ground truth 100 → " in words
-    assert words.index("truth") < words.index("expected error") < words.index("hold-out")
+    assert words.index("ground_truth") < words.index("expected error") < words.index("hold-out")
 
 
-def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
-    line.say("Edit", Effect(3))
-    line.mark_look(True)
+def test_looking_at_the_state_before_is_said(line: EditSummaryLine) -> None:
+    line.show_message("Edit", EditSummary(3))
+    line.mark_before(True)
     assert "Before the edit: Edit" in line.label.text()
-    line.mark_look(False)
+    line.mark_before(False)
     assert "3 px moved" in line.label.text()
 
 
 def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
-    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, solver: LiveSolver, line: EditSummaryLine, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.features.edit_summary.edit_effect", lambda *_: Effect(60))
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60))
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth nearby" in line.label.text())
 
 
-def test_pixels_that_are_filled_no_longer_are_said(line: EffectLine) -> None:
-    line.say("Edit", Effect(3, (2500, 1200)))
+def test_pixels_that_are_filled_no_longer_are_said(line: EditSummaryLine) -> None:
+    line.show_message("Edit", EditSummary(3, (2500, 1200)))
     fewer = line.label.text()
     assert "filled 2,500 → " in fewer
-    line.say("Edit", Effect(3, (2500, 2600)))
+    line.show_message("Edit", EditSummary(3, (2500, 2600)))
     assert line.label.text().split("color:")[1][:7] != fewer.split("color:")[1][:7]
-    line.say("Edit", Effect(3, (2500, 2500)))
+    line.show_message("Edit", EditSummary(3, (2500, 2500)))
     assert "filled" not in line.label.text()

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.widgets.notices import MOST, LogPanel, Notes, Toast, Toasts
+from gui.widgets.notices import MAX_NOTES, LogPanel, Notes, Toast, Toasts
 
 
 @pytest.fixture
@@ -39,14 +39,14 @@ def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(
     log = LogPanel()
     qtbot.addWidget(log)
     notes = Notes(window, toasts, log)
-    notes.glimpse("3 blocks in 20 ms")
-    notes.glimpse("3 blocks in 25 ms")
+    notes.show_briefly("3 blocks in 20 ms")
+    notes.show_briefly("3 blocks in 25 ms")
     assert [toast.message for toast in toasts.shown] == ["3 blocks in 25 ms"]
-    notes.tell("Values of their own stay.")
-    notes.glimpse("3 blocks in 21 ms")
+    notes.show_message("Values of their own stay.")
+    notes.show_briefly("3 blocks in 21 ms")
     assert toasts.message == "Values of their own stay."
     toasts.clear()
-    notes.glimpse("3 blocks in 22 ms")
+    notes.show_briefly("3 blocks in 22 ms")
     assert toasts.message == "3 blocks in 22 ms"
 
 
@@ -54,9 +54,9 @@ def test_they_stack_in_the_corner_and_take_no_focus(window: QMainWindow, toasts:
     field = window.centralWidget()
     field.setFocus()
     for message in ("one", "two", "three of them " * 20, "one", "four"):
-        toasts.tell(message, 10_000)
+        toasts.show_message(message, 10_000)
     assert [toast.message[:5] for toast in toasts.shown] == ["three", "one", "four"]
-    assert len(toasts.shown) == MOST
+    assert len(toasts.shown) == MAX_NOTES
     room = QRect(field.mapTo(window, field.rect().topLeft()), field.size())
     boxes = [toast.geometry() for toast in toasts.shown]
     assert all(room.contains(box) for box in boxes)
@@ -75,10 +75,10 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
 
 def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gui.widgets.notices._LEFT_ALONE_MS", 50)
-    toasts.tell("read me", 30)
+    toasts.show_message("read me", 30)
     (toast,) = toasts.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))
-    toasts.tell("gone soon", 30)
+    toasts.show_message("gone soon", 30)
     qtbot.waitUntil(lambda: [toast.message for toast in toasts.shown] == ["read me"])
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone, timeout=10_000):
@@ -89,14 +89,14 @@ def test_a_command_is_offered_once(window: QMainWindow, toasts: Toasts) -> None:
     action = QAction("&Clean up…", window)
     given: list[bool] = []
     action.triggered.connect(lambda: given.append(True))
-    toasts.tell("3 slivers left.", 10_000, action)
+    toasts.show_message("3 slivers left.", 10_000, action)
     (toast,) = toasts.shown
     assert toast.command.text() == "Clean up"
     QTest.mouseClick(toast.command, Qt.MouseButton.LeftButton)
     assert given == [True]
     assert toasts.shown == []
     for left in (1, 2):
-        toasts.tell(f"{left} slivers left.", 10_000, action)
+        toasts.show_message(f"{left} slivers left.", 10_000, action)
     assert [toast.message for toast in toasts.shown] == ["2 slivers left."]
     action.trigger()
     assert toasts.shown == []

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QDialog
 
-from gui.features.documents.frame_files import colour_beside, depth_beside
+from gui.features.documents.frame_files import matching_colour_file, matching_depth_file
 from gui.features.documents.open_frame import OpenFrameDialog
-from gui.work.latest_question import LatestQuestion
-from gui.work.loading import look_into
+from gui.work.latest_request import LatestRequest
+from gui.work.loading import preview_folder
 from ilf.errors import FormatError, InputError
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import load_frame
@@ -22,7 +22,7 @@ from tests.ilf.phone_files import write_record3d
 
 @pytest.fixture
 def dialog(qtbot):
-    looks = LatestQuestion(look_into)
+    looks = LatestRequest(preview_folder)
     dialog = OpenFrameDialog(looks)
     qtbot.addWidget(dialog)
     dialog.show()
@@ -166,8 +166,8 @@ def test_partners_are_found_both_ways(tmp_path, colour, depth):
     for name in (colour, depth):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    assert depth_beside(tmp_path / colour) == tmp_path / depth
-    assert colour_beside(tmp_path / depth) == tmp_path / colour
+    assert matching_depth_file(tmp_path / colour) == tmp_path / depth
+    assert matching_colour_file(tmp_path / depth) == tmp_path / colour
 
 
 @pytest.fixture
@@ -185,10 +185,10 @@ def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
     assert "most likely sun, with a median of 2.6" in dialog.message.text()
     assert "65535 fills 10.0% of the pixels" in dialog.message.text()
     assert dialog.open_button.isEnabled(), "it is asked, not decided"
-    dialog.follow_button.click()
+    dialog.apply_button.click()
     assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, sun,")
     assert dialog.message.tone() == "good"
-    assert not dialog.follow_button.isVisible()
+    assert not dialog.apply_button.isVisible()
     assert (dialog.request().encoding, dialog.request().invalid) == ("sun", 65535)
 
 
@@ -196,8 +196,8 @@ def test_what_is_doubted_is_offered_where_the_scale_is_refused_too(dialog, rotat
     cv2.imwrite(str(rotated / "depth.png"), np.tile(np.linspace(7000, 8190, 640).astype(np.uint16), (480, 1)) << 3)
     dialog.set_files(str(rotated / "rgb.png"))
     assert "outside 0.1-50 m" in dialog.message.text()
-    assert dialog.follow_button.isVisible()
-    dialog.follow_button.click()
+    assert dialog.apply_button.isVisible()
+    dialog.apply_button.click()
     assert dialog.open_button.isEnabled()
 
 
@@ -208,7 +208,7 @@ def test_what_is_no_encoding_or_number_is_refused(dialog, rotated, field, text):
     dialog.read()
     assert repr(text) in dialog.message.text()
     assert not dialog.open_button.isEnabled()
-    assert not dialog.follow_button.isVisible()
+    assert not dialog.apply_button.isVisible()
 
 
 def test_low_confidence_is_missing_from_the_preview_on(dialog, folder):

@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.feature import InspectMarks
-from gui.features.inspect.feature import Marks as Inspected
-from gui.features.quality_check.marks import Marks
+from gui.features.inspect.feature import PlaceMarks as Inspected
+from gui.features.quality_check.marks import PlaceMarks
 from gui.views.interaction import Preview
 from gui.views.linked_views import LinkedViews
 
@@ -67,7 +67,7 @@ def _tool_line(views: LinkedViews) -> Move:
 
 
 def _rings(views: LinkedViews) -> Move:
-    marks = Marks(views)
+    marks = PlaceMarks(views)
 
     def move(step: int) -> None:
         path = QPainterPath()

@@ -8,7 +8,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.base.commands import WHY_NOT, entries_of
+from gui.base.commands import WHY_NOT, action_entries
 from gui.features.palette.matching import RecentCommands, match
 from gui.features.palette.palette import CommandPalette
 
@@ -41,10 +41,10 @@ def test_letters_that_are_left_over_or_in_another_order_do_not_fit() -> None:
 
 
 def test_commands_are_remembered_once_each_the_last_one_first() -> None:
-    recent = RecentCommands(remembers=True)
+    recent = RecentCommands(persistent=True)
     for key in ("run", "undo", "export", "undo"):
         recent.note(key)
-    for known in (recent, RecentCommands(remembers=True)):
+    for known in (recent, RecentCommands(persistent=True)):
         assert [known.rank(key) for key in ("undo", "export", "run", "quit")] == [0, 1, 2, 3]
         assert "run" in known
         assert "quit" not in known
@@ -74,7 +74,7 @@ def window(qtbot: QtBot) -> QMainWindow:
 
 
 def test_all_actions_are_found_with_their_menus_and_keys(window: QMainWindow) -> None:
-    found = {entry.text: entry for entry in entries_of(window)}
+    found = {entry.text: entry for entry in action_entries(window)}
     assert list(found) == ["Export", "Quit", "Dark", "Larger brush"]
     assert found["Dark"].where == "View › Theme"
     assert (found["Export"].key, found["Export"].keys) == ("export", "Ctrl+E")
@@ -84,7 +84,7 @@ def test_all_actions_are_found_with_their_menus_and_keys(window: QMainWindow) ->
 def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWindow, qtbot: QtBot) -> None:
     field = window.centralWidget()
     field.setFocus()
-    palette = CommandPalette(window, remembers=True)
+    palette = CommandPalette(window, persistent=True)
     palette.toggle()
     qtbot.keyClicks(palette.field, "dk")
     assert [offer.entry.text for offer in palette.offered()] == ["Dark"]
@@ -92,7 +92,7 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWin
     qtbot.waitUntil(lambda: window.given == ["Dark"])
     assert not palette.isVisible()
     assert QApplication.focusWidget() is field
-    again = CommandPalette(window, remembers=True)
+    again = CommandPalette(window, persistent=True)
     again.toggle()
     assert [offer.entry.text for offer in again.offered()] == ["Dark", "Export", "Quit", "Larger brush"]
     qtbot.keyClick(again.field, Qt.Key.Key_Down)
@@ -102,7 +102,7 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWin
 
 
 def test_what_cannot_be_given_says_why_and_is_not(window: QMainWindow, qtbot: QtBot) -> None:
-    palette = CommandPalette(window, remembers=False)
+    palette = CommandPalette(window, persistent=False)
     palette.toggle()
     qtbot.keyClicks(palette.field, "brush")
     assert palette.hint.text().startswith("Open a frame first.")

@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
-from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, wants_slider
+from gui.widgets.parameter_form import ParameterForm, ValueScale, ValueSlider, has_slider
 from ilf.data.declarations import ParameterSet, declare
 from ilf.data.parameters import PRESETS, BlockParameters, Parameters, preset
 
@@ -125,7 +125,7 @@ def test_rows_without_effect_are_hidden_and_come_back(form):
     for parameters in (*PRESETS.values(), PAPER):
         form.set_parameters(parameters)
         declarations = parameters.declarations()
-        mattering = [name for name in declarations if parameters.matters(name)]
+        mattering = [name for name in declarations if parameters.has_effect(name)]
         assert _shown(form) == mattering
         assert _groups(form) == {declarations[name].group for name in mattering}
     form.findChild(QComboBox, "schedule").setCurrentText("linear")
@@ -164,8 +164,8 @@ class _Sizes(ParameterSet):
 
 def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were():
     sizes = _Sizes.declarations()
-    assert {name for name, item in sizes.items() if not wants_slider(item)} == {"fine", "open_ended"}
-    for declaration in filter(wants_slider, sizes.values()):
+    assert {name for name, item in sizes.items() if not has_slider(item)} == {"fine", "open_ended"}
+    for declaration in filter(has_slider, sizes.values()):
         scale = ValueScale(declaration)
         values = [scale.value(position) for position in range(scale.last + 1)]
         assert values == sorted(values)

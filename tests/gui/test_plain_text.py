@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtGui import QTextDocument
 
 import gui
-from gui.widgets.basics import PlainLabel, as_it_is
+from gui.widgets.basics import PlainLabel, literal_text
 
 RICH = {
     "app/about.py",
@@ -35,7 +35,7 @@ def test_labels_are_plain_but_where_rich_text_is_meant() -> None:
 @pytest.mark.parametrize("text", ["<b>bold</b>", "a &lt;b", "plain", "a < b", "<img src='/etc/x'>\n  two  &amp; lines"])
 def test_boxes_and_tips_show_text_as_it_is(text: str) -> None:
     document = QTextDocument()
-    shown = as_it_is(text)
+    shown = literal_text(text)
     if shown == text:
         assert "<" not in text
         assert "&lt;" not in text

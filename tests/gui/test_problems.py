@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.about import AboutDialog
 from gui.widgets.notices import LogPanel, Notes, ProblemBox, Toasts
-from ilf._runtime.ending import fault_log
+from ilf._runtime.termination import error_log_path
 from ilf.errors import InputError
 
 
@@ -41,8 +41,8 @@ def _copied(button: QWidget) -> str:
 def test_an_unexpected_error_has_its_traceback_folded_and_copied(window: QWidget) -> None:
     box = _reported(window, ZeroDivisionError("nothing to divide by"))
     assert "ZeroDivisionError: nothing to divide by" in box.text()
-    assert str(fault_log()) in box.text()
-    assert "nothing to divide by" in fault_log().read_text()
+    assert str(error_log_path()) in box.text()
+    assert "nothing to divide by" in error_log_path().read_text()
     assert not any(text.isVisible() for text in box.findChildren(QTextEdit)), "details are folded"
     copied = _copied(box.copy_button)
     assert box.isVisible()

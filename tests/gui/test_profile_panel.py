@@ -12,13 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.profile_panel import ProfilePanel
 from gui.features.inspect.profile_plot import ProfileData, profile_data
-from gui.state.results import Doubt, Past
+from gui.state.results import Doubt, ViewedIteration
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import BlockResult
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 LINE = ((4.5, 16.5), (60.5, 16.5))
@@ -29,13 +29,13 @@ LINE = ((4.5, 16.5), (60.5, 16.5))
 def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     """With all that there can be."""
     session: Session = workspace.session
-    workspace.set_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
+    workspace.set_ground_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
     workspace.store_results(session, results)
     completion = session.completion()
     assert completion is not None
     error = expected_error(completion)
-    workspace.store_doubt(session, completion, Doubt(error, np.zeros(error.shape, bool)))
-    kept = KeptRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
+    workspace.store_error_estimate(session, completion, Doubt(error, np.zeros(error.shape, bool)))
+    kept = StoredRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
     workspace.keep_run(session, kept)
     workspace.compare([kept])
     return profile_data(session, LINE)
@@ -58,14 +58,14 @@ def legend(panel: ProfilePanel) -> str:
 def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Workspace) -> None:
     session = workspace.session
     row, columns = 16, slice(4, 61)
-    depth, error = session.present_depth(), session.expected_error()
+    depth, error = session.current_depth(), session.expected_error()
     assert depth is not None
     assert error is not None
-    assert session.frame.truth is not None
+    assert session.frame.ground_truth is not None
     np.testing.assert_array_equal(data.raw, session.frame.depth[row, columns])
     np.testing.assert_array_equal(data.result, depth[row, columns])
     np.testing.assert_array_equal(data.error, error[row, columns])
-    np.testing.assert_array_equal(data.truth, session.frame.truth[row, columns])
+    np.testing.assert_array_equal(data.ground_truth, session.frame.ground_truth[row, columns])
     assert [(name, colour) for name, colour, _ in data.runs] == [("first try", (200, 60, 160))]
     np.testing.assert_array_equal(data.runs[0][2], session.compared[0].completion.depth[row, columns])
     assert data.borders.tolist() == [26]
@@ -74,14 +74,14 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
 
 
 def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(session: Session) -> None:
-    data = profile_data(session, LINE, Past(session.frame.depth + 1, 7))
+    data = profile_data(session, LINE, ViewedIteration(session.frame.depth + 1, 7))
     assert (data.name, data.error) == ("result as of iteration 7", None)
     np.testing.assert_array_equal(data.result, data.raw + 1)
 
 
 def test_a_frame_without_results_shows_what_came_in(session: Session) -> None:
     data = profile_data(session, LINE)
-    assert data.result is data.error is data.truth is None
+    assert data.result is data.error is data.ground_truth is None
     assert data.runs == []
     np.testing.assert_array_equal(data.profile.depth, data.raw)
 
@@ -91,7 +91,7 @@ def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: Profil
     panel.pointed.connect(pointed.append)
     assert panel.data is None
     panel.show_data(data, {1: "wall <left>", 2: "floor"})
-    for name in ("raw", "result", "first try", "truth"):
+    for name in ("raw", "result", "first try", "ground_truth"):
         assert name in legend(panel)
     assert " m<" not in legend(panel)
     panel.plot.hovered.emit(7.6)  # in the hole, at column 12
@@ -137,7 +137,12 @@ def test_the_band_is_where_the_error_is_known(panel: ProfilePanel, data: Profile
 
 def test_the_plot_is_written_as_picture(panel: ProfilePanel, data: ProfileData) -> None:
     panel.show_data(data)
-    assert panel.legend_names() == [("raw", "raw"), ("result", "result"), ("0", "first try"), ("truth", "ground truth")]
+    assert panel.legend_names() == [
+        ("raw", "raw"),
+        ("result", "result"),
+        ("0", "first try"),
+        ("ground_truth", "ground truth"),
+    ]
     svg = panel.plot.picture(panel.legend_names(), as_svg=True)
     assert QSvgRenderer(svg).isValid()
     assert b"first try" in svg

@@ -15,39 +15,39 @@ pytestmark = pytest.mark.usefixtures("qapp")
 
 
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
-    frames = RecentOrigins("frames", remembers=True)
+    frames = RecentOrigins("frames", persistent=True)
     folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
-    colour, depth, truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
-    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), truth, 1.0, guide)
+    colour, depth, ground_truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
+    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), ground_truth, 1.0, guide)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
-    later = RecentOrigins("frames", remembers=True)
+    later = RecentOrigins("frames", persistent=True)
     assert later.origins == [folder, record, pair]
     assert [name_of(origin) for origin in later.origins] == [tmp_path.name, "out/run.json", f"{tmp_path.name}/a.png"]
     assert [is_missing(origin) for origin in later.origins] == [False, True, True]
     later.remove_missing()
-    assert RecentOrigins("frames", remembers=True).origins == [folder]
+    assert RecentOrigins("frames", persistent=True).origins == [folder]
     for number in range(MOST + 3):
         later.note(FrameSource(str(tmp_path / str(number))))
     assert len(later.origins) == MOST
 
 
 def test_what_settings_cannot_hold_costs_no_other(tmp_path: Path) -> None:
-    frames = RecentOrigins("frames", remembers=True)
+    frames = RecentOrigins("frames", persistent=True)
     frames.note(FrameSource(str(tmp_path)))
     frames.note(FrameSource("a.png", "b.png", intrinsics=CameraIntrinsics(1, 1, 0, 0)))
-    assert RecentOrigins("frames", remembers=True).origins == [FrameSource(str(tmp_path))]
+    assert RecentOrigins("frames", persistent=True).origins == [FrameSource(str(tmp_path))]
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:
-    RecentOrigins("frames", remembers=True).note(FrameSource(str(tmp_path)))
-    apart = RecentOrigins("frames", remembers=False)
+    RecentOrigins("frames", persistent=True).note(FrameSource(str(tmp_path)))
+    apart = RecentOrigins("frames", persistent=False)
     assert apart.origins == []
     apart.note(FrameSource("elsewhere"))
-    assert RecentOrigins("frames", remembers=True).origins == [FrameSource(str(tmp_path))]
+    assert RecentOrigins("frames", persistent=True).origins == [FrameSource(str(tmp_path))]
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])
 def test_settings_that_are_damaged_offer_nothing(kept: str) -> None:
     QSettings().setValue("recent/frames", kept)
-    assert RecentOrigins("frames", remembers=True).origins == []
+    assert RecentOrigins("frames", persistent=True).origins == []

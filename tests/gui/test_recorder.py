@@ -16,34 +16,34 @@ from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
-from ilf.project.journals import left_work
+from ilf.project.recovery import find_recoverable_work
 from ilf.segmentation.editing.patches import patch_between
 
 from .recording import WAIT_MS, Recording, assert_holds
 
 
 @pytest.fixture
-def desk(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
-    desk = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+def context(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
+    context = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    yield desk
-    desk.end()
+    yield context
+    context.end()
 
 
-def test_all_changes_are_kept_and_nothing_else(desk: Recording, qtbot: QtBot) -> None:
-    one, two = desk.sessions
+def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot) -> None:
+    one, two = context.sessions
     for row in range(4):
-        desk.erase(one, row)
-    desk.erase(two, 10)
-    desk.workspace.edit_info(1, "Rename", name="wall")
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, row)
+    context.erase(two, 10)
+    context.workspace.edit_info(1, "Rename", name="wall")
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    desk.erase(one, 20)
-    desk.workspace.close_session(two)
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+    context.erase(one, 20)
+    context.workspace.close_session(two)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    journal = desk.journal()
+    journal = context.journal()
     assert_holds(journal, one)
     states = {name for name in journal.names() if name.startswith("frames/")}
     assert states == {frame_part(one.id)}, "the other has been closed"
@@ -53,57 +53,57 @@ def test_all_changes_are_kept_and_nothing_else(desk: Recording, qtbot: QtBot) ->
     journal.discard()
 
 
-def test_a_stroke_is_there_as_a_whole_or_not_at_all(desk: Recording, qtbot: QtBot) -> None:
-    one, _ = desk.sessions
-    desk.workspace.show_session(one)
+def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
+    one, _ = context.sessions
+    context.workspace.show_session(one)
     before, labels = one.labels.copy(), one.labels.copy()
     labels[30] = 0
-    desk.workspace.stroke(patch_between(one.labels, labels))
-    desk.workspace.set_note(desk.workspace.entries[0], "look")
+    context.workspace.stroke(patch_between(one.labels, labels))
+    context.workspace.set_note(context.workspace.entries[0], "look")
     qtbot.wait(200)
-    desk.workspace.drop_stroke()
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+    context.workspace.drop_stroke()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    journal = desk.journal()
+    journal = context.journal()
     state = load_state(one.id, journal).state
     journal.discard()
     assert (state.note, np.array_equal(state.labels, before)) == ("look", True)
 
 
-def test_what_is_put_away_is_read_as_it_was_left(desk: Recording) -> None:
-    one, _ = desk.sessions
-    desk.erase(one, 5)
+def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
+    one, _ = context.sessions
+    context.erase(one, 5)
     left = one.labels.copy()
-    desk.recorder.keep(one)
-    desk.workspace.put_away(one)
-    assert desk.store.has(one.id)
-    assert np.array_equal(desk.store.read(one.id).state.labels, left)
+    context.recorder.keep(one)
+    context.workspace.unload(one)
+    assert context.store.has(one.id)
+    assert np.array_equal(context.store.read(one.id).state.labels, left)
 
 
 @pytest.mark.parametrize("readable", [True, False])
 def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
-    desk: Recording, qtbot: QtBot, readable: bool
+    context: Recording, qtbot: QtBot, readable: bool
 ) -> None:
-    one, two = desk.sessions
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(two, 1)
+    one, two = context.sessions
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(two, 1)
     if not readable:  # as on a drive that is pulled out
-        desk.store._journal._database.close()
-    shutil.rmtree(desk.folder)
-    desk.folder.write_text("in the way")
-    with qtbot.waitSignal(desk.recorder.failed, timeout=WAIT_MS) as failed:
-        desk.erase(one, 3)
-    assert str(desk.folder) in str(failed.args[0])
+        context.store._journal._database.close()
+    shutil.rmtree(context.folder)
+    context.folder.write_text("in the way")
+    with qtbot.waitSignal(context.recorder.failed, timeout=WAIT_MS) as failed:
+        context.erase(one, 3)
+    assert str(context.folder) in str(failed.args[0])
     settled: list[Exception | None] = []
-    desk.recorder.settle(settled.append)
+    context.recorder.flush(settled.append)
     qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
     assert settled == [None], "it can be saved to the project file"
     for session in (one, two):
-        assert np.array_equal(load_state(session.id, desk.store.parts).state.labels, session.labels)
-    desk.folder.unlink()
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(one, 4)
-    journal = desk.journal()
+        assert np.array_equal(load_state(session.id, context.store.parts).state.labels, session.labels)
+    context.folder.unlink()
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 4)
+    journal = context.journal()
     assert_holds(journal, one)
     assert_holds(journal, two)
     journal.discard()
@@ -126,69 +126,69 @@ class _Project:
 
 @pytest.mark.parametrize("goes", [False, True])
 def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
-    desk: Recording, qtbot: QtBot, goes: bool
+    context: Recording, qtbot: QtBot, goes: bool
 ) -> None:
-    one, _ = desk.sessions
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(one, 1)
-    parts = {name: desk.store.part(name) for name in desk.store.all_names()}
-    desk.workspace.close_session(one)
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+    one, _ = context.sessions
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(one, 1)
+    parts = {name: context.store.part(name) for name in context.store.all_names()}
+    context.workspace.close_session(one)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
-    desk.store.project = _Project(parts)
-    state = desk.store.read(one.id).state
-    assert desk.store.lacks(frame_part(one.id))
+    context.store.project = _Project(parts)
+    state = context.store.read(one.id).state
+    assert context.store.lacks(frame_part(one.id))
     if goes:
         parts.clear()
     again = restore(state, None, "one")
-    desk.workspace.add_session(again, restored=True)
-    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
-        desk.erase(again, 2)
-    journal = desk.journal()
+    context.workspace.add_session(again, restored=True)
+    with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
+        context.erase(again, 2)
+    journal = context.journal()
     assert_holds(journal, again)
     assert load_state(again.id, journal).state.notes.drawn is not None
     journal.discard()
 
 
 def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
-    desk: Recording, qtbot: QtBot
+    context: Recording, qtbot: QtBot
 ) -> None:
-    one, two = desk.sessions
-    workspace = desk.workspace
+    one, two = context.sessions
+    workspace = context.workspace
     workspace.show_session(one)
     former = two.common
     workspace.share_parameters()
     workspace.set_parameters(workspace.parameters.replace(max_iterations=7))
-    _stored(desk, qtbot)
-    workspace.part_parameters()
-    _stored(desk, qtbot)
-    assert desk.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
+    _stored(context, qtbot)
+    workspace.separate_parameters()
+    _stored(context, qtbot)
+    assert context.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
     assert two.unsaved
     while one.undo_stack.canUndo():
         one.undo_stack.undo()
-    _stored(desk, qtbot)
-    assert desk.store.read(two.id).state.common == two.common == former
+    _stored(context, qtbot)
+    assert context.store.read(two.id).state.common == two.common == former
 
 
-def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(desk: Recording, qtbot: QtBot) -> None:
-    one, two = desk.sessions
-    desk.recorder.is_unsaved = lambda: True
-    desk.erase(two, 3)
-    desk.workspace.show_session(one)
-    _stored(desk, qtbot)
-    entry = desk.workspace.entries[1]
-    desk.workspace.put_away(two)
-    desk.workspace.set_note(entry, "Look again.")
-    _stored(desk, qtbot)
-    desk.journal().close()
-    (left,) = left_work(desk.aside)
+def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recording, qtbot: QtBot) -> None:
+    one, two = context.sessions
+    context.recorder.is_unsaved = lambda: True
+    context.erase(two, 3)
+    context.workspace.show_session(one)
+    _stored(context, qtbot)
+    entry = context.workspace.entries[1]
+    context.workspace.unload(two)
+    context.workspace.set_note(entry, "Look again.")
+    _stored(context, qtbot)
+    context.journal().close()
+    (left,) = find_recoverable_work(context.aside)
     left.release()
     assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
 
 
-def _stored(desk: Recording, qtbot: QtBot) -> None:
+def _stored(context: Recording, qtbot: QtBot) -> None:
     told: list[Exception | None] = []
-    desk.recorder.settle(told.append)
+    context.recorder.flush(told.append)
     qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told == [None]
 
@@ -213,13 +213,13 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: 
     assert store.part("arrays/1.png") == b"content"
 
 
-def test_what_is_discarded_is_soon_out_of_the_journal(desk: Recording, qtbot: QtBot) -> None:
-    _, two = desk.sessions
-    desk.erase(two, 3)
-    _stored(desk, qtbot)
-    desk.recorder.revert([two.id], lambda: desk.workspace.put_away(two))
-    qtbot.waitUntil(lambda: two not in desk.workspace.sessions, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: desk.store.is_written, timeout=WAIT_MS)
-    journal = desk.journal()
+def test_what_is_discarded_is_soon_out_of_the_journal(context: Recording, qtbot: QtBot) -> None:
+    _, two = context.sessions
+    context.erase(two, 3)
+    _stored(context, qtbot)
+    context.recorder.revert([two.id], lambda: context.workspace.unload(two))
+    qtbot.waitUntil(lambda: two not in context.workspace.sessions, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
+    journal = context.journal()
     assert frame_part(two.id) not in journal.names()
     journal.discard()

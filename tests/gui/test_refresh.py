@@ -104,7 +104,7 @@ def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(benc
 
 
 def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench: _Bench) -> None:
-    bench.refresh.mark_later("second")
+    bench.refresh.mark_deferred("second")
     bench.source.urgent.emit()
     bench.refresh.now()
     assert bench.drawn == ["first", "second"]
@@ -119,11 +119,11 @@ def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch
         clock[0] += 0.1
 
     bench.refresh.add("slow", draw, ())
-    bench.refresh.mark_later("slow")
+    bench.refresh.mark_deferred("slow")
     bench.refresh._turn()
     assert bench.drawn == ["slow"]
     for pause, drawn in ((0.5, 1), (0.11, 2)):
-        bench.refresh.mark_later("slow")
+        bench.refresh.mark_deferred("slow")
         clock[0] += pause
         bench.refresh._turn()
         assert bench.drawn == ["slow"] * drawn, "six times what drawing took, from its end on"
@@ -148,11 +148,11 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtb
 
 def test_after_stop_nothing_is_drawn(bench: _Bench) -> None:
     bench.source.urgent.emit()
-    bench.refresh.mark_later("third")
+    bench.refresh.mark_deferred("third")
     bench.refresh.stop()
     _turn()
     bench.source.urgent.emit()
-    bench.refresh.mark_later("third")
+    bench.refresh.mark_deferred("third")
     bench.refresh.now()
     _turn()
     assert bench.drawn == []

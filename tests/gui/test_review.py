@@ -67,10 +67,10 @@ def test_left_places_stay_left():
     review = reviewed(FIRST, SECOND, THIRD)
     review.step(1)
     assert review.leave() is SECOND
-    assert (review.number, len(review.places), review.left) == (1, 2, 1)
+    assert (review.number, len(review.places), review.ignored) == (1, 2, 1)
     review.take([place(104, 8), SECOND, THIRD])
     assert review.places == [SECOND, THIRD]
     review.step(1)
     assert review.leave() is SECOND  # the last one was left: round to the first
     assert review.leave() is None
-    assert review.left == 3
+    assert review.ignored == 3

@@ -12,7 +12,7 @@ from gui.features.blocks.presenter import block_rows
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
-from ilf._runtime.cancellation import present_wishes
+from ilf._runtime.cancellation import current_cancel_events
 from ilf.data.blocks import Block, find_blocks
 from ilf.data.results import BlockResult
 from ilf.segmentation.editing.cleaning import merge
@@ -41,7 +41,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     assert bench.run.run.parameters_of(1) == preset("released-code")
     assert bench.run.run.parameters_of(2) == own
     assert bench.run.closed
-    assert not bench.run.run.dense
+    assert not bench.run.run.extrapolate
     assert set(bench.session.valid_results()) == {1, 2}
     assert bench.said[0].startswith("first: run finished, 2 blocks in ")
     assert "edited" not in bench.said[0]
@@ -71,7 +71,7 @@ def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatc
 def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
     bench.workspace.select([2, 9])
     bench.script.allow()
-    bench.runs.start_chosen()
+    bench.runs.start_selected()
     until(lambda: bool(bench.said))
     assert bench.run.run.only == {2}
     assert set(bench.session.valid_results()) == {2}
@@ -210,7 +210,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: 1 in results.previews)
-    assert (bench.session.present_depth()[:, :30] == 1.5).all()
+    assert (bench.session.current_depth()[:, :30] == 1.5).all()
     bench.script.allow(5)
     until(lambda: len(results.live[1]) == 6)
     assert bench.run.previews == 1, "no time has passed"
@@ -226,7 +226,7 @@ def test_previews_come_now_and_then_and_go_with_the_run(
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert results.previews == {}
-    assert bench.session.present_depth() is None
+    assert bench.session.current_depth() is None
 
 
 # edits and frames during a run
@@ -345,7 +345,7 @@ def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
     make = ScriptedSteps._result
 
     def result_and_wish(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
-        for wish in present_wishes():
+        for wish in current_cancel_events():
             wish.set()
         return make(self, label, block)
 

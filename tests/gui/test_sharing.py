@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from gui.project.present import project_of, take_settings
+from gui.project.current_project import apply_settings, project_of
 from gui.state.session import Session
-from gui.state.sharing import Shared
+from gui.state.sharing import SharedParameters
 from gui.state.workspace import Workspace
 from ilf.data.parameters import Parameters
 from ilf.run.run import Run
@@ -44,7 +44,7 @@ def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
 ) -> None:
     set_smoothness(workspace, 3.0)
     assert workspace.share_parameters() == [other]
-    assert workspace.shared == Shared(True, session.common)
+    assert workspace.shared == SharedParameters(True, session.common)
     assert smoothness(session, other) == [3.0, 3.0]
     session.undo_stack.undo()
     assert not workspace.shared.on
@@ -99,7 +99,7 @@ def test_own_values_may_become_those_of_all_and_all_may_part(
     session.undo_stack.undo()
     assert smoothness(session, other) == [3.0, 1.0]
     session.undo_stack.redo()
-    shared.part_parameters()
+    shared.separate_parameters()
     set_smoothness(shared, 7.0)
     assert smoothness(session, other) == [7.0, 3.0]
 
@@ -110,7 +110,7 @@ def test_when_all_part_the_values_of_every_frame_are_stored(
     set_smoothness(shared, 3.0)
     touched: set[Session] = set()
     shared.touched.connect(touched.add)
-    shared.part_parameters()
+    shared.separate_parameters()
     assert touched == {session, other}
     session.undo_stack.undo()
     touched.clear()
@@ -152,7 +152,7 @@ def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame,
     names: list[str] = []
     for name in SIGNALS:
         getattr(workspace, name).connect(lambda *_, name=name: names.append(name))
-    workspace.set_shared(Shared(True, Parameters(smoothness=4.0)))
+    workspace.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
     assert "parameters_changed" in names
     session = Session.of(Run(small_frame, small_labels), "origin", "key")
     workspace.add_session(session, restored=True)
@@ -169,6 +169,6 @@ def test_a_project_keeps_them_and_gives_them_back(shared: Workspace, qapp: objec
     assert (project.for_all, project.common.smoothness) == (True, 3.0)
     assert [frame.summary.own_parameters for frame in project.frames] == [False, True]
     later = Workspace()
-    take_settings(later, project)
+    apply_settings(later, project)
     assert later.shared == shared.shared
     assert later.next_parameters.smoothness == 3.0

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gui.base.commands import HELD, keys_text
+from gui.base.commands import HOLD_KEY, keys_text
 from gui.features.shortcuts import Keymap, ShortcutsDialog
 
 MakeWindow = Callable[[], QMainWindow]
@@ -26,7 +26,7 @@ def make_window(qtbot: QtBot) -> MakeWindow:
             action = menu.addAction(f"&{name.capitalize()}")
             action.setObjectName(name)
             action.setShortcut(QKeySequence(keys))
-            action.setProperty(HELD, "B" if name == "export" else "")
+            action.setProperty(HOLD_KEY, "B" if name == "export" else "")
             action.setToolTip(f"Do {name}" + (f" ({keys})" if keys else ""))
         qtbot.addWidget(window)
         return window
@@ -44,7 +44,7 @@ def _tips(keymap: Keymap) -> list[str]:
 
 @pytest.fixture
 def keymap(make_window: MakeWindow) -> Keymap:
-    return Keymap(make_window(), remembers=True)
+    return Keymap(make_window(), persistent=True)
 
 
 @pytest.fixture
@@ -73,12 +73,12 @@ def test_keys_that_are_pressed_hold_at_once_and_the_next_time(
     QTest.mouseClick(dialog.clear_button, Qt.MouseButton.LeftButton)
     assert _keys(keymap)["open"] == ""
     assert "Do open" in _tips(keymap)
-    later = Keymap(make_window(), remembers=True)
+    later = Keymap(make_window(), persistent=True)
     assert _keys(later) == {"open": "", "export": "Ctrl+E", "fit": "Ctrl+J", "redo": "Ctrl+Y"}
     assert _tips(later) == _tips(keymap)
-    assert _keys(Keymap(make_window(), remembers=False))["fit"] == "", "windows of their own have keys of their own"
+    assert _keys(Keymap(make_window(), persistent=False))["fit"] == "", "windows of their own have keys of their own"
     later.reset_all()
-    assert _keys(Keymap(make_window(), remembers=True))["open"] == "Ctrl+O"
+    assert _keys(Keymap(make_window(), persistent=True))["open"] == "Ctrl+O"
 
 
 @pytest.mark.parametrize(

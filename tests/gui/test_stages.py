@@ -12,9 +12,9 @@ from PySide6.QtGui import QBrush
 from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
-from gui.features.extraction import ExtractionPreview, Question
-from gui.views.analysis_painters import StageBoard
-from gui.views.cells import Cell, Studio
+from gui.features.extraction import ExtractionPreview, StageRequest
+from gui.views.analysis_painters import StageModel
+from gui.views.cells import Cell, PainterFactory
 from gui.views.painter import Material
 from gui.views.pixel_items import BlockOverlay
 from gui.work.found_blocks import find
@@ -64,12 +64,12 @@ def test_what_is_said_of_a_stage_belongs_to_its_picture() -> None:
 
 @pytest.fixture
 def board():
-    return StageBoard()
+    return StageModel()
 
 
 @pytest.fixture
 def cell(qtbot, board):
-    widget = Cell("extraction", lambda view, event: False, Studio(Material(), BlockOverlay(1), board))
+    widget = Cell("extraction", lambda view, event: False, PainterFactory(Material(), BlockOverlay(1), board))
     qtbot.addWidget(widget)
     widget.set_colours(theme.colours(widget.palette()), QBrush())
     board.changed.connect(lambda: widget.redraw({"stage"}))
@@ -138,14 +138,14 @@ def test_of_many_questions_the_last_is_answered_and_none_queues(preview, gate, s
     preview.found.connect(answers.append)
     values = [CANNY.replace(dilation=radius) for radius in range(6)]
     for parameters in values:
-        preview.ask(Question(small_frame, parameters, "dilated"))
+        preview.ask(StageRequest(small_frame, parameters, "dilated"))
     gate.set()
     qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
     assert gate.asked == [values[0], values[-1]]
     assert answers[-1].question.parameters == values[-1]
     expected = stage_picture("dilated", small_frame.rgb, extract(small_frame, values[-1]))
     np.testing.assert_array_equal(answers[-1].picture, expected)
-    preview.ask(Question(small_frame, values[-1], "strength"))
+    preview.ask(StageRequest(small_frame, values[-1], "strength"))
     qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
     assert len(gate.asked) == 2, "another stage of what is held costs no extraction"
     assert answers[-1].picture.ndim == 2
@@ -157,13 +157,13 @@ def test_what_was_asked_about_another_frame_is_neither_told_nor_held(preview, ga
     other = replace(small_frame, name="other")
     answers = []
     preview.found.connect(answers.append)
-    preview.ask(Question(small_frame, CANNY, "blocks"))
-    preview.turn_to(other)
+    preview.ask(StageRequest(small_frame, CANNY, "blocks"))
+    preview.set_frame(other)
     gate.set()
     qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
     assert not answers
     assert preview.held(small_frame, CANNY) is None
-    preview.ask(Question(other, CANNY, "blocks"))
+    preview.ask(StageRequest(other, CANNY, "blocks"))
     qtbot.waitUntil(lambda: bool(answers), timeout=WAIT_MS)
 
 
@@ -180,7 +180,7 @@ def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_old
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.features.extraction.find", broken)
-    failing = Question(small_frame, CANNY.replace(dilation=2), "blocks")
+    failing = StageRequest(small_frame, CANNY.replace(dilation=2), "blocks")
     with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
         preview.ask(failing)
     assert "no memory" in str(failed.args[0])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.state.changing_blocks import Kept
-from gui.state.results import BlockCounts, Doubt, Held
+from gui.state.results import BlockCounts, Doubt, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
+from gui.state.workspace_blocks import KeptBlocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, preset
 from ilf.data.results import BlockResult
@@ -108,7 +108,7 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(session: Session
     session.set_labels(elsewhere)
     assert list(session.valid_results()) == [], "one has lost pixels, the other gained some outside its box"
     session.set_labels(before)
-    kept = session.swap_results(Held({}))
+    kept = session.swap_results(FrameResults({}))
     assert session.completion() is None
     assert session.valid_results() == {}
     session.swap_results(kept)
@@ -154,10 +154,10 @@ def test_records_and_previews_of_a_run(
     workspace.add_records(session, 1, first.history[1:])
     assert session.results.running == [1, 2]
     assert session.records_of(1) == list(first.history)
-    assert session.present_depth() is None
+    assert session.current_depth() is None
 
     workspace.add_previews(session, [(first.block, first.depth + 1), (second.block, second.depth + 1)])
-    depth = session.present_depth()
+    depth = session.current_depth()
     np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth + 1)
     assert told == ["records_added"] * 3 + ["previews_changed"]
     told.clear()
@@ -166,18 +166,18 @@ def test_records_and_previews_of_a_run(
     assert told == ["results_added"]
     assert session.results.running == [2]
     assert session.records_of(1) == first.history
-    depth = session.present_depth()
+    depth = session.current_depth()
     np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth)
     np.testing.assert_array_equal(depth[second.block.box][second.block.mask], second.depth + 1)
     workspace.add_previews(session, [(first.block, first.depth + 9)])
     assert list(session.results.previews) == [2], "what has ended shows its result"
 
     told.clear()
-    workspace.end_run(session, previews_stay=True)
+    workspace.end_run(session, keep_previews=True)
     assert (session.results.running, list(session.results.previews), told) == ([], [2], ["results_changed"])
     workspace.end_run(session)
     assert not session.results.previews
-    np.testing.assert_array_equal(session.present_depth(), session.completion().depth)
+    np.testing.assert_array_equal(session.current_depth(), session.completion().depth)
 
 
 def test_of_other_frames_only_the_list_is_told(
@@ -189,7 +189,7 @@ def test_of_other_frames_only_the_list_is_told(
     workspace.store_results(other, results)
     workspace.end_run(other)
     assert told == ["sessions_changed"] * 2
-    workspace.store_doubt(
+    workspace.store_error_estimate(
         other, other.completion(), Doubt(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool))
     )
     assert told == ["sessions_changed"] * 2
@@ -203,11 +203,11 @@ def test_an_expected_error_is_that_of_the_present_completion(
     session.add_results(results[:1])
     early = session.completion()
     session.add_results(results[1:])
-    workspace.store_doubt(session, early, doubt)
-    assert (session.expected_error(), session.unvouched(), told) == (None, None, [])
-    workspace.store_doubt(session, session.completion(), doubt)
+    workspace.store_error_estimate(session, early, doubt)
+    assert (session.expected_error(), session.unsupported(), told) == (None, None, [])
+    workspace.store_error_estimate(session, session.completion(), doubt)
     assert session.expected_error() is doubt.error
-    assert session.unvouched() is doubt.unvouched
+    assert session.unsupported() is doubt.unsupported
     assert told == ["error_changed"]
     edit(workspace, 2)
     assert session.expected_error() is None
@@ -223,8 +223,8 @@ def test_opening_showing_and_closing_frames(
     workspace: Workspace, session: Session, other: Session, told: list[str]
 ) -> None:
     assert workspace.session is session
-    assert workspace.is_present(session)
-    assert not workspace.is_present(other)
+    assert workspace.is_current(session)
+    assert not workspace.is_current(other)
     assert workspace.session_of("other key") is other
     assert workspace.session_of("unknown") is None
     workspace.show_session(session)
@@ -281,7 +281,7 @@ def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> 
     session.notes.own |= {2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}}
     run = session.run(preset(), [1])
     assert (run.parameters, dict(run.own), run.only) == (preset(), {2: preset(smoothness=2.0)}, [1])
-    assert (run.extraction, run.edited, run.dense) == (BlockParameters(), False, False)
+    assert (run.extraction, run.edited, run.extrapolate) == (BlockParameters(), False, False)
     np.testing.assert_array_equal(run.blocks, session.labels)
     session.set_labels(painted(session, 2))
     assert session.run(QUICK).edited
@@ -409,7 +409,7 @@ def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session:
     fresh = np.full(session.frame.shape, 7, np.int32)
     fresh[:24] = 5
     before = session.labels.copy()
-    assert workspace.set_extracted(session, extraction(session, fresh), used) == Kept(1, 0, False)
+    assert workspace.set_extracted(session, extraction(session, fresh), used) == KeptBlocks(1, 0, False)
     np.testing.assert_array_equal(session.labels == 1, before == 1)
     assert len(session.counts()) == 3
     assert session.undo_stack.undoText() == "Extract blocks"
@@ -440,7 +440,7 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(
     assert workspace.staying(session) == (frozenset(), frozenset())
     workspace.set_keeps_handmade(True)
     fresh = np.ones(session.frame.shape, np.int32)
-    assert workspace.set_extracted(session, extraction(session, fresh), BlockParameters()) == Kept(0, 1, False)
+    assert workspace.set_extracted(session, extraction(session, fresh), BlockParameters()) == KeptBlocks(0, 1, False)
     assert session.handmade() == {3}
     workspace.set_lock(3, True)
     for label in set(session.counts()) - {3}:

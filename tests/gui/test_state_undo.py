@@ -95,31 +95,31 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(
     workspace.set_parameters(other, 1)
     assert session.changed_blocks() == [1]
     assert session.valid_results()[1] is first[0], "shown until there is another"
-    before = session.present_depth().copy()
+    before = session.current_depth().copy()
     second = complete(session.frame, session.labels, other).results[1]
     workspace.store_results(session, [second])
     assert session.changed_blocks() == []
-    after = session.present_depth().copy()
+    after = session.current_depth().copy()
     assert not np.array_equal(before, after, equal_nan=True)
     told.clear()
     session.undo_stack.undo()
     assert (session.valid_results()[1], session.changed_blocks()) == (first[0], [])
     assert "results_changed" in told
-    np.testing.assert_array_equal(session.present_depth(), before)
+    np.testing.assert_array_equal(session.current_depth(), before)
     session.undo_stack.redo()
     assert session.valid_results()[1] is second
-    np.testing.assert_array_equal(session.present_depth(), after)
+    np.testing.assert_array_equal(session.current_depth(), after)
 
 
 def test_clearing_results_can_be_undone(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:
     workspace.clear_results()
     assert session.undo_stack.count() == 0, "there are none"
     workspace.store_results(session, results)
-    depth = session.present_depth().copy()
+    depth = session.current_depth().copy()
     workspace.clear_results()
-    assert (session.completion(), session.present_depth(), session.unsaved) == (None, None, True)
+    assert (session.completion(), session.current_depth(), session.unsaved) == (None, None, True)
     session.undo_stack.undo()
-    np.testing.assert_array_equal(session.present_depth(), depth)
+    np.testing.assert_array_equal(session.current_depth(), depth)
     assert list(session.completion().results.values()) == results
 
 
@@ -142,10 +142,10 @@ def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     workspace: Workspace, session: Session, results: list[BlockResult]
 ) -> None:
     workspace.store_results(session, results)
-    before = session.present_depth().copy()
+    before = session.current_depth().copy()
     assert not session.stale.any()
     edit(workspace, 3)
-    after = session.present_depth()
+    after = session.current_depth()
     assert not session.valid_results().keys() & {1, 3}
     np.testing.assert_array_equal(after, before)
     changed = np.isin(session.labels, (1, 3)) & np.isfinite(before)
@@ -156,7 +156,7 @@ def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     session.update_depth()
     assert not session.stale[session.labels == 3].any()
     session.undo_stack.undo()
-    np.testing.assert_array_equal(session.present_depth(), before)
+    np.testing.assert_array_equal(session.current_depth(), before)
     assert not session.stale.any()
     session.undo_stack.redo()
     assert list(session.valid_results()) == [2, 3], "what has been solved since is not lost either"
@@ -181,7 +181,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
             session.undo_stack.undo()
         fresh = compose(session.frame, session.valid_results())
         np.testing.assert_array_equal((session.completion() or fresh).depth, fresh.depth)
-        shown = np.where(session.stale, fresh.depth, session.present_depth())
+        shown = np.where(session.stale, fresh.depth, session.current_depth())
         np.testing.assert_array_equal(shown, fresh.depth)
         assert not np.isin(session.labels, [0, *session.valid_results()])[session.stale].any()
         session._tally, counts = None, session.counts()
@@ -221,33 +221,33 @@ def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
     mask = np.zeros(session.frame.shape, bool)
     mask[30:40, 5:20] = True
     told.clear()
-    assert workspace.set_distrusted(mask, "Distrust depth")
-    assert not workspace.set_distrusted(mask.copy(), "Distrust depth")
-    assert told == ["distrusted_changed", "results_changed"]
+    assert workspace.set_invalid_mask(mask, "Distrust depth")
+    assert not workspace.set_invalid_mask(mask.copy(), "Distrust depth")
+    assert told == ["invalid_mask_changed", "results_changed"]
     assert np.isnan(session.frame.depth[mask]).all()
     assert session.counts()[1].known == (session.frame.known & (session.labels == 1)).sum()
     assert session.valid_results() == {}
     session.undo_stack.undo()
-    assert session.frame.distrusted is None
+    assert session.frame.invalid_mask is None
     assert list(session.valid_results()) == [1, 2]
     with pytest.raises(InputError, match="no known depth is left"):
-        workspace.set_distrusted(np.ones_like(mask), "Distrust depth")
-    assert session.frame.distrusted is None
+        workspace.set_invalid_mask(np.ones_like(mask), "Distrust depth")
+    assert session.frame.invalid_mask is None
 
 
 def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace: Workspace, session: Session) -> None:
     mask = np.zeros(session.frame.shape, bool)
     mask[30:40, 5:20] = True
-    workspace.set_distrusted(mask, "Distrust depth")
-    workspace.set_truth(np.full(session.frame.shape, 2.0, np.float32))
-    truth = session.frame.truth
+    workspace.set_invalid_mask(mask, "Distrust depth")
+    workspace.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
+    ground_truth = session.frame.ground_truth
     session.undo_stack.undo()
-    assert session.frame.distrusted is None
-    np.testing.assert_array_equal(session.frame.truth, truth)
-    workspace.set_truth(None)
+    assert session.frame.invalid_mask is None
+    np.testing.assert_array_equal(session.frame.ground_truth, ground_truth)
+    workspace.set_ground_truth(None)
     session.undo_stack.redo()
-    assert session.frame.truth is None
-    assert session.frame.distrusted is not None
+    assert session.frame.ground_truth is None
+    assert session.frame.invalid_mask is not None
 
 
 def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace: Workspace, session: Session) -> None:

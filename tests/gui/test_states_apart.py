@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from gui.features.documents.export import behind
-from gui.features.edit_summary import EffectLine, EffectPresenter
+from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
 from gui.state.session import Session
 from gui.tools.block_commands import BlockCommands
 from gui.tools.editor import Editor
@@ -20,7 +20,7 @@ from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
-from ilf.evaluation.edit_summary import Effect
+from ilf.evaluation.edit_summary import EditSummary
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
@@ -40,11 +40,11 @@ def views(bench: Bench, qtbot: QtBot) -> ViewsPresenter:
 
 
 @pytest.fixture
-def effect(bench: Bench, views: ViewsPresenter, qtbot: QtBot) -> Iterator[EffectPresenter]:
+def effect(bench: Bench, views: ViewsPresenter, qtbot: QtBot) -> Iterator[EditSummaryPresenter]:
     live = QAction(checkable=True, checked=True)
-    line = EffectLine()
+    line = EditSummaryLine()
     qtbot.addWidget(line)
-    presenter = EffectPresenter(bench.workspace, bench.runs, views, line, live)
+    presenter = EditSummaryPresenter(bench.workspace, bench.runs, views, line, live)
     presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
     yield presenter
     assert presenter.shutdown()
@@ -68,7 +68,7 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, 
     bench.runs.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
-    bench.workspace.set_distrusted(mask, "Distrust depth")
+    bench.workspace.set_invalid_mask(mask, "Distrust depth")
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.session.valid_results() == {}
@@ -89,15 +89,15 @@ def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: B
 
 
 def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
-    bench: Bench, effect: EffectPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, effect: EditSummaryPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[tuple[Run, Run]] = []
 
-    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> Effect:
+    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> EditSummary:
         asked.append((before, after))
-        return Effect(1)
+        return EditSummary(1)
 
-    monkeypatch.setattr("gui.features.edit_summary.edit_effect", find)
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", find)
     run_all(bench, until)
     for count, column in enumerate((26, 22), 1):
         drawn = bench.session.notes.drawn
@@ -117,7 +117,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
 
 
 def test_the_depth_before_an_edit_is_that_of_the_values_then(
-    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
     first = bench.session.completion()
@@ -135,12 +135,12 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
 
 
 def test_other_blocks_leave_nothing_to_look_back_to(
-    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
-    assert isinstance(line, EffectLine)
+    assert isinstance(line, EditSummaryLine)
     assert "Paint" in line.label.text()
     bench.workspace.replace_labels(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
     assert "Paint" not in line.label.text()
@@ -151,7 +151,7 @@ def test_other_blocks_leave_nothing_to_look_back_to(
 
 
 def test_what_is_shown_while_one_looks_back_stays(
-    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
     shown: list[np.ndarray | None] = []
@@ -171,7 +171,7 @@ def test_what_is_shown_while_one_looks_back_stays(
 
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
-    bench: Bench, effect: EffectPresenter, views: ViewsPresenter
+    bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter
 ) -> None:
     bench.script.allow()
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
@@ -199,7 +199,7 @@ def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Unti
 
 
 def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
-    bench: Bench, effect: EffectPresenter, until: Until
+    bench: Bench, effect: EditSummaryPresenter, until: Until
 ) -> None:
     run_all(bench, until)
     bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
@@ -282,7 +282,7 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: 
     bench.workspace.add_records(bench.session, 1, [])
     bench.workspace.add_previews(bench.session, [(block, np.full(block.mask.sum(), 9.0, np.float32))])
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    depth = bench.session.present_depth()
+    depth = bench.session.current_depth()
     assert depth is not None
     assert (depth[5:20, 26:30] != 9.0).all()
     assert (depth[:, :26] == 9.0).all()

@@ -39,15 +39,15 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
     box = CriterionBox()
     qtbot.addWidget(box)
     assert box.test().pattern == "areas"
-    box.set_frame(has_truth=True, chosen="Wall")
-    assert box.by_truth
+    box.set_frame(has_ground_truth=True, chosen="Wall")
+    assert box.by_ground_truth
     assert box.test() is None
     box.kind.setCurrentIndex(box.kind.findData("random"))
     box.kind.activated.emit(box.kind.currentIndex())
     box.seeds.setValue(2)
-    box.set_frame(has_truth=True, chosen="")
+    box.set_frame(has_ground_truth=True, chosen="")
     assert (box.test().pattern, box.test().seeds) == ("random", (0, 1))
-    assert not box.for_chosen
+    assert not box.for_selected
 
 
 def test_a_click_on_the_curve_takes_the_nearest_value(qtbot):

@@ -92,8 +92,8 @@ def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None
     border.drag([(30, 10), (36, 16), (36, 24), (30, 30)], release=False)
     assert "px from Block 2 to Block 1" in border.tool.hint
     assert host.preview is not None
-    assert host.preview.outlook is not None
-    assert host.preview.outlook.boundingRect().left() == 30, "the old border"
+    assert host.preview.line_preview is not None
+    assert host.preview.line_preview.boundingRect().left() == 30, "the old border"
     border.send(*_release((30, 30)))
     assert "Release" not in border.tool.hint
     border.drag([(45, 20), (55, 20)], release=False)
@@ -173,17 +173,17 @@ def test_corners_are_taken_back_one_by_one(host: ToolHost) -> None:
     outline = hand(host, "outline")
     for corner in ((40, 10), (50, 10), (60, 40), (50, 20)):
         outline.click(corner)
-    assert outline.tool.take_back(host)
-    assert outline.tool.take_back(host)
+    assert outline.tool.undo_last(host)
+    assert outline.tool.undo_last(host)
     outline.click((50, 20))
     outline.click((40, 20))
     outline.tool.finish(host)
     assert host.labels[30, 55] == 2
     assert (host.labels[11:19, 41:49] == 3).all()
     outline.click((5, 5))
-    assert outline.tool.take_back(host)
+    assert outline.tool.undo_last(host)
     assert not outline.tool.busy
-    assert not outline.tool.take_back(host)
+    assert not outline.tool.undo_last(host)
 
 
 def test_an_outline_may_be_clicked_and_dragged_in_turns(host: ToolHost) -> None:
@@ -286,7 +286,7 @@ def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, 
 def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> None:
     split = hand(host, "split")
     split.click((45, -1))
-    assert split.tool.take_back(host), "off the frame, a line is begun"
+    assert split.tool.undo_last(host), "off the frame, a line is begun"
     split.click((45, 5))
     assert "No line between two surfaces was found in Block 2" in host.said[-1]
     assert not split.tool.busy
@@ -300,8 +300,8 @@ def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host: ToolHost)
     split = hand(host, "split")
     split.drag([(46.5, 14), (46.5, 20), (46.5, 25), (46.5, 32)], release=False)
     assert host.preview is not None
-    assert host.preview.outlook is not None
-    shown = host.preview.outlook.boundingRect()
+    assert host.preview.line_preview is not None
+    shown = host.preview.line_preview.boundingRect()
     assert shown.top() <= 0, "14 px short of the frame's rim"
     assert shown.bottom() >= 48
     assert host.preview.line.boundingRect().bottom() == 32
@@ -340,7 +340,7 @@ def test_how_near_an_end_must_come_goes_by_the_screen(host: ToolHost) -> None:
 
 
 def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
-    host.aid = None
+    host.edge_data = None
     split = hand(host, "split")
     split.click((45, 20))
     assert "still being computed" in host.said[0]
@@ -376,7 +376,7 @@ def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> 
     paint.drag([(40, 24), (20, 24)])
     assert host.labels[24, 38] == 2
     assert (host.labels[:, :29] == 1).all(), "beyond the edge is another surface"
-    host.aid = None
+    host.edge_data = None
     paint.drag([(40, 44), (20, 44)])
     assert host.labels[44, 38] == 1
     assert "still being computed" in host.said[-1]
@@ -470,8 +470,8 @@ def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> Non
     give.drag(line, release=False)
     assert "from Block 2 to Block 1" in give.tool.hint
     assert host.preview is not None
-    assert host.preview.outlook is not None
-    assert host.preview.outlook.boundingRect().left() == 30
+    assert host.preview.line_preview is not None
+    assert host.preview.line_preview.boundingRect().left() == 30
     give.send(*_release(line[-1]))
     assert host.labels[40, 35] == 1, "it begins 4 px from the chosen one"
     assert (host.labels[:24, :30] == 3).all()
@@ -534,16 +534,16 @@ def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
 
 
 def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
-    distrust = hand(host, "distrust")
+    mark_invalid = hand(host, "mark_invalid")
     known = host.session.frame.known.copy()
-    distrust.drag([(40, 10), (50, 10)], release=False)
+    mark_invalid.drag([(40, 10), (50, 10)], release=False)
     assert host.preview is not None
     assert host.preview.area is not None
     assert np.array_equal(host.session.frame.known, known), "not before the release"
-    distrust.send(*_release((50, 10)))
+    mark_invalid.send(*_release((50, 10)))
     assert not host.session.frame.known[8:13, 40:50].any()
-    assert host.session.frame.distrusted is not None
-    distrust.drag([(44, 10), (60, 10)], "a")
+    assert host.session.frame.invalid_mask is not None
+    mark_invalid.drag([(44, 10), (60, 10)], "a")
     assert host.session.frame.known[10, 44:60].all()
     assert not host.session.frame.known[10, 39]
     assert host.steps == ["Mark depth invalid", "Mark depth valid"]
@@ -553,10 +553,10 @@ def test_distrusted_depth_is_missing_and_comes_back(host: ToolHost) -> None:
 
 
 def test_there_must_be_depth_to_distrust(host: ToolHost) -> None:
-    distrust = hand(host, "distrust")
-    distrust.click((14, 16))
+    mark_invalid = hand(host, "mark_invalid")
+    mark_invalid.click((14, 16))
     assert "no valid measured depth" in host.said[0]
-    distrust.drag([(50, 10), (55, 10)], "a")
+    mark_invalid.drag([(50, 10), (55, 10)], "a")
     assert "no invalid depth" in host.said[1]
     assert host.steps == []
 
@@ -627,7 +627,7 @@ def test_stretches_of_a_pen_join() -> None:
     pen.go((30, 30), False, lambda points: [(x + 1, y) for x, y in points])
     assert pen.line == [(0, 0), (5, 1), (9, 2), (30, 5), (31, 30)]
     assert pen.corners == [(0, 0), (9, 2), (30, 5), (31, 30)]
-    pen.take_back()
+    pen.undo_last()
     assert pen.line[-1] == (30, 5)
     assert math.isclose(pen.reach((30, 40), True, list)[-1][1], 40)
     pen.lift()

@@ -51,7 +51,7 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
         else:
             tool.finish(host)
     if how == "given up":
-        tool.take_back(host)
+        tool.undo_last(host)
         tool.cancel(host)
     elif how == "left":
         host.workspace.about_to_change.emit()
@@ -113,7 +113,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
         if stack.index() in seen:
             _compare(host, seen[stack.index()])
     assert np.array_equal(host.labels, labels)
-    assert host.session.frame.distrusted is None
+    assert host.session.frame.invalid_mask is None
     assert not _drawn(host).any()
     while stack.canRedo():
         stack.redo()
@@ -143,7 +143,7 @@ def _check(host: ToolHost, labels: np.ndarray) -> None:
     assert sum(counts.pixels for counts in host.session.counts().values()) == np.count_nonzero(host.labels)
     assert np.array_equal(host.labels == LOCKED, labels == LOCKED)
     measured = np.isfinite(frame.measured)
-    distrusted = np.zeros(frame.shape, bool) if frame.distrusted is None else frame.distrusted
-    assert not (distrusted & ~measured).any()
-    assert np.array_equal(frame.known, measured & ~distrusted)
+    invalid_mask = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
+    assert not (invalid_mask & ~measured).any()
+    assert np.array_equal(frame.known, measured & ~invalid_mask)
     assert not (_drawn(host) & ~border_pixels(host.labels)).any()

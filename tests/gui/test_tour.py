@@ -16,7 +16,7 @@ DOCS = Path(__file__).parents[2] / "assets" / "docs"
 @pytest.mark.parametrize("document", ["window.md", "tour.md"])
 def test_the_documents_name_what_there_is(document: str, qtbot: QtBot) -> None:
     text = " ".join((DOCS / document).read_text(encoding="utf-8").split())
-    window = MainWindow(remembers=False)
+    window = MainWindow(persistent=False)
     qtbot.addWidget(window)
     actions = {action.text().replace("&", "").rstrip("…"): action for action in window.actions() if action.text()}
     named = re.findall(r"\*([^*]+?)…?\* \(((?:Ctrl|Shift|F\d)[^)]*)\)", text)

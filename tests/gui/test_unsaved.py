@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gui.project.present import PresentProject
+from gui.project.current_project import CurrentProject
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.sources.frame_source import FrameSource
 
 from .states import QUICK, QUICK_OWN, edit, extraction
@@ -23,20 +23,20 @@ from .states import QUICK, QUICK_OWN, edit, extraction
 Do = Callable[[Workspace, Session], object]
 
 
-def _kept(session: Session) -> KeptRun:
-    return KeptRun(session.next_run, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
+def _kept(session: Session) -> StoredRun:
+    return StoredRun(session.next_run, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
 
 
-def _distrust(workspace: Workspace, session: Session) -> None:
+def _mark_invalid(workspace: Workspace, session: Session) -> None:
     mask = np.zeros(session.labels.shape, bool)
     mask[:3, :3] = True
-    workspace.set_distrusted(mask, "Distrust")
+    workspace.set_invalid_mask(mask, "MarkInvalid")
 
 
-def _guess(workspace: Workspace, session: Session) -> None:
+def _extrapolation(workspace: Workspace, session: Session) -> None:
     base = session.completion()
     assert base is not None
-    workspace.store_guess(session, base, replace(base, guessed=base.filled))
+    workspace.store_extrapolation(session, base, replace(base, extrapolated=base.filled))
 
 
 WORK: dict[str, Do] = {
@@ -47,20 +47,20 @@ WORK: dict[str, Do] = {
     "visibility": lambda workspace, session: workspace.set_visible(1, False),
     "parameters": lambda workspace, session: workspace.set_parameters(QUICK),
     "own values": lambda workspace, session: workspace.set_own(QUICK_OWN, [1]),
-    "distrusted depth": _distrust,
-    "truth": lambda workspace, session: workspace.set_truth(np.ones(session.labels.shape, np.float32)),
+    "distrusted depth": _mark_invalid,
+    "ground_truth": lambda workspace, session: workspace.set_ground_truth(np.ones(session.labels.shape, np.float32)),
     "other blocks": lambda workspace, session: workspace.replace_labels(np.ones_like(session.labels), "Load"),
     "extraction": lambda workspace, session: workspace.set_extracted(
         session, extraction(session, np.ones_like(session.labels)), BlockParameters()
     ),
     "results go": lambda workspace, session: workspace.clear_results(),
-    "a guess": _guess,
+    "a guess": _extrapolation,
     "a run": lambda workspace, session: workspace.keep_run(session, _kept(session)),
-    "a run's name": lambda workspace, session: workspace.change_run(session, session.kept_runs[0], name="best"),
-    "runs go": lambda workspace, session: workspace.delete_runs(session, session.kept_runs[:1]),
-    "a run goes": lambda workspace, session: workspace.drop_run(session, session.kept_runs[0]),
+    "a run's name": lambda workspace, session: workspace.change_run(session, session.run_history[0], name="best"),
+    "runs go": lambda workspace, session: workspace.delete_runs(session, session.run_history[:1]),
+    "a run goes": lambda workspace, session: workspace.drop_run(session, session.run_history[0]),
     "note": lambda workspace, session: workspace.set_note(workspace.entries[1], "Look here."),
-    "a block that is looked at": lambda workspace, session: workspace.look_at([1]),
+    "a block that is looked at": lambda workspace, session: workspace.mark_checked([1]),
     "a frame comes": lambda workspace, session: workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))]),
     "a frame goes": lambda workspace, session: workspace.remove_entries([workspace.entries[0]]),
     "what blocks are extracted with": lambda workspace, session: workspace.set_extraction_parameters(
@@ -75,7 +75,7 @@ LOOKS: dict[str, Do] = {
     "selection": lambda workspace, session: workspace.select([2]),
     "another frame": lambda workspace, session: workspace.show_session(workspace.sessions[0]),
     "rectangle": lambda workspace, session: workspace.set_region((slice(1, 5), slice(2, 7))),
-    "compared runs": lambda workspace, session: workspace.compare(session.kept_runs[:1]),
+    "compared runs": lambda workspace, session: workspace.compare(session.run_history[:1]),
     "how good a run is": lambda workspace, session: workspace.note_measured(session),
     "zoom": lambda workspace, session: session.view.update(place=[1, 2, 3]),
     "the first extraction": lambda workspace, session: _first_extraction(workspace, session),
@@ -83,7 +83,7 @@ LOOKS: dict[str, Do] = {
 
 
 def _note_closed(workspace: Workspace) -> None:
-    workspace.put_away(workspace.sessions[0])
+    workspace.unload(workspace.sessions[0])
     workspace.set_note(workspace.entries[0], "Later.")
 
 
@@ -95,18 +95,18 @@ def _first_extraction(workspace: Workspace, session: Session) -> None:
 
 
 @pytest.fixture
-def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> PresentProject:
+def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> CurrentProject:
     """A project with results and a kept run, of which the file holds all."""
     workspace.store_results(session, results)
     session.to_check = {1}
     workspace.keep_run(session, _kept(session))
     session.next_run += 1
-    present = PresentProject(workspace, workspace)
+    present = CurrentProject(workspace, workspace)
     _save(present, workspace)
     return present
 
 
-def _save(present: PresentProject, workspace: Workspace) -> None:
+def _save(present: CurrentProject, workspace: Workspace) -> None:
     for session in workspace.sessions:
         workspace.note_saved(session, session.stamp)
     for entry in workspace.entries:
@@ -118,40 +118,40 @@ def _save(present: PresentProject, workspace: Workspace) -> None:
 
 @pytest.mark.parametrize("do", WORK.values(), ids=WORK)
 def test_work_is_unsaved_and_saved_work_is_not(
-    saved: PresentProject, workspace: Workspace, session: Session, do: Do
+    saved: CurrentProject, workspace: Workspace, session: Session, do: Do
 ) -> None:
     told: list[object] = []
     workspace.touched.connect(told.append)
     workspace.project_touched.connect(lambda: told.append(None))
     do(workspace, session)
     assert saved.unsaved
-    assert saved.words() or any(entry.unsaved_words() for entry in workspace.entries)
+    assert saved.words() or any(entry.unsaved_summary() for entry in workspace.entries)
     assert told, "who keeps the work has been told"
     _save(saved, workspace)
 
 
 @pytest.mark.parametrize("do", LOOKS.values(), ids=LOOKS)
 def test_what_is_only_looked_at_is_no_work(
-    saved: PresentProject, workspace: Workspace, session: Session, do: Do
+    saved: CurrentProject, workspace: Workspace, session: Session, do: Do
 ) -> None:
     do(workspace, session)
     assert not saved.unsaved
 
 
-def test_the_work_is_told_in_words(saved: PresentProject, workspace: Workspace, session: Session) -> None:
-    assert session.unsaved_words() == ""
+def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, session: Session) -> None:
+    assert session.unsaved_summary() == ""
     workspace.set_lock(1, True)
     workspace.edit_info(1, "Rename", name="Wall")
     workspace.keep_run(session, _kept(session))
-    assert session.unsaved_words() == "2 edits, 1 run"
-    workspace.put_away(session)
-    assert workspace.entries[1].unsaved_words() == "2 edits, 1 run"
+    assert session.unsaved_summary() == "2 edits, 1 run"
+    workspace.unload(session)
+    assert workspace.entries[1].unsaved_summary() == "2 edits, 1 run"
     workspace.set_visible(1, False)
-    assert workspace.session.unsaved_words() == "changes"
+    assert workspace.session.unsaved_summary() == "changes"
 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
-    present = PresentProject(workspace, workspace)
+    present = CurrentProject(workspace, workspace)
     workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
     assert not present.unsaved
     workspace.set_keeps_handmade(False)

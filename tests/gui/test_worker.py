@@ -12,7 +12,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.work.jobs import Worker
-from ilf._runtime.cancellation import check_stopped
+from ilf._runtime.cancellation import check_cancelled
 
 WAIT_MS = 10_000
 Until = Callable[[Callable[[], bool]], None]
@@ -226,7 +226,7 @@ def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until)
     def job() -> Generator[int, None, None]:
         begun.set()
         while True:
-            check_stopped()
+            check_cancelled()
         yield 1
 
     worker.start(job)
@@ -240,13 +240,13 @@ def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until)
 
 def test_what_is_to_be_finished_is(qapp: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gui.work.jobs.SHUTDOWN_LIMIT_S", 0.05)
-    worker, begun, gate, done = Worker(finishes=True), threading.Event(), threading.Event(), []
+    worker, begun, gate, done = Worker(must_finish=True), threading.Event(), threading.Event(), []
 
     def job() -> Generator[None, None, None]:
         yield None
         begun.set()
         assert gate.wait(20)
-        check_stopped()
+        check_cancelled()
         done.append(True)
 
     worker.start(job)

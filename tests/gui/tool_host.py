@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.tools.aid import Aid, aid_of
-from gui.tools.base import Found, Point, Tool, ToolOptions
+from gui.tools.base import Point, Result, Tool, ToolOptions
+from gui.tools.edge_data import EdgeData, edge_data_of
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.data.frame import RGBDFrame
 from ilf.run.run import Run
@@ -29,7 +29,7 @@ class ToolHost:
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
-        self.aid: Aid | None = aid_of(frame, strength, regions.astype(np.int32))
+        self.edge_data: EdgeData | None = edge_data_of(frame, strength, regions.astype(np.int32))
         self.preview: Preview | None = None
         self.said: list[str] = []
         self.waits = False
@@ -64,20 +64,20 @@ class ToolHost:
     def drop_stroke(self) -> bool:
         return self.workspace.drop_stroke()
 
-    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        return self.workspace.set_distrusted(mask, text)
+    def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+        return self.workspace.set_invalid_mask(mask, text)
 
     def show_preview(self, preview: Preview | None) -> None:
         self.preview = preview
 
-    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+    def run_in_background(self, find: Callable[[], Result], take: Callable[[Result], None]) -> None:
         """At once, unless a test lets it wait."""
         if self.waits:
             self.waiting.append(lambda: take(find()))
         else:
             take(find())
 
-    def say(self, message: str) -> None:
+    def show_message(self, message: str) -> None:
         self.said.append(message)
 
 

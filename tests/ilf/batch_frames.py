@@ -86,6 +86,6 @@ def work_in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return complete_frame(task, frame, threads)
 
     for module in (ilf.batch.workers, ilf.batch.pictures, ilf.batch.batch):
-        monkeypatch.setattr(module, "done_apart", apart)
+        monkeypatch.setattr(module, "run_in_processes", apart)
     monkeypatch.setattr(ilf.batch.workers, "complete_frame", completed)
     return begun

@@ -12,9 +12,9 @@ import numpy as np
 import ilf
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
-from ilf.evaluation.hold_out import HiddenTest
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, Looked
-from ilf.project.run_history import Guess, KeptRun
+from ilf.evaluation.hold_out import HoldOutTest
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, InspectionState
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 
 from .small_frames import CAMERA, QUICK, write_small_frame
@@ -23,9 +23,9 @@ from .small_frames import CAMERA, QUICK, write_small_frame
 def small_frame(folder: Path) -> RGBDFrame:
     """The small frame from files in a folder, with the truth of a file."""
     rgb, depth = write_small_frame(folder)
-    truth = folder / "truth.npy"
-    np.save(truth, np.full((60, 80), 2.0, np.float32))
-    return ilf.load_frame(rgb, depth, intrinsics=CAMERA, truth=truth)
+    ground_truth = folder / "truth.npy"
+    np.save(ground_truth, np.full((60, 80), 2.0, np.float32))
+    return ilf.load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=ground_truth)
 
 
 def made_frame() -> RGBDFrame:
@@ -34,7 +34,7 @@ def made_frame() -> RGBDFrame:
     depth = rng.uniform(1, 3, (60, 80)).astype(np.float32)
     depth[20:30, 30:50] = np.nan
     colour = rng.integers(0, 255, (60, 80, 3), dtype=np.uint8)
-    return RGBDFrame(colour, depth, name="made", truth=np.full((60, 80), 2.5))
+    return RGBDFrame(colour, depth, name="made", ground_truth=np.full((60, 80), 2.5))
 
 
 def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
@@ -51,27 +51,27 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     paper = ilf.preset("paper", **QUICK)
     early = Run(frame, former, paper, {1: paper.replace(stage_step=1.0)}, only=(1,), notes=("First of all.",))
     late = Run(
-        frame.distrusting(mask).with_guide(guide), labels, quick, {2: quick.replace(smoothness=2)}, dense=True,
-        drawn=drawn, extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
+        frame.with_invalid_mask(mask).with_guide(guide), labels, quick, {2: quick.replace(smoothness=2)},
+        extrapolate=True, drawn=drawn, extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
     )  # fmt: skip
     early_result, late_result = early.complete(), late.complete()
     told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
     late_result = dataclasses.replace(late_result, results=late_result.results | {1: told})
     results = {label: late_result.results[label] for label in (2, 1)}
     runs = (
-        KeptRun(
+        StoredRun(
             1, "first", early, early_result.results, 1.25, (1, 2, 3), "as the paper",
             done=frozenset({1}), expected_error=0.5,
         ),
-        KeptRun(
+        StoredRun(
             4, "é / \n", late, late_result.results, 0.1, (250, 0, 9), "",
-            datetime.datetime(2024, 2, 29, 12, 0, 1, 5), frozenset({1, 2, 70_000}), "cancelled", Guess.of(late_result),
-            0.1 + 0.2, math.nan, None, HiddenTest("random", (3, 1)),
+            datetime.datetime(2024, 2, 29, 12, 0, 1, 5), frozenset({1, 2, 70_000}), "cancelled",
+            Extrapolation.of(late_result), 0.1 + 0.2, math.nan, None, HoldOutTest("random", (3, 1)),
         ),
     )  # fmt: skip
     return FrameState(
         id=frame_id,
-        frame=frame.distrusting(mask).with_guide(guide),
+        frame=frame.with_invalid_mask(mask).with_guide(guide),
         labels=labels,
         notes=BlockNotes(
             {1: BlockInfo("wall", (9, 8, 7), False, True), 99: BlockInfo("gone", (0, 0, 255))},
@@ -87,16 +87,18 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         ),
         common=quick,
         results=results,
-        guess=Guess.of(late_result),
+        guess=Extrapolation.of(late_result),
         runs=runs,
         compared=(4, 1),
         next_number=6,
-        dense=True,
+        extrapolate=True,
         own_parameters=True,
         note="Look again.",
         to_check=frozenset({2}),
         selected=(2, 1),
-        looked=Looked(((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)), ()), 2),
+        looked=InspectionState(
+            ((0.5, 1.25), (70.0, 3.0)), (slice(3, 9), slice(2, 80)), (((1.0, 2.0), (3.0, 4.5)), ()), 2
+        ),
         view={"zoom": 1.5, "layout": ["a", None, True]},
     )
 
@@ -105,7 +107,17 @@ def assert_same(one: object, other: object, what: str = "state") -> None:
     """Everything in two states is the same, down to the bits of arrays."""
     if isinstance(one, RGBDFrame):
         assert isinstance(other, RGBDFrame)
-        for name in ("rgb", "measured", "depth", "distrusted", "truth", "guide", "intrinsics", "name", "inputs"):
+        for name in (
+            "rgb",
+            "measured",
+            "depth",
+            "invalid_mask",
+            "ground_truth",
+            "guide",
+            "intrinsics",
+            "name",
+            "inputs",
+        ):
             assert_same(getattr(one, name), getattr(other, name), f"{what}.{name}")
     elif isinstance(one, np.ndarray):
         assert isinstance(other, np.ndarray), what

@@ -32,11 +32,11 @@ def drawn(run: Run) -> Run:
     return replace(run, blocks=labels, edited=True)
 
 
-def distrusting(run: Run) -> Run:
+def with_invalid_mask(run: Run) -> Run:
     """The same run with some depth distrusted, its blocks extracted without it."""
     mask = np.zeros(run.frame.shape, bool)
     mask[44:56, 4:20] = True
-    return Run.of(run.frame.distrusting(mask), preset=run.parameters, extraction=run.extraction)
+    return Run.of(run.frame.with_invalid_mask(mask), preset=run.parameters, extraction=run.extraction)
 
 
 def with_drawn_border(run: Run) -> Run:

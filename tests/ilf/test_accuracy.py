@@ -46,7 +46,7 @@ NOISE = 0.002
 
 def sample() -> Task:
     """The bundled room: its own holes against its exact depth."""
-    return make_task(load_bench_frame(asset_path("samples/room")), "truth")
+    return make_task(load_bench_frame(asset_path("samples/room")), "ground_truth")
 
 
 def sphere() -> Task:
@@ -68,11 +68,13 @@ def step() -> Task:
     """A near plane before a far one, of other colours, and a hole over the step between them."""
     rows, columns = np.indices(SHAPE)
     near = columns < 70
-    truth = np.where(near, 1.2 + 0.0008 * rows, 2.0 + 0.001 * columns)
+    ground_truth = np.where(near, 1.2 + 0.0008 * rows, 2.0 + 0.001 * columns)
     rgb = np.where(near[..., None], [190, 110, 60], [60, 110, 170]).astype(np.uint8)
     noise = NOISE * np.random.default_rng(2).standard_normal(SHAPE)
     hole = ((rows - 60) / 35) ** 2 + ((columns - 76) / 22) ** 2 < 1
-    return Task(RGBDFrame(rgb, np.where(hole, np.nan, truth + noise), name="step"), truth.astype(np.float32), hole)
+    return Task(
+        RGBDFrame(rgb, np.where(hole, np.nan, ground_truth + noise), name="step"), ground_truth.astype(np.float32), hole
+    )
 
 
 def _task(surface: Surface, hole: np.ndarray) -> Task:

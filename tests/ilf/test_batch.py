@@ -25,24 +25,26 @@ import ilf.batch.workers
 from ilf._runtime.formatting import grouped
 from ilf.batch.batch import open_batch, write_manifest
 from ilf.batch.frame_record import FrameStatus, read_frame, read_frame_record
-from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, selected, shard_of
+from ilf.batch.frames import BatchFrame, folder_name, frames_of_sources, named_frames, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import BatchSettings, read_settings, sha256_of, write_settings
-from ilf.batch.task import Task, complete_frame, steady_depth
-from ilf.batch.workers import outcomes_here, outcomes_on_cluster
+from ilf.batch.task import Task, complete_frame, temporal_median
+from ilf.batch.workers import complete_locally, complete_on_cluster
 from ilf.cli import main
 from ilf.cli.output import FramesBar
 from ilf.errors import FormatError, InputError
-from ilf.evaluation.hold_out import HiddenTest
+from ilf.evaluation.hold_out import HoldOutTest
 from ilf.run.options import ExportOptions
 from ilf.run.record_file import read_record
-from ilf.run.run import Recipe
+from ilf.run.run import RunConfiguration
 from ilf.sources.frame_source import FrameSource
 
 from .batch_frames import Deadly, contents, work_in_this_process, write_frames
 from .small_frames import write_small_frame
 
-QUICK = Recipe(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20))
+QUICK = RunConfiguration(
+    ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20)
+)
 SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
 FLAGS = [
     "--max-iterations",
@@ -87,7 +89,7 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     (tmp_path / "out").mkdir()
     write_settings(tmp_path / "out", SETTINGS.facts(), (1.0, 3.0))
     batch = open_batch(frames, tmp_path / "out", SETTINGS)
-    outcomes = {outcome.frame: outcome for outcome in outcomes_here(batch.task, batch.to_do)}
+    outcomes = {outcome.frame: outcome for outcome in complete_locally(batch.task, batch.to_do)}
     assert [outcomes[frame.key].status for frame in frames] == ["completed", "completed", "failed"]
     assert "crashed twice" in outcomes["deadly"].message
     assert [row["status"] for row in map(dataclasses.asdict, batch.write_manifest())] == [
@@ -217,7 +219,7 @@ def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeyp
     def fail(*_: object) -> None:
         raise MemoryError("no more")
 
-    monkeypatch.setattr(Recipe, "run_of", fail)
+    monkeypatch.setattr(RunConfiguration, "make_run", fail)
     outcome = complete_frame(batch.task, batch.to_do[0])
     assert (outcome.status, outcome.message) == (FrameStatus.FAILED, "MemoryError: no more")
 
@@ -276,7 +278,7 @@ def test_shards_share_a_folder(source, tmp_path, in_this_process):
         assert main([*command, *FLAGS]) == 0
     assert in_this_process == ["rgb/0001", "rgb/0000", "rgb/0002"]
     assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
-    assert all(0 < float(row["hidden_mae_m"]) <= float(row["hidden_rmse_m"]) for row in manifest(out))
+    assert all(0 < float(row["hold_out_mae_m"]) <= float(row["hold_out_rmse_m"]) for row in manifest(out))
 
 
 def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeypatch, in_this_process):
@@ -306,7 +308,7 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
     for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: 3}}):
         (folder / "frame.json").write_text(json.dumps(sound | odd))
         record = read_frame_record(folder)
-        assert not (record.is_whole(folder) and record.is_of(frames_in(source)[0]))
+        assert not (record.has_all_files(folder) and record.is_of(frames_in(source)[0]))
     for schema in (0, 2, None):
         (folder / "frame.json").write_text(json.dumps(sound | {"schema": schema}))
         assert read_frame_record(folder) is None
@@ -327,7 +329,7 @@ def test_damaged_files_of_schedulers(source, tmp_path, content):
     path.write_text(content)
     task = Task(str(tmp_path / "out"), SETTINGS, "", (0.0, 1.0))
     with pytest.raises(InputError, match=str(path)):
-        list(outcomes_on_cluster(task, frames_in(source), str(path)))
+        list(complete_on_cluster(task, frames_in(source), str(path)))
 
 
 def test_previews_share_their_colours(source, tmp_path, in_this_process):
@@ -392,7 +394,7 @@ def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
     with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
-        next(outcomes_on_cluster(None, (), "nowhere"))
+        next(complete_on_cluster(None, (), "nowhere"))
 
 
 _LOST = """
@@ -459,7 +461,7 @@ def test_every_frame_is_in_one_shard(count, shards):
     frames = named_frames((f"{number}", FrameSource("/a", "/b"), None) for number in range(count))
     parts = [frame.key for number in range(shards) for frame in shard_of(frames, number + 1, shards)]
     assert sorted(parts) == sorted(frame.key for frame in frames)
-    assert [frame.key for frame in selected(frames, every=shards)] == [
+    assert [frame.key for frame in slice_frames(frames, every=shards)] == [
         str(number) for number in range(0, count, shards)
     ]
 
@@ -467,7 +469,7 @@ def test_every_frame_is_in_one_shard(count, shards):
 def test_settings_hold_what_their_files_do(source, tmp_path):
     mask = tmp_path / "mask.png"
     cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
-    settings = replace(SETTINGS, distrust=str(mask), hidden=HiddenTest("areas", (0,)))
+    settings = replace(SETTINGS, mark_invalid=str(mask), hidden=HoldOutTest("areas", (0,)))
     before = settings.facts()
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
@@ -475,11 +477,13 @@ def test_settings_hold_what_their_files_do(source, tmp_path):
 
 
 def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_process, capsys):
-    (tmp_path / "truth").mkdir()
+    (tmp_path / "ground_truth").mkdir()
     for number in range(2):
         depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
-        cv2.imwrite(str(tmp_path / "truth" / f"{number:04}.png"), np.where(depth > 0, depth, 2000).astype(np.uint16))
-    beside = ["--ground-truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
+        cv2.imwrite(
+            str(tmp_path / "ground_truth" / f"{number:04}.png"), np.where(depth > 0, depth, 2000).astype(np.uint16)
+        )
+    beside = ["--ground-truth", str(tmp_path / "ground_truth"), "--guide", str(tmp_path / "ground_truth")]
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
     assert main(command) == 1
     assert "no file for rgb/0002. Add one named rgb__0002 or 0002" in capsys.readouterr().err
@@ -570,7 +574,7 @@ def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
     other_size = ilf.RGBDFrame(np.full((10, 30, 3), 90, np.uint8), np.full((10, 30), 3.0))
     rng = np.random.default_rng(0)
     other_view = ilf.RGBDFrame(rng.integers(0, 255, (20, 30, 3), np.uint8), np.full((20, 30), 3.0))
-    assert np.all(steady_depth(frame, [other_size, other_view]) == 2.0)
+    assert np.all(temporal_median(frame, [other_size, other_view]) == 2.0)
     write_frames(tmp_path, 2)
     (tmp_path / "depth" / "0000.png").write_bytes(b"no image")
     second = frames_of_sources([ilf.open_source(tmp_path)], reach=2)[1]
@@ -595,7 +599,7 @@ def test_each_doubt_is_told_once(source, tmp_path, in_this_process, capsys):
         (line,) = told.err.splitlines()
         assert line.startswith("ilf: warning: rgb/0000: 65535 fills ")
         assert "2 frames with plausibility warnings" in told.out
-    assert ["65535 fills" in row["doubts"] for row in manifest(tmp_path / "out")] == [True, True, False]
+    assert ["65535 fills" in row["plausibility_warnings"] for row in manifest(tmp_path / "out")] == [True, True, False]
     assert len(in_this_process) == 3
 
 

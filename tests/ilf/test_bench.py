@@ -15,10 +15,10 @@ from ilf.completion.confidence.expected_error import depth_error
 from ilf.data.parameters import PRESETS
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.lab.bench.frames import BenchFrame, find_frames, load_bench_frame
-from ilf.lab.bench.methods import GROUPS, METHODS, Method, choose_methods
+from ilf.lab.bench.methods import GROUPS, METHODS, Method, parse_methods
 from ilf.lab.bench.patterns import make_task
 from ilf.lab.bench.results import Plan, against_peers, bootstrap, summarise
-from ilf.lab.bench.runner import read_earlier, run_bench, score
+from ilf.lab.bench.runner import read_earlier_result, run_bench, score
 from ilf.run.run import complete
 from tests.bench import frame_split
 
@@ -48,10 +48,10 @@ def two_frames(tmp_path):
         write_small_frame(folder)
         meta = {"name": name, "depth_units_per_m": 1000}
         if name == "second":
-            truth = cv2.imread(str(folder / "depth.png"), cv2.IMREAD_UNCHANGED)
-            truth[truth == 0] = 2000
-            truth[:, 60:] = 0
-            cv2.imwrite(str(folder / "gt.png"), truth)
+            ground_truth = cv2.imread(str(folder / "depth.png"), cv2.IMREAD_UNCHANGED)
+            ground_truth[ground_truth == 0] = 2000
+            ground_truth[:, 60:] = 0
+            cv2.imwrite(str(folder / "gt.png"), ground_truth)
             meta |= {"gt": "measured: by hand", "gt_units_per_m": 1000}
         (folder / "meta.json").write_text(json.dumps(meta))
     return tmp_path / "frames"
@@ -91,12 +91,12 @@ def test_areas_are_ellipses_of_the_stated_size():
 
 def test_truth_scores_the_frames_own_holes_where_truth_is_known(two_frames):
     source = load_bench_frame(two_frames / "second")
-    task = make_task(source, "truth")
-    np.testing.assert_array_equal(task.scored, ~source.frame.known & np.isfinite(source.truth))
+    task = make_task(source, "ground-truth")
+    np.testing.assert_array_equal(task.scored, ~source.frame.known & np.isfinite(source.ground_truth))
     assert task.scored.any()
     assert not task.scored[:, 60:].any()
     with pytest.raises(InputError, match="no measured or exact ground truth"):
-        make_task(load_bench_frame(two_frames / "first"), "truth")
+        make_task(load_bench_frame(two_frames / "first"), "ground-truth")
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_truth_scores_the_frames_own_holes_where_truth_is_known(two_frames):
 def test_filled_depth_is_no_truth(two_frames, worth):
     meta = {"depth_units_per_m": 1000, "gt": worth, "gt_units_per_m": 1000}
     (two_frames / "second" / "meta.json").write_text(json.dumps(meta))
-    assert load_bench_frame(two_frames / "second").truth is None
+    assert load_bench_frame(two_frames / "second").ground_truth is None
 
 
 def test_truth_with_a_mask_stands_in_for_depth(two_frames):
@@ -115,8 +115,8 @@ def test_truth_with_a_mask_stands_in_for_depth(two_frames):
     mask[5:20, 5:20] = 255
     cv2.imwrite(str(folder / "mask.png"), mask)
     source = load_bench_frame(folder)
-    np.testing.assert_array_equal(source.frame.known, np.isfinite(source.truth) & (mask == 0))
-    np.testing.assert_array_equal(make_task(source, "truth").scored, mask > 0)
+    np.testing.assert_array_equal(source.frame.known, np.isfinite(source.ground_truth) & (mask == 0))
+    np.testing.assert_array_equal(make_task(source, "ground-truth").scored, mask > 0)
 
 
 def test_a_folder_of_filled_depth_only_is_no_frame(two_frames):
@@ -130,7 +130,7 @@ def test_frames_that_leave_nothing_to_score():
     one = np.zeros((40, 60))
     one[3, 4] = 2.0
     for pattern in ("areas", "random"):
-        with pytest.raises(InputError, match="hidden|held-out"):
+        with pytest.raises(InputError, match=r"hidden|held-out"):
             make_task(BenchFrame(RGBDFrame(COLOUR, one), None), pattern)
     with pytest.raises(InputError, match="no pattern 'stripes'"):
         make_task(BenchFrame(frame_of(PLANE), None), "stripes")
@@ -215,11 +215,11 @@ def test_every_method_takes_holes_and_a_single_known_pixel(name):
 
 def test_new_presets_are_methods_and_groups_are_taken_apart():
     assert set(PRESETS) <= set(METHODS)
-    assert choose_methods("peers,linear") == list(GROUPS["peers"])
-    assert choose_methods("all") == list(METHODS)
+    assert parse_methods("peers,linear") == list(GROUPS["peers"])
+    assert parse_methods("all") == list(METHODS)
     for wrong in ("linear,cubic", " , "):
         with pytest.raises(ParameterError, match="Known: all, presets, peers"):
-            choose_methods(wrong)
+            parse_methods(wrong)
 
 
 # scoring
@@ -338,7 +338,7 @@ def test_an_earlier_result_that_is_damaged(earlier, value):
     content["rows"][0]["frame" if isinstance(value, list) else "rmse"] = value
     earlier.write_text(json.dumps(content))
     with pytest.raises(FormatError, match="is not a result of"):
-        read_earlier(earlier, list(METHODS))
+        read_earlier_result(earlier, list(METHODS))
 
 
 def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, monkeypatch):
@@ -348,7 +348,7 @@ def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, monke
     for name in ("nearest", "linear"):
         monkeypatch.setitem(METHODS, name, Method(name, run, False))
     methods = ("best", "nearest", "linear", "polynomial", "telea")
-    then = read_earlier(earlier, methods)
+    then = read_earlier_result(earlier, methods)
     # a polynomial is fitted to each block, and blocks may be others by now
     assert then.methods == ("nearest", "linear")
     result = run_bench(Plan(tuple(find_frames([two_frames])), ("areas",), methods, 1), earlier=then)
@@ -396,7 +396,7 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     shutil.copytree(two_frames / "first", two_frames / "broken")
     (two_frames / "broken" / "depth.png").write_bytes(b"no image")
     files = ["--csv", str(tmp_path / "a.csv"), "--json", str(tmp_path / "a.json")]
-    arguments = ["bench", str(two_frames), "--pattern", "random,areas,truth"]
+    arguments = ["bench", str(two_frames), "--pattern", "random,areas,ground-truth"]
     assert main([*arguments, *files]) == 0
     captured = capsys.readouterr()
     warnings = captured.err.splitlines()
@@ -406,7 +406,7 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     tables = [part.splitlines() for part in captured.out.split("\n\n")]
     whats = ("", ", frame by frame", ", expected error")
     assert [lines[0].split(":")[0] for lines in tables] == [
-        pattern + what for pattern in ("random", "areas", "truth") for what in whats
+        pattern + what for pattern in ("random", "areas", "ground-truth") for what in whats
     ]
     for lines in tables[::3]:
         rmse = [float(line.split()[1].rstrip("*")) for line in lines[2:]]
@@ -428,7 +428,7 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     assert all("within" in tables[2][1] and row["within"] is not None for row in content["rows"])
     assert [(task["pattern"], task["frame"], task["sensor"]) for task in content["tasks"]] == [
         *((pattern, frame, frame) for pattern in ("random", "areas") for frame in ("first", "second")),
-        ("truth", "second", "second"),
+        ("ground-truth", "second", "second"),
     ]
 
 
@@ -463,7 +463,7 @@ def test_limit_and_seed(two_frames, tmp_path, capsys):
         (["frames", "--methods", "cubic"], 1, "There is no method 'cubic'"),
         (["frames", "--limit", "0"], 2, "'0' is not an integer of at least 1"),
         (["frames", "--seed", "-1"], 2, "--seed"),
-        (["frames/first", "--pattern", "truth"], 1, "No frame could be scored"),
+        (["frames/first", "--pattern", "ground-truth"], 1, "No frame could be scored"),
         (["frames", "--methods", "nearest", "--csv", "no/such.csv"], 1, "Could not write no/such.csv"),
     ],
 )

@@ -18,7 +18,7 @@ from ilf.lab.bench.block_measures import (
     count_leaks,
     coverage,
     cut_rate,
-    find_evidence,
+    find_reference,
     purity,
     recoverable_share,
     score_blocks,
@@ -44,7 +44,7 @@ def frame_of(depth, missing=False):
 
 
 def evidence_of(depth, missing=False):
-    return find_evidence(frame_of(depth, missing))
+    return find_reference(frame_of(depth, missing))
 
 
 def with_jump(rows):
@@ -94,7 +94,7 @@ def test_smooth_is_the_inside_of_a_noisy_wall_and_not_its_corners():
     inside[REACH + 3 : -REACH - 3, REACH + 3 : -REACH - 3] = True
     noise = rng.normal(0, 0.006, SHAPE)
     slanted = 2.0 / (1 + 0.8 * (COLUMNS - 60) / 525 + 0.5 * ROWS / 525)
-    assert both(inside)[0][find_evidence(frame_of(slanted + noise)).smooth[0]].sum() > 0.95 * both(inside)[0].sum()
+    assert both(inside)[0][find_reference(frame_of(slanted + noise)).smooth[0]].sum() > 0.95 * both(inside)[0].sum()
     corner = mark(evidence_of(wall_corner(90) + noise).smooth)
     assert not corner[:, 58:62].any()
     assert corner[20:60, 20:45].all()
@@ -117,7 +117,7 @@ def test_coverage_is_inside_the_margins_and_of_the_frame():
     colour[:4] = colour[-4:] = colour[:, :6] = colour[:, -6:] = 255
     labels = np.zeros(SHAPE, np.int32)
     labels[4:-4, 6:60] = 1
-    score = score_blocks(labels, find_evidence(RGBDFrame(colour, STEP)))
+    score = score_blocks(labels, find_reference(RGBDFrame(colour, STEP)))
     assert (score.coverage, score.frame_coverage) == (0.5, pytest.approx(54 * 72 / labels.size))
     assert score.blocks == 1
     assert coverage(np.zeros((2, 2), np.int32)) == 0.0
@@ -269,7 +269,7 @@ def test_methods_part_colours_and_leave_the_margins_out(name):
     inside = np.zeros(SHAPE, bool)
     inside[4:-4, 6:-6] = True
     np.testing.assert_array_equal(labels > 0, inside)
-    score = score_blocks(labels, find_evidence(frame))
+    score = score_blocks(labels, find_reference(frame))
     assert score.recall == 1.0
     if name != "network":  # its boundaries are true to a pixel, not to the line between two
         assert score.purity == 1.0

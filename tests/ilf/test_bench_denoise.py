@@ -18,16 +18,16 @@ def test_scenes_have_the_noise_they_tell(name: str) -> None:
     scene, again = SCENES[name](1), SCENES[name](1)
     assert np.array_equal(scene.frame.depth, again.frame.depth, equal_nan=True)
     part = scene.parts.get("flat", scene.parts.get("all"))
-    relative = (scene.frame.depth - scene.truth)[part] / scene.noise[part]
+    relative = (scene.frame.depth - scene.ground_truth)[part] / scene.noise[part]
     assert 0.9 < relative.std() < 1.2
     assert not any((mask & ~scene.frame.known).any() for mask in scene.parts.values())
 
 
 @pytest.mark.parametrize("name", DENOISERS)
 def test_peers_take_noise_off_a_slope_and_keep_its_depth(name: str) -> None:
-    truth = np.broadcast_to(2 + 0.0002 * np.arange(80), (60, 80))
-    noisy = truth + 0.01 * np.random.default_rng(0).standard_normal(truth.shape)
-    error = DENOISERS[name](noisy, 0.01) - truth
+    ground_truth = np.broadcast_to(2 + 0.0002 * np.arange(80), (60, 80))
+    noisy = ground_truth + 0.01 * np.random.default_rng(0).standard_normal(ground_truth.shape)
+    error = DENOISERS[name](noisy, 0.01) - ground_truth
     assert error.std() < 0.007
     assert abs(error.mean()) < 0.001
 

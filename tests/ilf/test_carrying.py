@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.errors import InputError
-from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, is_carried, is_edited
-from ilf.project.propagation import carry
+from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState, is_edited, is_propagated
+from ilf.project.propagation import propagate_state
 from ilf.sources.frames import load_frame
 
 WALL = BlockInfo("Wall", (1, 2, 3), locked=True)
@@ -30,7 +30,7 @@ def before(small_frame: RGBDFrame, small_labels: NDArray[np.int32]) -> FrameStat
     drawn[:, 29:31] = True
     notes = BlockNotes({1: WALL, 7: GONE}, {2: {"smoothness": 3.0}}, drawn, EXTRACTION, "net", extracted)
     return FrameState(
-        "before", small_frame, small_labels, notes, Parameters(s_criteria=0.002), dense=True, selected=(2,)
+        "before", small_frame, small_labels, notes, Parameters(s_criteria=0.002), extrapolate=True, selected=(2,)
     )
 
 
@@ -41,24 +41,24 @@ def after(small_frame: RGBDFrame) -> FrameState:
 
 
 def test_all_that_is_known_goes_along(before: FrameState, after: FrameState) -> None:
-    carried = carry(before, after)
-    state = carried.state
-    assert carried.followed.how == "copied"
+    propagated = propagate_state(before, after)
+    state = propagated.state
+    assert propagated.followed.how == "copied"
     assert np.array_equal(state.labels, before.labels)
     assert state.notes.infos == {1: WALL, 7: GONE}
     assert state.notes.own == {2: {"smoothness": 3.0}}
     assert np.array_equal(state.notes.drawn, before.notes.drawn)
     assert (state.notes.extraction, state.notes.network) == (EXTRACTION, "net")
-    assert (state.common, state.dense, state.selected) == (before.common, True, (2,))
+    assert (state.common, state.extrapolate, state.selected) == (before.common, True, (2,))
     assert (state.id, state.note, state.frame) == ("after", "of the user", after.frame)
-    assert state.notes.carried_from == "two-planes"
+    assert state.notes.propagated_from == "two-planes"
     # made by hand there is made by hand here: another extraction keeps it
     assert state.notes.handmade == {1}
-    assert is_carried(state.notes, state.labels)
+    assert is_propagated(state.notes, state.labels)
     assert is_edited(state.notes, state.labels)
     edited = state.labels.copy()
     edited[0, 0] = 2
-    assert not is_carried(state.notes, edited)
+    assert not is_propagated(state.notes, edited)
 
 
 def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, after: FrameState) -> None:
@@ -66,7 +66,7 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, a
     labels = np.zeros(after.labels.shape, np.int32)
     labels[:10, :10] = 2
     own = {2: {"smoothness": 0.5}}
-    state = carry(before, replace(after, labels=labels, notes=BlockNotes({2: mine}, own))).state
+    state = propagate_state(before, replace(after, labels=labels, notes=BlockNotes({2: mine}, own))).state
     assert (state.labels[:10, :10] == 2).all()
     other = int(state.labels[40, 60])  # block 2 of the frame before has another number
     assert other not in (1, 2, 7)
@@ -77,20 +77,22 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, a
     # nor does it get the values of a block with its number that is gone
     gone = replace(before, notes=replace(before.notes, own={7: {"smoothness": 3.0}}))
     locked = replace(after, labels=np.where(labels == 2, 7, 0).astype(np.int32), notes=BlockNotes({7: mine}))
-    assert carry(gone, locked).state.notes.own == {}
+    assert propagate_state(gone, locked).state.notes.own == {}
 
-    carried = carry(before, after).state
+    propagated = propagate_state(before, after).state
     moved = replace(before, labels=np.where(before.labels == 1, 2, 1).astype(np.int32))
-    assert np.array_equal(carry(moved, carried).state.labels, moved.labels)  # block 1, locked, had come from there
-    touched = carried.labels.copy()
+    assert np.array_equal(
+        propagate_state(moved, propagated).state.labels, moved.labels
+    )  # block 1, locked, had come from there
+    touched = propagated.labels.copy()
     touched[:, 30:32] = 1
-    kept = carry(moved, replace(carried, labels=touched)).state
+    kept = propagate_state(moved, replace(propagated, labels=touched)).state
     assert np.array_equal(kept.labels == 1, touched == 1)
 
 
 def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) -> None:
     frame = replace(after.frame, rgb=np.full_like(after.frame.rgb, 90), depth=np.full(after.frame.shape, 4.0))
-    state = carry(before, replace(after, frame=frame), "flow").state
+    state = propagate_state(before, replace(after, frame=frame), "flow").state
     assert state.to_check
     assert state.to_check <= set(np.unique(state.labels).tolist())
     assert state.notes.reasons.keys() == state.to_check
@@ -112,13 +114,13 @@ def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
         states.append(FrameState(str(number), frame, np.zeros(frame.shape, np.int32)))
     labels = np.ones((48, 64), np.int32)
     labels[:, 30:] = 2
-    carried = carry(replace(states[0], labels=labels), states[1])
-    assert carried.followed.how == "pose"
-    assert carried.state.labels[24].tolist() == [1] * 33 + [2] * 31
+    propagated = propagate_state(replace(states[0], labels=labels), states[1])
+    assert propagated.followed.how == "pose"
+    assert propagated.state.labels[24].tolist() == [1] * 33 + [2] * 31
 
 
 def test_frames_of_another_size_are_refused(before: FrameState, after: FrameState) -> None:
     part = np.s_[:40, :50]
     frame = RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
     with pytest.raises(InputError, match="same size"):
-        carry(before, FrameState("after", frame, np.zeros(frame.shape, np.int32)))
+        propagate_state(before, FrameState("after", frame, np.zeros(frame.shape, np.int32)))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.sandbox import in_child
+from ilf._runtime.sandbox import run_in_sandbox
 
 from .batch_frames import write_frames
 
@@ -54,7 +54,7 @@ def _frozen(folder: Path, room: str) -> str:
 def test_a_frozen_program_tries_readers_in_a_child(tmp_path: Path, monkeypatch, room: str) -> None:
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    assert in_child(divmod, 7, 2, file="seven") == [3, 1]
+    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
 
 
 def test_a_frozen_program_shares_work_among_processes(tmp_path: Path) -> None:

@@ -207,9 +207,9 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     mask = np.zeros((60, 80), np.uint8)
     mask[40:52, 4:20] = 255
     cv2.imwrite("mask.png", mask)
-    distrusting = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--invalid-mask", "mask.png"]
-    assert main([*distrusting, "--out", "out"]) == 0
-    frame = ilf.load_frame(*files).distrusting(mask > 0)
+    with_invalid_mask = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--invalid-mask", "mask.png"]
+    assert main([*with_invalid_mask, "--out", "out"]) == 0
+    frame = ilf.load_frame(*files).with_invalid_mask(mask > 0)
     depth = np.load("out/depth.npy")
     assert np.all(np.isfinite(depth[mask > 0]))
     assert np.any(depth[mask > 0] != frame.measured[mask > 0])
@@ -217,7 +217,7 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
     assert contents("again") == contents("out")
     cv2.imwrite("small.png", mask[:9])
-    assert "the mask is 80 x 9" in fails(capsys, *distrusting[:-1], "small.png")
+    assert "the mask is 80 x 9" in fails(capsys, *with_invalid_mask[:-1], "small.png")
     assert main(["blocks", *files, "--invalid-mask", "mask.png", "--out", "b.png", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
 
@@ -338,7 +338,7 @@ def test_the_filter_follows_the_flags_of_the_extraction(files):
     labels, mask = np.ones((60, 80), np.int32), np.zeros((60, 80), np.uint8)
     mask[20:40, 30:50] = 255  # across the jump
     cv2.imwrite("mask.png", mask)
-    frame = ilf.load_frame(*files).distrusting(mask > 0)
+    frame = ilf.load_frame(*files).with_invalid_mask(mask > 0)
     own = ilf.BlockParameters(granularity=0.0, min_size=50.0, depth_jump=3.0)
     flags = ["--blocks-granularity", "0", "--blocks-min-size", "50", "--blocks-depth-jump", "3"]
     flags += ["--invalid-mask", "mask.png"]
@@ -507,7 +507,7 @@ def test_complete_prints_one_json_document(files, capsys):
     for block, outcome in zip(found["blocks"], outcomes, strict=True):
         assert block["sigma_i_m"] == (None if np.isnan(outcome.sigma_i) else outcome.sigma_i)
     assert set(found) == set(re.findall(r"\w+", COMPLETION_KEYS.partition(" blocks: ")[0])) - {
-        *("pixels", "against", "ground", "truth", "null", "without", "it"),
+        *("pixels", "against", "ground", "ground_truth", "null", "without", "it"),
     }
 
 
@@ -518,7 +518,7 @@ def test_info_prints_one_json_document(files, capsys):
     assert found["missing_share"] == pytest.approx(frame.missing_share)
     assert found["max_m"] == pytest.approx(np.nanmax(frame.depth))
     assert found["intrinsics"] == {"fx": 1.0, "fy": 2.0, "cx": 3.0, "cy": 4.0, "name": ""}
-    assert (found["doubts"], found["problems"]) == ([], [])
+    assert (found["plausibility_warnings"], found["problems"]) == ([], [])
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
     capsys.readouterr()
     found = document(capsys, "info", "out")

@@ -17,16 +17,16 @@ import pytest
 
 import ilf
 from ilf._runtime.formatting import counted
-from ilf._runtime.threads import side_by_side
-from ilf.completion.block import known_needed
+from ilf._runtime.threads import run_in_parallel
+from ilf.completion.block import required_known_pixels
 from ilf.completion.completion import CompletionRun
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Progress, Status, compose
 from ilf.errors import Cancelled, InputError, ParameterError
-from ilf.evaluation.hold_out import HiddenTest, judge_hidden
-from ilf.run.run import Recipe, complete
+from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
+from ilf.run.run import RunConfiguration, complete
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -95,7 +95,7 @@ def test_a_completion_is_a_line_of_text_and_pictures(small_frame: RGBDFrame, sma
     assert repr(completion) == (
         f"<CompletedRun of {small_frame.name!r}: 64 x 48 pixels, 1 block, {filled} pixels filled, {left} still missing>"
     )
-    assert f" pixels filled ({left} extrapolated), 0 still missing>" in repr(ilf.fill_rest(completion))
+    assert f" pixels filled ({left} extrapolated), 0 still missing>" in repr(ilf.extrapolate(completion))
     assert repr(compose(small_frame, completion.results)).startswith("<Completion of ")
     assert completion._repr_html_().count("data:image/png;base64,") == 3
     matplotlib.use("agg")
@@ -123,12 +123,13 @@ def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, 
     assert np.array_equal(own.complete().depth, wanted, equal_nan=True)
     assert len(list(ilf.iterate(small_frame, small_labels, 1, "released-code"))) == 1500
     assert ilf.Run.of(small_frame, preset="paper").parameters == ilf.preset("paper")
-    assert Recipe("paper").run_of(small_frame).parameters == ilf.preset("paper")
-    test = HiddenTest("random", (0,))
-    judged = [
-        judge_hidden(ilf.Run(small_frame, small_labels, given), test).whole for given in ("paper", ilf.preset("paper"))
+    assert RunConfiguration("paper").make_run(small_frame).parameters == ilf.preset("paper")
+    test = HoldOutTest("random", (0,))
+    evaluated = [
+        evaluate_hold_out(ilf.Run(small_frame, small_labels, given), test).whole
+        for given in ("paper", ilf.preset("paper"))
     ]
-    assert judged[0] == judged[1]
+    assert evaluated[0] == evaluated[1]
 
 
 @pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters()])
@@ -165,8 +166,8 @@ def test_anything_but_a_frame_is_refused_with_what_to_give(given: object, small_
 def test_holes_in_planes_come_back_close(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     result = ilf.complete(small_frame, small_labels, ilf.preset("paper", centred=True))
     rows, columns = np.mgrid[:48, :64]
-    truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
-    assert np.abs(result.depth - truth)[result.filled].max() < 0.02
+    ground_truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
+    assert np.abs(result.depth - ground_truth)[result.filled].max() < 0.02
 
 
 def test_fill_and_denoise_changes_the_whole_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -238,8 +239,8 @@ def test_limits_of_known_depth_are_parameters(small_frame: RGBDFrame) -> None:
 )
 def test_known_pixels_that_a_block_needs(pixels: int, share: float, least: int, needed: int) -> None:
     parameters = ilf.preset(min_known_share=share, min_known_pixels=least)
-    assert known_needed(pixels, parameters) == needed
-    assert known_needed([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
+    assert required_known_pixels(pixels, parameters) == needed
+    assert required_known_pixels([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
 
 
 def test_a_block_with_just_enough_known_depth_is_completed(small_frame: RGBDFrame) -> None:
@@ -423,7 +424,7 @@ def test_threads_are_no_more_than_a_slice_ahead(monkeypatch: pytest.MonkeyPatch)
             made.append(number)
             yield number
 
-    steps = side_by_side([task(), task()], 2)
+    steps = run_in_parallel([task(), task()], 2)
     for taken in (1, 2, 3):
         next(steps)
         before = -1
@@ -509,9 +510,9 @@ def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> 
 def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
     small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
 ) -> None:
-    truth = np.where(small_frame.known, small_frame.depth + 9, 2.5)
-    judged = small_frame.with_truth(truth)
-    without, completion = (ilf.complete(frame, small_labels, parameters) for frame in (small_frame, judged))
+    ground_truth = np.where(small_frame.known, small_frame.depth + 9, 2.5)
+    evaluated = small_frame.with_ground_truth(ground_truth)
+    without, completion = (ilf.complete(frame, small_labels, parameters) for frame in (small_frame, evaluated))
     np.testing.assert_array_equal(completion.depth, without.depth)
     for label, history in completion.history.items():
         block = completion.results[label].block
@@ -524,25 +525,25 @@ def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
 
 
 def test_tasks_are_begun_as_long_as_there_is_room_for_them() -> None:
-    sizes, under_way, loads = [12, 8, 4, 2, 1], [], []
+    sizes, pending_work, loads = [12, 8, 4, 2, 1], [], []
     lock = threading.Lock()
 
     def task(size: int) -> Iterator[int]:
         with lock:
-            under_way.append(size)
-            loads.append(sum(under_way))
+            pending_work.append(size)
+            loads.append(sum(pending_work))
         time.sleep(0.01)
         yield size
         with lock:
-            under_way.remove(size)
+            pending_work.remove(size)
 
-    assert sorted(side_by_side([task(size) for size in sizes], 3, sizes, room=10)) == sorted(sizes)
+    assert sorted(run_in_parallel([task(size) for size in sizes], 3, sizes, room=10)) == sorted(sizes)
     assert loads[0] == 12, "what there is never room for is begun alone"
     assert max(loads[1:]) <= 10
 
 
 def test_a_thread_that_waits_for_room_ends_when_nobody_wants_more() -> None:
-    steps = side_by_side([iter(range(1000)), iter(range(1000))], 2, [1, 1], room=1)
+    steps = run_in_parallel([iter(range(1000)), iter(range(1000))], 2, [1, 1], room=1)
     next(steps)
     steps.close()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]

@@ -10,18 +10,18 @@ import ilf
 from ilf.completion.confidence.expected_error import (
     _discs,
     depth_error,
+    difficulty_samples,
     error_summary,
     expected_error,
-    own_test,
     summarised,
-    unvouched,
+    unsupported,
 )
 from ilf.completion.confidence.features import FEATURES, FLOOR, error_features, walk
 from ilf.completion.confidence.fitted import MODELS
-from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, wideness
+from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight
 from ilf.data.parameters import Parameters
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.hold_out import HiddenTest, judge_hidden
+from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.lab.bench.calibration import Sample, calibrate, fit, main
 from ilf.lab.bench.methods import METHODS
 from ilf.run.run import complete
@@ -102,18 +102,18 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
     np.testing.assert_array_equal(expected_error(mixed), expected)
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
-    guesses = replace(completion, guessed=completion.filled & (labels == 2))
-    np.testing.assert_array_equal(expected_error(guesses), expected)
+    extrapolations = replace(completion, extrapolated=completion.filled & (labels == 2))
+    np.testing.assert_array_equal(expected_error(extrapolations), expected)
 
 
 def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
     completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
-    dense = replace(completion, guessed=completion.filled & (labels == 2))
-    error = expected_error(dense)
+    extrapolate = replace(completion, extrapolated=completion.filled & (labels == 2))
+    error = expected_error(extrapolate)
     of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
-    figures = error_summary(error, dense)
+    figures = error_summary(error, extrapolate)
     assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
     assert (figures.median, figures.p90) == pytest.approx((np.median(of_blocks), np.quantile(of_blocks, 0.9)))
     assert error_summary(error, completion).rms != figures.rms
@@ -151,46 +151,46 @@ def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_o
     frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
     labels = np.where(np.hypot(ROWS - 48, COLUMNS - 64) < 16, 2, 1).astype(np.int32)
     completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=3))
-    assert not unvouched(completion).any()
+    assert not unsupported(completion).any()
     some = HOLE & (COLUMNS > 64)
-    np.testing.assert_array_equal(unvouched(replace(completion, guessed=some)), some)
+    np.testing.assert_array_equal(unsupported(replace(completion, extrapolated=some)), some)
     for factor in (0.5, 2.0):
         depth = np.where(some, np.float32(factor) * completion.depth, completion.depth)
-        np.testing.assert_array_equal(unvouched(replace(completion, depth=depth)), some)
+        np.testing.assert_array_equal(unsupported(replace(completion, depth=depth)), some)
     ring = np.abs(np.hypot(ROWS - 48, COLUMNS - 64) - 16) < 4
     parted = replace(completion, results={1: replace(completion.results[1], drawn=ring.ravel())})
-    closed_in = unvouched(parted)
+    closed_in = unsupported(parted)
     assert closed_in[labels == 2].mean() > 0.5
     assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
     with pytest.raises(InputError, match="does not belong"):
-        unvouched(replace(completion, depth=completion.depth[1:]))
+        unsupported(replace(completion, depth=completion.depth[1:]))
 
 
 def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
     smooth = ilf.RGBDFrame(COLOUR, PLANE)
     rough = ilf.RGBDFrame(COLOUR, PLANE + np.float32(0.3) * (np.sin(ROWS / 7) * np.sin(COLUMNS / 9)))
-    easy, hard = (own_test(frame) for frame in (smooth, rough))
+    easy, hard = (difficulty_samples(frame) for frame in (smooth, rough))
     assert easy[0].shape == (len(easy[1]), len(FEATURES))
     assert 0.2 < len(easy[1]) / PLANE.size < 0.35
     assert np.median(easy[1]) < np.median(hard[1])
-    again = own_test(ilf.RGBDFrame(COLOUR, PLANE))
+    again = difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))
     np.testing.assert_array_equal(easy[1], again[1])
-    assert own_test(ilf.RGBDFrame(COLOUR, np.where(ROWS < 80, np.nan, PLANE))) is None
+    assert difficulty_samples(ilf.RGBDFrame(COLOUR, np.where(ROWS < 80, np.nan, PLANE))) is None
 
 
 def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_be_tested_too(monkeypatch):
     monkeypatch.setattr("ilf.completion.confidence.expected_error._FEWEST", 10)
     sparse = np.random.default_rng(0).uniform(size=PLANE.shape) < 0.02
-    features, _ = own_test(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
+    features, _ = difficulty_samples(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
     assert 30 <= len(features) < 100
     near = np.where(_discs(PLANE.shape) | (COLUMNS < 60), 0.11, 0.099)  # what is left is too near for a frame
-    assert own_test(ilf.RGBDFrame(COLOUR, near)) is not None
+    assert difficulty_samples(ilf.RGBDFrame(COLOUR, near)) is not None
     assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near)), near)[HOLE]).all()
     monkeypatch.setattr("ilf.completion.confidence.expected_error._LONGEST", 32)
-    features, _ = own_test(ilf.RGBDFrame(COLOUR, PLANE))
+    features, _ = difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))
     assert 0.2 < len(features) / (24 * 32) < 0.35
     monkeypatch.setattr("ilf.completion.confidence.expected_error._LOOKED_AT", 50)
-    assert 40 < len(own_test(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
+    assert 40 < len(difficulty_samples(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
 
 
 def law(**curves):
@@ -200,7 +200,7 @@ def law(**curves):
     return ErrorModel(-1.5, tuple(Curve(tuple(ends), tuple(slope * ends)) for slope in slopes))
 
 
-def sample_of(model, rng, name="a", own_test=None):
+def sample_of(model, rng, name="a", difficulty_samples=None):
     """Pixels of a rough plane with holes, whose errors are as a model says."""
     rough = (PLANE + rng.normal(0, 0.01, PLANE.shape)).astype(np.float32)
     hidden = rng.uniform(size=PLANE.shape) < 0.7
@@ -209,7 +209,7 @@ def sample_of(model, rng, name="a", own_test=None):
     features = error_features(frame, filled, np.zeros(PLANE.shape, np.float32))
     shares = model.shares(features) * np.abs(rng.normal(size=len(features)))
     ones = np.ones(len(features))
-    return Sample(name, "random", features, ones, shares, ones.astype(np.float32), own_test)
+    return Sample(name, "random", features, ones, shares, ones.astype(np.float32), difficulty_samples)
 
 
 def test_the_fit_finds_the_law_that_made_the_errors_and_calibrates_it():
@@ -233,14 +233,14 @@ def test_what_frames_have_of_their_own_is_found_in_wide_gaps():
     samples = []
     for name, own in (("easy", -0.4), ("usual", 0.0), ("hard", 0.4)):
         sample = sample_of(plain, rng, name)
-        shares = sample.shares * np.exp(own * wideness(sample.features))
+        shares = sample.shares * np.exp(own * gap_weight(sample.features))
         there = sample.features, np.log(np.maximum(plain.shares(sample.features) * np.exp(own), FLOOR))
-        samples.append(replace(sample, shares=shares, own_test=there))
+        samples.append(replace(sample, shares=shares, difficulty_samples=there))
     found = fit(samples)
     assert found.own == pytest.approx(1.0, abs=0.25)
-    easy, usual, hard = (sample.expected(found)[wideness(sample.features) == 1].mean() for sample in samples)
+    easy, usual, hard = (sample.expected(found)[gap_weight(sample.features) == 1].mean() for sample in samples)
     assert easy < 0.75 * usual < 0.75 * 0.75 * hard
-    narrow = wideness(samples[0].features) == 0
+    narrow = gap_weight(samples[0].features) == 0
     np.testing.assert_array_equal(samples[0].expected(found)[narrow], found.shares(samples[0].features)[narrow])
 
 
@@ -282,9 +282,9 @@ def test_frames_as_thin_as_a_line_come_out_without_a_warning(shape, parameters):
     rng = np.random.default_rng(0)
     depth = np.linspace(2, 3, shape[0] * shape[1]).reshape(shape)
     depth[rng.random(shape) < 0.3] = np.nan
-    frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, truth=np.full(shape, 2.5))
+    frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, ground_truth=np.full(shape, 2.5))
     run = ilf.Run.of(frame, preset=parameters)
     completion = run.complete()
     assert np.isfinite(expected_error(completion)[completion.filled]).all()
-    assert judge_hidden(run, HiddenTest("random", (0,))).whole.pixels
-    assert own_test(frame) is None
+    assert evaluate_hold_out(run, HoldOutTest("random", (0,))).whole.pixels
+    assert difficulty_samples(frame) is None

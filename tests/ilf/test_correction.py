@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import check_stopped, heeding
+from ilf._runtime.cancellation import cancelled_by, check_cancelled
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import cancellable as questions
 from ilf._runtime.networks.models import CORRECTION
-from ilf._runtime.networks.network import LEAST_SIDE
+from ilf._runtime.networks.network import MIN_SIDE
 from ilf.completion import block as completing
 from ilf.completion import correction as correcting
 from ilf.completion import filter as filters
 from ilf.completion.completion import CompletionRun
-from ilf.completion.correction import Correction, made_of
+from ilf.completion.correction import Correction, applied_change
 from ilf.completion.correction_network import (
     CELL,
     CHANNELS,
@@ -39,7 +39,7 @@ from ilf.completion.correction_network import (
 from ilf.completion.filter import is_guided
 from ilf.data.blocks import Block, find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
-from ilf.run.record import present_sha256
+from ilf.run.record import installed_sha256
 from ilf.segmentation import extraction
 
 RNG = np.random.default_rng(7)
@@ -118,7 +118,7 @@ def test_changes_near_known_depth_fade() -> None:
     everywhere = np.zeros((30, 2), np.float32) + change
     known = np.zeros(everywhere.shape, bool)
     known[0] = True
-    found = made_of(everywhere, known)
+    found = applied_change(everywhere, known)
     assert np.all(found[:, 0] == 0)
     np.testing.assert_array_equal(found[:3], 0)
     assert found[5, 1] == pytest.approx(0.5 * found[8, 1], rel=0.02)
@@ -143,8 +143,8 @@ def room_block() -> tuple[Block, np.ndarray]:
 
 def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> None:
     block, mask = room_block()
-    opinion = np.full(mask.shape, 2, np.float32)
-    correction = Correction(opinion, np.full(mask.shape, 0.1, np.float32), "")
+    base_depth = np.full(mask.shape, 2, np.float32)
+    correction = Correction(base_depth, np.full(mask.shape, 0.1, np.float32), "")
     depth = np.full(mask.size, 2, np.float32)
     raw = np.full(mask.size, np.nan, np.float32)
     raw[0] = 2
@@ -155,7 +155,7 @@ def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> N
     assert found[2] == 3, "another surface than the network has seen stays"
     assert np.isnan(found[3])
     np.testing.assert_allclose(found[4:], 2 * np.exp(0.1), rtol=1e-6)
-    unseen = replace(correction, opinion=np.full(mask.shape, np.nan, np.float32))
+    unseen = replace(correction, base_depth=np.full(mask.shape, np.nan, np.float32))
     np.testing.assert_array_equal(unseen.applied(block, raw, depth), depth)
 
 
@@ -188,7 +188,7 @@ def test_known_depth_stays_and_missing_depth_is_corrected(
     np.testing.assert_array_equal(corrected.depth[frame.known], frame.depth[frame.known])
     np.testing.assert_array_equal(np.isnan(corrected.depth), np.isnan(plain.depth))
     assert np.any(corrected.depth[corrected.filled] != plain.depth[corrected.filled])
-    sha256 = present_sha256(CORRECTION)
+    sha256 = installed_sha256(CORRECTION)
     assert {result.correction for result in corrected.results.values() if result.outcome.recovered} == {sha256}
     assert {result.correction for result in plain.results.values()} == {None}
 
@@ -273,10 +273,10 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
 
     def ask() -> None:
         wish.set()
-        check_stopped()
+        check_cancelled()
 
     def stopped_change(self: CorrectionNetwork, *known: np.ndarray) -> np.ndarray:
-        monkeypatch.setattr(questions, "check_stopped", ask)
+        monkeypatch.setattr(questions, "check_cancelled", ask)
         return change(self, *known)
 
     def stopped_hand_over(*known: Any) -> np.ndarray:
@@ -288,7 +288,7 @@ def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
             patch.setattr(CorrectionNetwork, "change", stopped_change)
         else:
             patch.setattr(Correction, "applied", stopped_hand_over)
-        with CompletionRun(fresh, blocks, ilf.preset(), threads=1) as run, heeding(wish), pytest.raises(Cancelled):
+        with CompletionRun(fresh, blocks, ilf.preset(), threads=1) as run, cancelled_by(wish), pytest.raises(Cancelled):
             for _ in run:
                 pass
     monkeypatch.undo()
@@ -314,9 +314,9 @@ def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
 def test_no_hidden_depth_and_no_truth_gets_in(frame: ilf.RGBDFrame) -> None:
     hidden = frame.depth.copy()
     hidden[60:120, 80:200] = np.nan
-    with_truth = ilf.RGBDFrame(frame.rgb, hidden).with_truth(frame.depth, None)
+    with_ground_truth = ilf.RGBDFrame(frame.rgb, hidden).with_ground_truth(frame.depth, None)
     never = ilf.RGBDFrame(frame.rgb, hidden)
-    found = [ilf.complete(one, ilf.extract_blocks(one)).depth for one in (with_truth, never)]
+    found = [ilf.complete(one, ilf.extract_blocks(one)).depth for one in (with_ground_truth, never)]
     np.testing.assert_array_equal(*found)
 
 
@@ -407,7 +407,7 @@ def test_a_small_frame_is_looked_at_large_enough_to_come_out_the_same_every_time
     shape = (24, 80)
     depth, none = np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
     network.change(np.zeros((*shape, 3), np.uint8), depth, depth, none)
-    assert [one.shape[2:] for one in seen] == [(LEAST_SIDE, 96)] * 2
+    assert [one.shape[2:] for one in seen] == [(MIN_SIDE, 96)] * 2
 
 
 def test_presets_of_the_paper_are_not_corrected() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from ilf.completion.correction_network import CHANNELS
 from ilf.errors import InputError
-from ilf.lab.training.correction.samples import SampleFolder, read_sample, varied
+from ilf.lab.training.correction.samples import SampleFolder, augmented, read_sample
 
 SHAPE = (24, 32)
 
@@ -58,6 +58,6 @@ def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
 
 def test_a_mirrored_sample_marks_the_same_pairs(tmp_path: Path) -> None:
     sample = read_sample(write_sample(tmp_path, "000041-0"))
-    seen = {varied(sample, np.random.default_rng(seed))[2][0, :, 0].argmax() for seed in range(8)}
+    seen = {augmented(sample, np.random.default_rng(seed))[2][0, :, 0].argmax() for seed in range(8)}
     # pixels 5 and 6 are the pair; mirrored, 25 and 26 are
     assert seen == {5, 25}

@@ -13,7 +13,7 @@ from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 BUILT_UP = {"ilf.lab.bench.runner._Part", "ilf.lab.experiments.real._Part"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
-OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.KeptRun"}
+OWNED = {"ilf.project.frame_state.BlockNotes", "ilf.project.run_history.StoredRun"}
 """Those that one owner works on, and gives copies of."""
 
 

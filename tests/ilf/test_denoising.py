@@ -71,10 +71,10 @@ def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_ther
 
 
 def test_jumps_and_thin_things_stay_where_noise_goes() -> None:
-    truth = np.where(COLUMNS < 70, 1.0 + 0.001 * ROWS, 1.15)
-    truth[:, 110:112] = 0.8
-    noisy = truth + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(truth.shape)
-    error = _denoised(noisy) - truth
+    ground_truth = np.where(COLUMNS < 70, 1.0 + 0.001 * ROWS, 1.15)
+    ground_truth[:, 110:112] = 0.8
+    noisy = ground_truth + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(ground_truth.shape)
+    error = _denoised(noisy) - ground_truth
     assert _rms(error) < 0.0017
     assert np.abs(error).max() < 0.03, "nothing is bridged or melted"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.extrapolation import guess_steps
+from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.frame import RGBDFrame
 
 
@@ -24,15 +24,15 @@ def test_all_that_is_missing_is_filled_and_marked(half_done: tuple[RGBDFrame, il
     frame, before = half_done
     missing = np.isnan(before.depth)
     assert missing.sum() == 10 * 16
-    after = ilf.fill_rest(before)
-    assert np.array_equal(after.guessed, missing)
+    after = ilf.extrapolate(before)
+    assert np.array_equal(after.extrapolated, missing)
     assert np.array_equal(after.filled, ~frame.known)
     assert np.array_equal(after.depth[~missing], before.depth[~missing])
     assert after.depth.dtype == np.float32
     assert after.results == before.results
     _, columns = np.mgrid[:48, :64]
     assert np.abs(after.depth - (2.4 + 0.005 * columns))[missing].max() < 0.02
-    assert not before.guessed.any(), "what went in is as it was"
+    assert not before.extrapolated.any(), "what went in is as it was"
 
 
 def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
@@ -40,17 +40,17 @@ def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple
     _, columns = np.mgrid[:48, :64]
     slope = np.where((columns > 20) & (columns < 44), 1.0 + 0.05 * columns, np.nan)
     steep = RGBDFrame(frame.rgb, slope)
-    guessed = ilf.fill_rest(ilf.complete(steep, np.zeros(frame.shape, np.int32))).depth
-    assert np.isfinite(guessed).all()
-    assert guessed.min() >= np.nanmin(np.float32(slope))
-    assert guessed.max() <= np.nanmax(np.float32(slope))
+    extrapolated = ilf.extrapolate(ilf.complete(steep, np.zeros(frame.shape, np.int32))).depth
+    assert np.isfinite(extrapolated).all()
+    assert extrapolated.min() >= np.nanmin(np.float32(slope))
+    assert extrapolated.max() <= np.nanmax(np.float32(slope))
 
 
 def test_where_nothing_is_missing_nothing_is_guessed(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
     _, before = half_done
-    done = ilf.fill_rest(before)
-    assert np.array_equal(ilf.fill_rest(done).depth, done.depth)
-    assert list(guess_steps(done)) == []
+    done = ilf.extrapolate(before)
+    assert np.array_equal(ilf.extrapolate(done).depth, done.depth)
+    assert list(extrapolation_steps(done)) == []
 
 
 def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_know(
@@ -62,7 +62,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     frame = RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
 
     def guess(extraction: ilf.BlockParameters | None) -> ilf.Completion:
-        run = ilf.Run(frame, np.zeros(frame.shape, np.int32), extraction=extraction, dense=True)
+        run = ilf.Run(frame, np.zeros(frame.shape, np.int32), extraction=extraction, extrapolate=True)
         return run.complete()
 
     usual = guess(None)
@@ -78,11 +78,11 @@ def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(
     half_done: tuple[RGBDFrame, ilf.Completion], tmp_path: Path
 ) -> None:
     frame, before = half_done
-    dense, rest = ilf.complete(frame, before.blocks, dense=True), ilf.fill_rest(before)
-    for completion, name in ((dense, "dense"), (rest, "rest"), (before, "before")):
+    extrapolate, rest = ilf.complete(frame, before.blocks, extrapolate=True), ilf.extrapolate(before)
+    for completion, name in ((extrapolate, "extrapolate"), (rest, "rest"), (before, "before")):
         completion.save(tmp_path / name)
-    names = sorted(path.name for path in (tmp_path / "dense").iterdir())
+    names = sorted(path.name for path in (tmp_path / "extrapolate").iterdir())
     assert "guessed.png" in names
     assert not (tmp_path / "before" / "guessed.png").exists()
     for name in names:
-        assert (tmp_path / "dense" / name).read_bytes() == (tmp_path / "rest" / name).read_bytes(), name
+        assert (tmp_path / "extrapolate" / name).read_bytes() == (tmp_path / "rest" / name).read_bytes(), name

@@ -23,7 +23,7 @@ def test_only_known_depth_is_hidden_and_some_always_stays() -> None:
     hidden = [hiding.hide(measured, part, np.random.default_rng(seed)) for seed in range(60)]
     shares = np.array([one.sum() / np.isfinite(measured).sum() for one in hidden])
     assert not any(one[:16].any() for one in hidden)
-    assert all((np.isfinite(measured) & ~one).mean() >= hiding.LEAST_KNOWN for one in hidden)
+    assert all((np.isfinite(measured) & ~one).mean() >= hiding.MIN_KNOWN for one in hidden)
     assert 0 < np.mean(shares == 0) < 0.3
     assert shares.max() > 0.8
     assert np.array_equal(hidden[5], hiding.hide(measured, part, np.random.default_rng(5)))

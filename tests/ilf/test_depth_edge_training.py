@@ -87,7 +87,7 @@ def test_a_growing_folder_is_looked_through_again(tmp_path: Path) -> None:
     assert (len(folder.held_out), len(folder.learnt)) == (1, 1)
     for number in (39, 40, 50):
         write_picture(tmp_path, number)
-    folder.look_again()
+    folder.relist()
     assert (len(folder.held_out), len(folder.learnt)) == (2, 3)
 
 
@@ -108,25 +108,25 @@ def test_a_file_that_is_no_picture_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("shift", "precision", "recall"), [(0, 1, 1), (1, 1, 1), (2, 0, 0)])
 def test_lines_may_be_a_pixel_off(shift: int, precision: float, recall: float) -> None:
-    truth, found = np.zeros((20, 30), bool), np.zeros((20, 30), np.float32)
-    truth[:, 10] = True
+    ground_truth, found = np.zeros((20, 30), bool), np.zeros((20, 30), np.float32)
+    ground_truth[:, 10] = True
     found[:, 10 + shift] = 0.7
     score = LineScore(1)
-    score.add(found, truth, np.ones((20, 30), bool))
+    score.add(found, ground_truth, np.ones((20, 30), bool))
     at_half = np.array(score.precision_recall)[:, 16]
     np.testing.assert_array_equal(at_half, [precision, recall])
     assert score.average_precision == score.best_f == precision
 
 
 def test_what_is_not_asked_for_does_not_count() -> None:
-    truth, found = np.zeros((20, 30), bool), np.zeros((20, 30), np.float32)
-    truth[:, 5] = True
+    ground_truth, found = np.zeros((20, 30), bool), np.zeros((20, 30), np.float32)
+    ground_truth[:, 5] = True
     found[:, 5], found[:, 20] = 0.9, 0.5
     score = LineScore(1)
-    score.add(found, truth, np.ones((20, 30), bool))
+    score.add(found, ground_truth, np.ones((20, 30), bool))
     # all lines are found at 0.9, none wrongly
     assert score.average_precision == 1
     right_half = LineScore(1)
-    right_half.add(found, truth, np.arange(30) * np.ones((20, 1)) > 10)
+    right_half.add(found, ground_truth, np.arange(30) * np.ones((20, 1)) > 10)
     precision, _ = right_half.precision_recall
     assert precision[0] == 0

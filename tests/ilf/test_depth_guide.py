@@ -11,16 +11,16 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.completion.edge_aware.fitted_guide import fit_guide
-from ilf.completion.edge_aware.guide_curve import fit_curve, sharpened
+from ilf.completion.edge_aware.guide_curve import fit_curve, sharpen
 from ilf.data.guide import Guide
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.io.companions import load_guide, write_guide
+from ilf.io.frame_additions import load_guide, write_guide
 
 SHAPE = (90, 120)
 
 
-def truth() -> np.ndarray:
+def ground_truth() -> np.ndarray:
     """A wall, and a box before it with a top that leans."""
     rows, columns = np.indices(SHAPE, np.float32)
     wall = 3 + columns / 120
@@ -30,7 +30,7 @@ def truth() -> np.ndarray:
 
 def frame_with_hole(**more: object) -> ilf.RGBDFrame:
     """Half of the box, and the wall beside it, are missing; colour says nothing."""
-    depth = truth()
+    depth = ground_truth()
     depth[30:60, 70:110] = np.nan
     return ilf.RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), depth, **more)
 
@@ -39,7 +39,7 @@ BLOCKS = np.ones(SHAPE, np.int32)
 
 
 def error(completion: ilf.Completion) -> float:
-    return float(np.abs(completion.depth - truth())[30:60, 70:110].mean())
+    return float(np.abs(completion.depth - ground_truth())[30:60, 70:110].mean())
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def without() -> ilf.Completion:
 
 @pytest.mark.parametrize("said", [lambda z: z, lambda z: 1 / z, lambda z: -np.log(z), lambda z: 200 - 30 * z**2])
 def test_guide_in_any_unit_brings_the_jump_back(said, without) -> None:
-    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(truth()))
+    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(ground_truth()))
     assert error(guided) < 0.1 * error(without)
     known = frame_with_hole().known
     assert np.array_equal(guided.depth[known], without.depth[known])
@@ -64,34 +64,34 @@ def test_guide_that_known_depth_contradicts_changes_nothing(without) -> None:
 
 
 def test_where_a_guide_says_nothing_is_as_without(without) -> None:
-    partly = np.where(np.indices(SHAPE)[1] < 60, truth(), 0)
+    partly = np.where(np.indices(SHAPE)[1] < 60, ground_truth(), 0)
     guided = ilf.complete(frame_with_hole(), BLOCKS, guide=partly)
     assert np.abs(guided.depth - without.depth)[30:60, 75:].max() < 0.05
-    doubted = ilf.complete(
-        frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=Guide(truth(), np.zeros(SHAPE))
+    implausible = ilf.complete(
+        frame_with_hole(), BLOCKS, ilf.preset(correction=False), guide=Guide(ground_truth(), np.zeros(SHAPE))
     )
-    assert np.array_equal(doubted.depth, without.depth, equal_nan=True)
+    assert np.array_equal(implausible.depth, without.depth, equal_nan=True)
 
 
 def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     blocks = BLOCKS.copy()
     blocks[40:50, 75:85] = 2
     assert ilf.complete(frame_with_hole(), blocks).outcomes[2].status == "not recoverable"
-    guided = ilf.complete(frame_with_hole(), blocks, guide=truth())
+    guided = ilf.complete(frame_with_hole(), blocks, guide=ground_truth())
     assert guided.outcomes[2].status == "completed"
     assert error(guided) < 0.02
-    np.testing.assert_array_equal(ilf.unvouched(guided), blocks == 2)
+    np.testing.assert_array_equal(ilf.unsupported(guided), blocks == 2)
 
 
 def test_rest_is_guessed_by_the_guide_too() -> None:
-    frame = frame_with_hole(guide=truth())
-    dense = ilf.fill_rest(ilf.complete(frame, np.zeros(SHAPE, np.int32)))
-    assert error(dense) < 0.1
+    frame = frame_with_hole(guide=ground_truth())
+    extrapolate = ilf.extrapolate(ilf.complete(frame, np.zeros(SHAPE, np.int32)))
+    assert error(extrapolate) < 0.1
 
 
 def test_stepper_starts_from_the_guide() -> None:
-    stepper = ilf.iterate(frame_with_hole(), BLOCKS, 1, guide=1 / truth())
-    assert np.abs(stepper.surface.reshape(SHAPE) - truth())[30:60, 70:110].mean() < 0.05
+    stepper = ilf.iterate(frame_with_hole(), BLOCKS, 1, guide=1 / ground_truth())
+    assert np.abs(stepper.surface.reshape(SHAPE) - ground_truth())[30:60, 70:110].mean() < 0.05
 
 
 def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
@@ -106,58 +106,58 @@ def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
 
 
 def test_hidden_depth_has_no_part_in_the_fit() -> None:
-    frame = frame_with_hole(guide=1 / truth())
+    frame = frame_with_hole(guide=1 / ground_truth())
     hidden = frame_without(frame, "areas")
     assert hidden.guide is frame.guide
     # by the direct formula: without noise and bias, the guide is the depth itself
     fitted = fit_guide(hidden)
     assert fitted is not None
     assert fitted.belief > 0.9
-    assert np.median(np.abs(fitted.depth / truth() - 1)) < 0.01
+    assert np.median(np.abs(fitted.depth / ground_truth() - 1)) < 0.01
     gone = hidden_pixels(frame, "areas")
     changed = ilf.RGBDFrame(frame.rgb, np.where(gone, 1.5 * frame.depth, frame.depth), guide=frame.guide)
     other = fit_guide(frame_without(changed, "areas"))
     assert other is not None
     np.testing.assert_array_equal(other.depth, fitted.depth)
-    np.testing.assert_array_equal(other.trial.change, fitted.trial.change)
+    np.testing.assert_array_equal(other.test.change, fitted.test.change)
 
 
 def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
-    odd = 1 / truth()
+    odd = 1 / ground_truth()
     odd[:5], odd[5, :5] = -3.4e38, 1e29
     assert np.isnan(Guide(odd).values[:5]).all()
     found = fit_guide(frame_with_hole(guide=odd))
     assert found is not None
     assert found.belief > 0.9
-    assert np.median(np.abs(found.depth[6:] / truth()[6:] - 1)) < 0.01
+    assert np.median(np.abs(found.depth[6:] / ground_truth()[6:] - 1)) < 0.01
     level = np.full((40, 50), 2, np.float32)
     level[0, 0], level[1, 1] = 9e29, -9e29
-    assert np.isfinite(sharpened(level)).all()
+    assert np.isfinite(sharpen(level)).all()
 
 
 def test_second_depth_is_no_confidence() -> None:
     with pytest.raises(InputError, match="not 0 to 1"):
-        Guide(truth(), truth())
+        Guide(ground_truth(), ground_truth())
 
 
 def test_guide_is_resized_only_to_its_own_aspect() -> None:
-    small = cv2.resize(truth(), (60, 45), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(ground_truth(), (60, 45), interpolation=cv2.INTER_AREA)
     frame = frame_with_hole(guide=small)
     assert frame.guide is not None
     assert frame.guide.values.shape == SHAPE
     holed = small.copy()
     holed[:10] = 0
-    assert np.isnan(Guide(holed).of_size(SHAPE).values[:18]).all()
+    assert np.isnan(Guide(holed).resized_to(SHAPE).values[:18]).all()
     with pytest.raises(InputError, match="90 x 90 but the frame is 120 x 90, which has another aspect"):
-        frame_with_hole(guide=truth()[:, :90])
+        frame_with_hole(guide=ground_truth()[:, :90])
 
 
 def test_larger_guide_is_averaged_and_smaller_one_interpolated() -> None:
     values = np.arange(24.0).reshape(4, 6) + 1
     in_corners = np.kron(values, np.pad([[16.0]], (0, 3))).astype(np.float32)
     in_corners[in_corners == 0] = 1e-9  # zero stands for nothing
-    np.testing.assert_allclose(Guide(in_corners).of_size((4, 6)).values, values, rtol=1e-6)
-    larger = Guide(values).of_size((16, 24)).values
+    np.testing.assert_allclose(Guide(in_corners).resized_to((4, 6)).values, values, rtol=1e-6)
+    larger = Guide(values).resized_to((16, 24)).values
     np.testing.assert_allclose(np.diff(larger[:, 2:-2]), 0.25, rtol=1e-5)
 
 
@@ -168,17 +168,17 @@ def test_guide_that_says_nothing_is_refused(values) -> None:
 
 
 def test_guides_are_read_from_files(tmp_path) -> None:
-    grey = (40 * truth()).astype(np.uint8)
+    grey = (40 * ground_truth()).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "grey.png"), grey)
     cv2.imwrite(str(tmp_path / "three.png"), np.dstack([grey] * 3))
     np.save(tmp_path / "one.npy", grey[None])
     np.savez(tmp_path / "named.npz", other=np.zeros(3), disparity=grey)
     for name in ("grey.png", "three.png", "one.npy", "named.npz"):
         assert np.array_equal(load_guide(tmp_path / name, SHAPE).values, grey), name
-    both = Guide(truth(), truth() / 5)
+    both = Guide(ground_truth(), ground_truth() / 5)
     write_guide(tmp_path / "both.npy", both)
-    assert load_guide(tmp_path / "both.npy").says_the_same(both)
-    assert not both.says_the_same(Guide(truth()))
+    assert load_guide(tmp_path / "both.npy").is_same_as(both)
+    assert not both.is_same_as(Guide(ground_truth()))
 
     cv2.imwrite(str(tmp_path / "coloured.png"), cv2.applyColorMap(grey, cv2.COLORMAP_JET))
     (tmp_path / "broken.npz").write_bytes(b"PK no zip")
@@ -194,7 +194,7 @@ def folder(tmp_path):
     frame = frame_with_hole()
     cv2.imwrite(str(tmp_path / "rgb.png"), frame.rgb)
     np.save(tmp_path / "depth.npy", frame.depth)
-    np.save(tmp_path / "guide.npy", (1 / truth()).astype(np.float32))
+    np.save(tmp_path / "guide.npy", (1 / ground_truth()).astype(np.float32))
     (tmp_path / "meta.json").write_text('{"depth_units_per_m": 1}')
     return tmp_path
 
@@ -212,7 +212,7 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> No
     assert "guide_used.npy" in capsys.readouterr().out
 
     used = folder / "out" / "guide_used.npy"
-    write_guide(used, Guide(truth()))
+    write_guide(used, Guide(ground_truth()))
     with pytest.raises(InputError, match="not the guide of the recorded run"):
         ilf.replay(folder / "out" / "run.json")
     used.unlink()
@@ -229,15 +229,15 @@ def test_command_line_takes_a_guide(folder, capsys) -> None:
     flags = ["--blocks", str(label_map), "--guide", str(other), "--out", str(out), "--no-cloud"]
     assert main(["complete", str(folder), *flags]) == 0
     assert "Guide: followed to" in capsys.readouterr().out
-    assert np.abs(np.load(out / "depth.npy") - truth())[30:60, 70:110].mean() < 0.05
+    assert np.abs(np.load(out / "depth.npy") - ground_truth())[30:60, 70:110].mean() < 0.05
     assert main(["info", str(folder), "--guide", str(other)]) == 0
     assert "100.0% of the missing ones" in capsys.readouterr().out
-    np.save(other, truth()[:, :80])
+    np.save(other, ground_truth()[:, :80])
     assert main(["complete", str(folder), *flags]) == 1
     assert "another aspect" in capsys.readouterr().err
 
 
 def test_distrust_and_truth_leave_the_guide(without) -> None:
-    frame = frame_with_hole(guide=truth())
-    assert frame.distrusting(truth() < 1.25).with_truth(truth()).guide is frame.guide
+    frame = frame_with_hole(guide=ground_truth())
+    assert frame.with_invalid_mask(ground_truth() < 1.25).with_ground_truth(ground_truth()).guide is frame.guide
     assert replace(frame, depth=frame.measured).with_guide(None).guide is None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.network import LEAST_SIDE
+from ilf._runtime.networks.network import MIN_SIDE
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.depth_edges import CHANNELS, SCALES, DepthEdgeNetwork, depth_features, filled_log_depth
 
@@ -136,7 +136,7 @@ def test_small_sizes_are_looked_at_large_enough_to_come_out_the_same_every_time(
     seen, real = [], tiny._results
     monkeypatch.setattr(tiny, "_results", lambda inputs: (seen.extend(inputs.values()), real(inputs))[1])
     tiny.look(noise(48, 96), two_walls(48, 96))
-    assert min(side for one in seen for side in one.shape[2:]) == LEAST_SIDE
+    assert min(side for one in seen for side in one.shape[2:]) == MIN_SIDE
 
 
 def test_large_frames_are_made_smaller_and_come_back(tiny: DepthEdgeNetwork) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 import ilf
-from ilf.completion.edge_aware.grid import Parting
+from ilf.completion.edge_aware.grid import CutLinks
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 
@@ -41,12 +41,12 @@ STEP = np.where(LABELS == 1, 1.0, 2.0)
 PLANES = np.where(LABELS == 1, 1 + 0.001 * ROWS + 0.002 * COLUMNS, 2 + 0.003 * COLUMNS - 0.002 * ROWS)
 
 
-@pytest.mark.parametrize("truth", [STEP, PLANES], ids=["constant", "planes"])
+@pytest.mark.parametrize("ground_truth", [STEP, PLANES], ids=["constant", "planes"])
 @pytest.mark.parametrize("changes", [{}, {"jump_share": 0.0}, {"mode": "fill+denoise"}])
-def test_no_depth_gets_across_a_drawn_border(truth: np.ndarray, changes: dict[str, object]) -> None:
-    frame, parameters = _grey(truth), ilf.preset("best", **changes)
+def test_no_depth_gets_across_a_drawn_border(ground_truth: np.ndarray, changes: dict[str, object]) -> None:
+    frame, parameters = _grey(ground_truth), ilf.preset("best", **changes)
     off = {
-        name: np.abs(ilf.complete(frame, LABELS, parameters, drawn=drawn).depth - truth)[HOLE]
+        name: np.abs(ilf.complete(frame, LABELS, parameters, drawn=drawn).depth - ground_truth)[HOLE]
         for name, drawn in (("drawn", _border(LABELS)), ("extracted", None))
     }
     assert off["drawn"].max() < 0.001
@@ -74,11 +74,11 @@ def test_depth_known_up_to_a_drawn_border_does_not_get_across() -> None:
 def test_a_thin_block_goes_on_behind_its_drawn_border() -> None:
     """Its own depth is far, the other side's a few pixels away."""
     leg = (np.abs(COLUMNS - 80) < 4) & (ROWS > 20) & (ROWS < 110)
-    truth = np.where(leg, 1.0, 2.0)
+    ground_truth = np.where(leg, 1.0, 2.0)
     labels = np.where(leg, 2, 1).astype(np.int32)
     hole = leg & (ROWS > 50)
-    completed = ilf.complete(_grey(truth, hole), labels, drawn=_border(labels)).depth
-    assert np.abs(completed - truth)[hole].max() < 0.005
+    completed = ilf.complete(_grey(ground_truth, hole), labels, drawn=_border(labels)).depth
+    assert np.abs(completed - ground_truth)[hole].max() < 0.005
 
 
 def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides() -> None:
@@ -150,12 +150,12 @@ def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(
     labels = coarse.repeat(4, 0).repeat(4, 1)[:height, :width].astype(np.int32)
     labels[rng.random(labels.shape) < 0.05] = 1
     drawn = _border(labels) & (labels > 0) & (rng.random(labels.shape) < rng.choice([0.5, 1.0]))
-    truth = 1.0 + labels.astype(float)
+    ground_truth = 1.0 + labels.astype(float)
     known = rng.random(labels.shape) < rng.choice([0.1, 0.6])
     known[0, 0] = True
     mode = "fill+denoise" if denoise else "fill"
     parameters = ilf.preset(mode=mode, min_known_share=0.0, min_known_pixels=1)
-    result = ilf.complete(_grey(truth, ~known), labels, parameters, drawn=drawn, threads=1)
+    result = ilf.complete(_grey(ground_truth, ~known), labels, parameters, drawn=drawn, threads=1)
     for label, of_block in result.results.items():
         assert of_block.depth.shape == (np.count_nonzero(labels == label),)
         closed = not (_border(labels) & (labels == label) & ~drawn).any()
@@ -166,7 +166,7 @@ def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(
 @given(masks)
 def test_a_border_that_is_drawn_all_round_parts_on_every_grid(inside: np.ndarray) -> None:
     """No link leads out, no cell that stands for the block holds anything else, and a surface is enlarged apart."""
-    level = Parting.around(inside, inside)
+    level = CutLinks.around(inside, inside)
     while level is not None and level.inside.size > 1:
         shape = level.inside.shape
         assert not (level.right[:, :-1] & (level.inside[:, 1:] != level.inside[:, :-1])).any()
@@ -182,7 +182,7 @@ def test_a_border_that_is_drawn_all_round_parts_on_every_grid(inside: np.ndarray
 @given(masks, st.randoms(use_true_random=False))
 def test_cuts_go_from_the_drawn_pixels_out_of_the_block(inside: np.ndarray, random: Random) -> None:
     drawn = np.array([[random.random() < 0.5 for _ in row] for row in inside])
-    level, height, width = Parting.around(inside, drawn), *inside.shape
+    level, height, width = CutLinks.around(inside, drawn), *inside.shape
     cuts = 0
     for row, column in np.ndindex(inside.shape):
         for there, along in (((row, column + 1), "right"), ((row + 1, column), "down")):

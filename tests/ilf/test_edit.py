@@ -22,7 +22,7 @@ from ilf.segmentation.editing.cleaning import (
     shrink,
     smooth,
 )
-from ilf.segmentation.editing.cutting import cut_off, run_on, split
+from ilf.segmentation.editing.cutting import cut_off, extend_to_boundary, split
 from ilf.segmentation.editing.painting import Stroke, assign_outline, brush_stroke, erase, give, inside_outline, paint
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
@@ -383,7 +383,7 @@ def test_open_ends_run_on_through_what_the_block_goes_around() -> None:
     labels[25:30, 25:35] = 2
     line = [(30.0, 12.0), (30.0, 20.0)]
     assert split(labels, 1, line) is None
-    whole = run_on(labels, 1, line)
+    whole = extend_to_boundary(labels, 1, line)
     assert whole[1:-1] == line
     (x0, y0), (x1, y1) = whole[0], whole[-1]
     assert (x0, x1) == (30, 30)
@@ -392,11 +392,11 @@ def test_open_ends_run_on_through_what_the_block_goes_around() -> None:
     after = _applied(labels, split(labels, 1, whole))
     assert after[10, 10] != after[10, 50]
     assert (after[25:30, 25:35] == 2).all()
-    assert run_on(labels, 1, whole) == whole, "its ends are off the block"
-    assert run_on(labels, 9, line) == line
+    assert extend_to_boundary(labels, 1, whole) == whole, "its ends are off the block"
+    assert extend_to_boundary(labels, 9, line) == line
     near = [(50.0, 12.0), (50.0, 20.0)]
-    assert run_on(labels, 1, near, 6.0)[-1][0] > 55, "the boundary beside it is 5 px away, that ahead 15 px"
-    assert run_on(labels, 1, near, 3.0)[-1][1] >= 35
+    assert extend_to_boundary(labels, 1, near, 6.0)[-1][0] > 55, "the boundary beside it is 5 px away, that ahead 15 px"
+    assert extend_to_boundary(labels, 1, near, 3.0)[-1][1] >= 35
 
 
 def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import ilf
 from ilf.completion import correction as correcting
-from ilf.evaluation.edit_summary import Effect, edit_effect
+from ilf.evaluation.edit_summary import EditSummary, summarise_edit
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
@@ -29,14 +29,14 @@ def moved(small_frame: ilf.RGBDFrame, small_labels: NDArray[np.int32]) -> tuple[
 
 def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tuple[Run, Run, LabelPatch]) -> None:
     before, after, patch = moved
-    effect = edit_effect(before, after, patch)
+    effect = summarise_edit(before, after, patch)
     assert effect.moved == 48 * 6
     assert effect.expected is None, "nothing has been completed"
     assert effect.held_out is not None
     assert effect.held_out[1] < 0.3 * effect.held_out[0]
     assert 20 < effect.hidden <= 48 * 16
-    assert edit_effect(before, after, patch) == effect, "always the same pixels are hidden"
-    back = edit_effect(after, before, patch)
+    assert summarise_edit(before, after, patch) == effect, "always the same pixels are hidden"
+    back = summarise_edit(after, before, patch)
     assert back.held_out == effect.held_out[::-1]
 
 
@@ -46,7 +46,7 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, Label
     measured[10, 33] += 0.5
     other = ilf.RGBDFrame(after.frame.rgb, measured)
     runs = [Run(other, run.blocks, run.parameters, drawn=run.drawn) for run in (before, after)]
-    one, two = edit_effect(before, after, patch), edit_effect(*runs, patch)
+    one, two = summarise_edit(before, after, patch), summarise_edit(*runs, patch)
     assert one.held_out is not None
     assert two.held_out is not None
     # only the truth has changed, by half a metre at one pixel, which was filled as before
@@ -58,7 +58,7 @@ def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, Label
 def test_expected_errors_are_those_of_the_touched_blocks(moved: tuple[Run, Run, LabelPatch]) -> None:
     before, after, patch = moved
     done = before.complete(), after.complete()
-    effect = edit_effect(before, after, patch, done)
+    effect = summarise_edit(before, after, patch, done)
     error = ilf.expected_error(done[1])
     assert effect.expected is not None
     assert effect.expected[1] == pytest.approx(float(np.sqrt(np.nanmean(error[done[1].filled] ** 2))), rel=1e-5)
@@ -72,11 +72,11 @@ def test_where_too_little_is_known_nothing_is_said(small_labels: NDArray[np.int3
     after[30:34, 20:40] = 2
     patch = patch_between(small_labels, after)
     assert patch is not None
-    assert edit_effect(Run(frame, small_labels), Run(frame, after), patch) == Effect(40)
+    assert summarise_edit(Run(frame, small_labels), Run(frame, after), patch) == EditSummary(40)
     all_of_it = np.full_like(after, 3)
     patch = patch_between(small_labels, all_of_it)
     assert patch is not None
-    assert edit_effect(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
+    assert summarise_edit(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
 
 
 def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
@@ -85,7 +85,7 @@ def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
     before, after, patch = moved
     older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks)
     done = Run(before.frame, older, before.parameters).complete(), after.complete()
-    assert edit_effect(before, after, patch, done).expected is None
+    assert summarise_edit(before, after, patch, done).expected is None
 
 
 def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: ilf.RGBDFrame) -> None:
@@ -97,7 +97,7 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     assert patch is not None
     before, after = Run(small_frame, labels), Run(small_frame, alone, edited=True)
     done = before.complete(), after.complete()
-    effect = edit_effect(before, after, patch, done)
+    effect = summarise_edit(before, after, patch, done)
     assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)
     assert effect.expected is not None
     both = done[0].filled & done[1].filled
@@ -112,7 +112,7 @@ def test_the_correction_network_is_asked_once_for_both_states(
     real = correcting.load_correction_network
     monkeypatch.setattr(correcting, "load_correction_network", lambda: asked.append(1) or real())
     before, after = (replace(run, parameters=ilf.preset(), drawn=None) for run in moved[:2])
-    assert edit_effect(before, after, moved[2]).held_out is not None
+    assert summarise_edit(before, after, moved[2]).held_out is not None
     assert len(asked) == 1
 
 
@@ -120,18 +120,20 @@ def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved: tuple[Run, Run
     before, after, patch = moved
     columns = np.arange(64) + np.zeros_like(after.blocks)
     measured = np.where((columns > 26) & (columns < 33), np.nan, after.frame.depth)
-    truth = np.where(after.blocks == 1, 1.5, 2.4).astype(np.float32) + 0.0 * columns
-    frame = ilf.RGBDFrame(after.frame.rgb, measured).with_truth(truth)
+    ground_truth = np.where(after.blocks == 1, 1.5, 2.4).astype(np.float32) + 0.0 * columns
+    frame = ilf.RGBDFrame(after.frame.rgb, measured).with_ground_truth(ground_truth)
     before, after = (replace(run, frame=frame) for run in (before, after))
     done = before.complete(), after.complete()
-    effect = edit_effect(before, after, patch, done)
+    effect = summarise_edit(before, after, patch, done)
     both = done[0].filled & done[1].filled
-    squares = [np.square(one.depth - frame.truth)[both].astype(float) for one in done]
-    assert effect.by_truth == pytest.approx([np.sqrt(np.mean(square)) for square in squares], rel=1e-5)
-    assert edit_effect(before, after, patch).by_truth == pytest.approx(effect.by_truth, rel=1e-5), "completed for it"
-    none = edit_effect(*(replace(run, frame=ilf.RGBDFrame(frame.rgb, measured)) for run in moved[:2]), patch)
-    assert none.by_truth is None
-    little = np.full_like(truth, np.nan)
-    little[0] = truth[0]
-    rarely = [replace(run, frame=frame.with_truth(little)) for run in (before, after)]
-    assert edit_effect(*rarely, patch, done).by_truth is None, "known at too few of the pixels"
+    squares = [np.square(one.depth - frame.ground_truth)[both].astype(float) for one in done]
+    assert effect.by_ground_truth == pytest.approx([np.sqrt(np.mean(square)) for square in squares], rel=1e-5)
+    assert summarise_edit(before, after, patch).by_ground_truth == pytest.approx(effect.by_ground_truth, rel=1e-5), (
+        "completed for it"
+    )
+    none = summarise_edit(*(replace(run, frame=ilf.RGBDFrame(frame.rgb, measured)) for run in moved[:2]), patch)
+    assert none.by_ground_truth is None
+    little = np.full_like(ground_truth, np.nan)
+    little[0] = ground_truth[0]
+    rarely = [replace(run, frame=frame.with_ground_truth(little)) for run in (before, after)]
+    assert summarise_edit(*rarely, patch, done).by_ground_truth is None, "known at too few of the pixels"

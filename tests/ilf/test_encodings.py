@@ -19,7 +19,7 @@ from ilf.cli import main
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth_reading import decoded
-from ilf.io.encodings import ENCODINGS, MEANINGS, encoding_of, encoding_of_inputs
+from ilf.io.encodings import ENCODING_DESCRIPTIONS, ENCODINGS, encoding_of, encoding_of_inputs
 from ilf.run.record_file import parsed_inputs, read_record
 from ilf.sources.frame_source import FrameSource
 
@@ -82,7 +82,7 @@ def test_named_scales_are_numbers_of_units(save):
 
 
 def test_every_name_has_a_meaning():
-    assert set(MEANINGS) == {*ENCODINGS, "bop", "disparity"}
+    assert set(ENCODING_DESCRIPTIONS) == {*ENCODINGS, "bop", "disparity"}
     assert all(encoding.name in {None, name} for name, encoding in ENCODINGS.items())
 
 
@@ -164,11 +164,11 @@ def test_disparity_beyond_what_a_kinect_sees_is_missing():
 
 
 def test_truth_beyond_all_sensors_is_unknown(save):
-    truth = np.where(KNOWN, MM / 1000, 1e6).astype(np.float32)
+    ground_truth = np.where(KNOWN, MM / 1000, 1e6).astype(np.float32)
     files = save(MM)
-    _, path = save(truth, "laser.npy")
-    frame = ilf.load_frame(*files, truth=path)
-    assert np.array_equal(np.isfinite(frame.truth), KNOWN)
+    _, path = save(ground_truth, "laser.npy")
+    frame = ilf.load_frame(*files, ground_truth=path)
+    assert np.array_equal(np.isfinite(frame.ground_truth), KNOWN)
 
 
 # what is doubted
@@ -230,8 +230,8 @@ def test_one_far_value_in_all_holes_is_doubted(save, values, name, mark):
     files = save(values, name)
     with pytest.warns(DepthWarning, match=rf"{mark} fills 4\.2% of the pixels .* Give {mark} as the invalid value"):
         frame = ilf.load_frame(*files)
-    assert len(frame.doubts) == 1
-    assert ilf.load_frame(*files, invalid=float(mark)).doubts == ()
+    assert len(frame.plausibility_warnings) == 1
+    assert ilf.load_frame(*files, invalid=float(mark)).plausibility_warnings == ()
 
 
 def test_any_far_value_in_many_holes_is_doubted(save):
@@ -253,12 +253,15 @@ def test_what_rises_where_depth_should_fall_is_doubted(save, values):
     files = save(values.astype(np.float32), "depth.npy")
     with pytest.warns(DepthWarning, match=r"most likely disparity or inverse depth.*disparity:FB"):
         ilf.load_frame(*files)
-    assert ilf.load_frame(*files, encoding="disparity:1" if values.max() < 2 else "disparity:52.5").doubts == ()
+    assert (
+        ilf.load_frame(*files, encoding="disparity:1" if values.max() < 2 else "disparity:52.5").plausibility_warnings
+        == ()
+    )
     sound = save((1 / values).astype(np.float32), "sound.npy")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         if np.median(1 / values) > 0.1:
-            assert ilf.load_frame(*sound).doubts == ()
+            assert ilf.load_frame(*sound).plausibility_warnings == ()
 
 
 def test_what_rises_too_far_to_be_read_names_disparity(save):
@@ -277,7 +280,10 @@ def _sign_of(folder: Path, values: np.ndarray, name: str = "depth.png") -> list[
     folder.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(folder / "rgb.png"), np.zeros((*values.shape, 3), np.uint8))
     cv2.imwrite(str(folder / name), values.astype(np.uint16))
-    return [doubt.encoding for doubt in FrameSource(str(folder / "rgb.png"), str(folder / name)).read_depth().doubts]
+    return [
+        doubt.encoding
+        for doubt in FrameSource(str(folder / "rgb.png"), str(folder / name)).read_depth().plausibility_warnings
+    ]
 
 
 def test_kitti_read_as_millimetres_is_doubted(tmp_path):
@@ -291,7 +297,7 @@ def test_kitti_read_as_millimetres_is_doubted(tmp_path):
     files = tmp_path / "wide/rgb.png", tmp_path / "wide/depth.png"
     with pytest.warns(DepthWarning, match=r"KITTI: .* encoding is most likely kitti, with a median of 21\.\d\d m"):
         ilf.load_frame(*files)
-    assert ilf.load_frame(*files, encoding="kitti").doubts == ()
+    assert ilf.load_frame(*files, encoding="kitti").plausibility_warnings == ()
 
 
 def test_replica_is_offered_for_replica(tmp_path):
@@ -309,7 +315,7 @@ def test_doubts_need_not_warn(save):
         warnings.simplefilter("error")
         frame = ilf.load_frame(*files, warn=False)
     assert len(frame.notes) == 1
-    assert frame.distrusting(~KNOWN).notes == frame.notes
+    assert frame.with_invalid_mask(~KNOWN).notes == frame.notes
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.ending import Interrupted, ending_when_asked, fault_log, note_fault
 from ilf._runtime.processes import process_pool, result_of, run_units
+from ilf._runtime.termination import Interrupted, error_log_path, log_error, terminating_on_signal
 from ilf.cli import info, main
 from ilf.errors import IlfError
 
@@ -42,13 +42,13 @@ def test_units_in_this_process_are_done_in_order() -> None:
 _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
-from ilf._runtime.ending import ending_when_asked
+from ilf._runtime.termination import terminating_on_signal
 from ilf._runtime.temporary_files import unfinished
 from ilf._runtime.processes import process_pool
 
 half = Path(sys.argv[1])
 half.touch()
-with ending_when_asked(), unfinished(half), process_pool(1) as pool:
+with terminating_on_signal(), unfinished(half), process_pool(1) as pool:
     helper = pool.submit(os.getpid).result()
     pool.submit(time.sleep, 600)
     while True:
@@ -140,9 +140,9 @@ def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: P
 
 _TRYING = """
 import sys
-from ilf._runtime.sandbox import in_child
+from ilf._runtime.sandbox import run_in_sandbox
 reader = "import os, time; print(os.getpid(), file=open(%r, 'w'), flush=True); time.sleep(600)" % sys.argv[1]
-in_child(exec, reader, file="a")
+run_in_sandbox(exec, reader, file="a")
 """
 
 
@@ -179,7 +179,7 @@ def test_a_command_that_is_asked_to_end_says_so(
 def test_what_was_told_to_survive_its_terminal_does(monkeypatch: pytest.MonkeyPatch) -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with ending_when_asked():
+        with terminating_on_signal():
             signal.raise_signal(signal.SIGHUP)
             with pytest.raises(Interrupted, match="SIGTERM"):
                 signal.raise_signal(signal.SIGTERM)
@@ -262,27 +262,27 @@ def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
     assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "ZeroDivisionError: nothing to divide by" in line
-    assert line.endswith(str(fault_log()))
-    assert "in broken" in fault_log().read_text()
+    assert line.endswith(str(error_log_path()))
+    assert "in broken" in error_log_path().read_text()
 
 
 def test_a_log_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("ILF_LOG", str(tmp_path / "file" / "faults.log"))
-    assert "could not be written" in note_fault(ZeroDivisionError())
-    assert "Memory" in note_fault(MemoryError())
+    assert "could not be written" in log_error(ZeroDivisionError())
+    assert "Memory" in log_error(MemoryError())
 
 
 @pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
 @pytest.mark.parametrize("is_there", [False, True])
 def test_no_other_user_may_read_the_log(is_there: bool) -> None:
     if is_there:
-        fault_log().touch(0o644)
-    note_fault(KeyError("new"))
-    assert stat.S_IMODE(fault_log().stat().st_mode) == 0o600
+        error_log_path().touch(0o644)
+    log_error(KeyError("new"))
+    assert stat.S_IMODE(error_log_path().stat().st_mode) == 0o600
 
 
 def test_a_large_log_begins_anew(tmp_path: Path) -> None:
-    fault_log().write_text("x" * 2_000_000)
-    note_fault(KeyError("new"))
-    assert fault_log().stat().st_size < 10_000
+    error_log_path().write_text("x" * 2_000_000)
+    log_error(KeyError("new"))
+    assert error_log_path().stat().st_size < 10_000

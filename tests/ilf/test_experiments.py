@@ -18,9 +18,9 @@ from ilf.evaluation.hold_out import RANDOM_KEPT
 from ilf.lab.experiments import convergence, cylinder, limits, registry, sphere, table
 from ilf.lab.experiments.experiment import Settings
 from ilf.lab.experiments.files import read_result, rendered, write_result
-from ilf.lab.experiments.plots import how_it_compares, spans, won_rates
+from ilf.lab.experiments.plots import compared_with_paper, spans, won_rates
 from ilf.lab.experiments.real import cloud_picture
-from ilf.lab.experiments.registry import EXPERIMENTS, chosen_experiments, run_experiment
+from ilf.lab.experiments.registry import EXPERIMENTS, run_experiment, selected_experiments
 from ilf.lab.experiments.report import write_report
 from ilf.lab.experiments.spots import find_spot, with_spot
 from ilf.lab.experiments.surfaces import (
@@ -112,8 +112,8 @@ def test_noise_follows_from_the_seed_and_not_from_the_defect():
 
 def test_the_peer_finds_a_polynomial_under_outliers():
     rows, columns = np.mgrid[:40, :50] / 50
-    truth = 2 + rows - 0.5 * columns + 0.8 * rows * columns - 0.3 * columns**2
-    depth = truth.copy()
+    ground_truth = 2 + rows - 0.5 * columns + 0.8 * rows * columns - 0.3 * columns**2
+    depth = ground_truth.copy()
     rng = np.random.default_rng(0)
     depth[rng.random(depth.shape) < 0.2] += 0.5
     depth[:, 15:35] = np.nan
@@ -121,12 +121,12 @@ def test_the_peer_finds_a_polynomial_under_outliers():
     block[:, :3] = False
     depth[:, :3] = 9
     found, rounds = inlier_polynomial(depth, block, 2)
-    assert np.abs(found - truth).max() < 1e-9
+    assert np.abs(found - ground_truth).max() < 1e-9
     assert rounds > 1
-    assert np.abs(inlier_polynomial(depth, block, 1)[0] - truth).max() > 0.02
+    assert np.abs(inlier_polynomial(depth, block, 1)[0] - ground_truth).max() > 0.02
     plain, rounds = inlier_polynomial(depth, block, 2, math.inf)
     assert rounds == 1
-    assert np.abs(plain - truth).max() > 0.02, "every point counts"
+    assert np.abs(plain - ground_truth).max() > 0.02, "every point counts"
     depth[:] = np.nan
     depth[0, 10:40] = 2.0
     assert np.isnan(inlier_polynomial(depth, block, 2)[0]).all(), "one row does not determine it"
@@ -135,12 +135,12 @@ def test_the_peer_finds_a_polynomial_under_outliers():
 def test_errors_are_those_of_the_block_and_of_its_defective_area():
     case = Case(SPHERE, 0.0, 0.4, "x", "fill", 0)
     (row,) = run_case(case, ["nearest"])
-    truth, defect = SPHERE.depth, continuous_defect(SPHERE.shape, 0.4, "x")
+    ground_truth, defect = SPHERE.depth, continuous_defect(SPHERE.shape, 0.4, "x")
     left = np.flatnonzero(defect[0])[0]
     columns = np.arange(60)
     middle = columns[defect[0]].mean()
     near = np.where(columns < middle, left - 1, 59 - left + 1)
-    error = 1000 * np.where(defect, truth[:, near] - truth, 0)
+    error = 1000 * np.where(defect, ground_truth[:, near] - ground_truth, 0)
     assert row["defect_rate"] == 0.4
     assert row["acc_mm"] == pytest.approx(error.mean(), abs=1e-3)
     assert row["prs_mm"] == pytest.approx(error.std(), abs=1e-3)
@@ -166,8 +166,8 @@ def test_glitches_are_rises_of_l1_where_the_band_grows():
     assert enlarged == [3, 5, 7]
     assert glitches == {3, 5}
     assert sigma_jumps == [3]
-    assert convergence._fallen_back(records, enlarged, glitches) == 2
-    assert convergence._fallen_back(records[:4], [3], {3}) == 0
+    assert convergence._count_recovered(records, enlarged, glitches) == 2
+    assert convergence._count_recovered(records[:4], [3], {3}) == 0
 
 
 def test_the_selective_mean_takes_won_blocks_only():
@@ -305,9 +305,9 @@ def test_the_report_stands_alone(tiny, tmp_path):
 
 
 def test_what_is_said_follows_from_the_numbers():
-    assert how_it_compares(5.0, 10.0) == "lower than in the paper, by a factor of 2.0"
-    assert how_it_compares(12.0, 10.0) == "higher than in the paper, by 20 %"
-    assert how_it_compares(10.2, 10.0) == "about as in the paper"
+    assert compared_with_paper(5.0, 10.0) == "lower than in the paper, by a factor of 2.0"
+    assert compared_with_paper(12.0, 10.0) == "higher than in the paper, by 20 %"
+    assert compared_with_paper(10.2, 10.0) == "about as in the paper"
     rates = (0.0, 0.2, 0.4, 0.6)
     assert spans([0.0, 0.2, 0.6], rates) == "0-20 %, 60 %"
     assert spans([], rates) == "none"
@@ -331,10 +331,10 @@ def test_what_is_said_follows_from_the_numbers():
 
 def test_all_experiments_are_there_by_name():
     assert list(EXPERIMENTS) == NAMES
-    assert chosen_experiments("all") == NAMES
-    assert chosen_experiments("table, real") == ["table", "real"]
+    assert selected_experiments("all") == NAMES
+    assert selected_experiments("table, real") == ["table", "real"]
     with pytest.raises(ParameterError, match="no experiment 'cube'"):
-        chosen_experiments("cube")
+        selected_experiments("cube")
     with pytest.raises(ParameterError, match="no experiment 'all'"):
         run_experiment("all")
 

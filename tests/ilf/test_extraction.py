@@ -14,14 +14,14 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.pixel_grids import mark
 from ilf.errors import ParameterError
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from ilf.segmentation.edges.frame_edges import lines_of, relief_of
+from ilf.segmentation.edges.frame_edges import canny_lines, relief_of
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import (
+    clear_stage_cache,
     contract,
     dilate,
     extract,
     find_margins,
-    forget_stages,
     found_blocks,
     outlines,
     regions_between,
@@ -303,7 +303,7 @@ def test_planes_do_not_bend_and_corners_do() -> None:
     inverse = 0.4 + 0.002 * columns + 0.001 * rows
     plane = (1 / inverse).astype(np.float32)
     flat = find_relief(plane, 0.04, 0.04)
-    assert flat.judged[10:-10, 10:-10].all()
+    assert flat.evaluated[10:-10, 10:-10].all()
     assert flat.bend[10:-10, 10:-10].max() < 0.05
     corner = (1 / np.minimum(inverse, 0.4 + 0.002 * (90 - columns) + 0.001 * rows)).astype(np.float32)
     ridge = find_relief(corner, 0.04, 0.04).bend[30]
@@ -314,7 +314,7 @@ def test_planes_do_not_bend_and_corners_do() -> None:
 
 def test_no_depth_has_no_relief() -> None:
     relief = find_relief(np.full((20, 30), np.nan, np.float32), 0.04, 0.04)
-    for picture in (relief.near, relief.edges, relief.judged, relief.bend):
+    for picture in (relief.near, relief.edges, relief.evaluated, relief.bend):
         assert not picture.any()
 
 
@@ -396,10 +396,10 @@ def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(fram
     assert np.array_equal(found.blocks, pictures.blocks)
     assert (found.network, found.notes) == (pictures.network, pictures.notes)
     stages = [weakref.ref(pictures.contracted), weakref.ref(relief_of(frame, parameters))]
-    stages.append(weakref.ref(lines_of(frame, parameters)))
+    stages.append(weakref.ref(canny_lines(frame, parameters)))
     del pictures
     assert all(stage() is not None for stage in stages)
-    forget_stages(frame)
+    clear_stage_cache(frame)
     assert all(stage() is None for stage in stages)
     assert found_blocks(frame, parameters).blocks is found.blocks
     assert np.array_equal(extract(frame, parameters).blocks, found.blocks)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ilf._runtime.memory import check_fits, give_back, memory_limit, memory_needed
+from ilf._runtime.memory import check_memory, memory_limit, memory_needed, release_memory
 from ilf.errors import FormatError, ParameterError
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
@@ -52,25 +52,25 @@ def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -
 def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
     monkeypatch.setattr("ilf._runtime.memory._trim", lambda: asked.append)
-    give_back(640 * 480)
+    release_memory(640 * 480)
     assert asked == []
-    give_back(1920 * 1080)
+    release_memory(1920 * 1080)
     assert asked == [0]
     monkeypatch.setattr("ilf._runtime.memory._trim", lambda: None)
-    give_back(1920 * 1080)
+    release_memory(1920 * 1080)
 
 
 def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ILF_MEMORY", raising=False)
     assert memory_limit() == 8e9
-    check_fits("a", 9000, 6500)
+    check_memory("a", 9000, 6500)
     monkeypatch.setenv("ILF_MEMORY", str(memory_needed(1920, 1080) / 1e9))
-    check_fits("a", 1920, 1080)
+    check_memory("a", 1920, 1080)
     with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.2 GB of memory, but only 1\.19\d* GB .*ILF_MEMORY=1\.2 "):
-        check_fits("a", 1921, 1080)
+        check_memory("a", 1921, 1080)
     monkeypatch.setenv("ILF_MEMORY", "0.35")
     with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.375 GB of memory, but only 0\.35 GB are"):
-        check_fits("a", 160, 120)
+        check_memory("a", 160, 120)
     for wrong in ("much", "-1", "nan"):
         monkeypatch.setenv("ILF_MEMORY", wrong)
         with pytest.raises(ParameterError, match="must be a positive number of GB"):

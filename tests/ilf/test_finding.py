@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ilf.data.frame import InputFile
-from ilf.project.finding import LostFile, find_in, lost_files, relocated
+from ilf.project.missing_files import MissingFile, find_in_folder, missing_files, relocated
 from ilf.project.project import ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_source import FrameSource
@@ -44,26 +44,28 @@ def test_a_file_is_found_by_its_content_whatever_it_is_called(tmp_path: Path) ->
     put(tmp_path / "x" / "a.png", b"b")
     put(tmp_path / "x" / "deep" / "other.png", b"a")
     put(tmp_path / "x" / "c.txt", b"c")
-    assert result(find_in(tmp_path, wanted)) == {
+    assert result(find_in_folder(tmp_path, wanted)) == {
         wanted[0]: tmp_path / "x" / "deep" / "other.png",
         wanted[1]: tmp_path / "x" / "a.png",
     }
-    assert result(find_in(tmp_path / "x", wanted, deep=False)) == {wanted[1]: tmp_path / "x" / "a.png"}
+    assert result(find_in_folder(tmp_path / "x", wanted, deep=False)) == {wanted[1]: tmp_path / "x" / "a.png"}
     folder = InputFile("/gone/deep", "")
-    assert result(find_in(tmp_path, [folder])) == {folder: tmp_path / "x" / "deep"}
+    assert result(find_in_folder(tmp_path, [folder])) == {folder: tmp_path / "x" / "deep"}
 
 
 def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> None:
     put(tmp_path / "there.png", b"")
     source = FrameSource(str(tmp_path / "there.png"), str(tmp_path / "gone.png"))
     frames = [ProjectFrame("a", "a", source), ProjectFrame("b", "b", FrameSource(str(tmp_path)))]
-    lost = result(lost_files(frames, NoParts(), Places()))
-    assert lost == [LostFile("a", InputFile(str(tmp_path / "gone.png"), ""))]
+    lost = result(missing_files(frames, NoParts(), Places()))
+    assert lost == [MissingFile("a", InputFile(str(tmp_path / "gone.png"), ""))]
 
 
 def test_a_source_follows_its_files(tmp_path: Path) -> None:
     found = {os.path.join("/old", "a", "sub", "rgb.png"): Path("/new/b/sub/rgb.png"), "/t.npy": Path("/u/t.npy")}
-    assert relocated(FrameSource("/old/a", truth="/t.npy"), found) == FrameSource("/new/b", truth="/u/t.npy")
+    assert relocated(FrameSource("/old/a", ground_truth="/t.npy"), found) == FrameSource(
+        "/new/b", ground_truth="/u/t.npy"
+    )
     renamed = {"/old/a/rgb.png": Path("/new/colour.png")}
     assert relocated(FrameSource("/old/a"), renamed) == FrameSource("/old/a"), "no folder has it under its name"
     assert relocated(FrameSource("/old/a/rgb.png", "/old/a/d.png"), renamed).rgb == "/new/colour.png"

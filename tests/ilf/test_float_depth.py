@@ -20,10 +20,10 @@ import ilf
 from ilf._runtime.files import FileContent
 from ilf._runtime.schema import Section
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
-from ilf.io.companions import load_guide
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
 from ilf.io.float_images import read_exr
+from ilf.io.frame_additions import load_guide
 from ilf.run.record_file import parsed_inputs
 
 H, W = 24, 32

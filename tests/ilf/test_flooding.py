@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from skimage.segmentation import watershed
 
 from ilf._runtime import compiling
-from ilf._runtime.cancellation import heeding
+from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.compiling import is_compiled
 from ilf.errors import Cancelled
 from ilf.segmentation import flooding
@@ -75,9 +75,9 @@ def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> Non
             wish.set()
         original()
 
-    original = flooding.check_stopped
-    monkeypatch.setattr(flooding, "check_stopped", ask)
+    original = flooding.check_cancelled
+    monkeypatch.setattr(flooding, "check_cancelled", ask)
     monkeypatch.setattr(flooding, "_AT_ONCE", 50)
-    with heeding(wish), pytest.raises(Cancelled):
+    with cancelled_by(wish), pytest.raises(Cancelled):
         flood(heights, markers, mask)
     assert len(asked) == 3

@@ -63,7 +63,7 @@ def test_the_same_camera_position_copies_bit_for_bit_also_through_noise() -> Non
 @given(down=st.integers(-12, 12), right=st.integers(-12, 12))
 def test_a_shift_carries_every_block_to_its_place(down: int, right: int) -> None:
     before, labels = _view(30, 30)
-    after, truth = _view(30 + down, 30 + right)
+    after, ground_truth = _view(30 + down, 30 + right)
     found = follow(before, labels, after, how="flow", extraction=_QUICK)
     known = {0, *np.unique(labels).tolist()}
     assert set(np.unique(found.labels).tolist()) <= known | found.new, "no labels out of nothing"
@@ -72,7 +72,7 @@ def test_a_shift_carries_every_block_to_its_place(down: int, right: int) -> None
     assert found.gone == set(np.unique(labels).tolist()) - set(np.unique(found.labels).tolist())
     inside = np.zeros(_SHAPE, bool)
     inside[max(0, -down) + 2 : _SHAPE[0] - max(0, down) - 2, max(0, -right) + 2 : _SHAPE[1] - max(0, right) - 2] = True
-    wrong = (found.labels != truth) & inside
+    wrong = (found.labels != ground_truth) & inside
     assert wrong.mean() <= 0.004, "the borders' pixels at most"
 
 
@@ -90,14 +90,14 @@ def test_a_pose_is_exact_on_planes_without_any_detail() -> None:
     frames = RGBDFrame(grey, depth, _CAMERA), RGBDFrame(grey, after, _CAMERA)
     found = follow(frames[0], labels.astype(np.int32), frames[1], pose=pose, extraction=_QUICK)
     assert found.how == "pose"
-    truth = np.where(np.arange(128)[None] < 76, 5, 9) * np.ones(_SHAPE, np.int32)
-    truth[30:60, 26:46] = 6
-    np.testing.assert_array_equal(found.labels[:, 6:], truth[:, 6:])
+    ground_truth = np.where(np.arange(128)[None] < 76, 5, 9) * np.ones(_SHAPE, np.int32)
+    ground_truth[30:60, 26:46] = 6
+    np.testing.assert_array_equal(found.labels[:, 6:], ground_truth[:, 6:])
     assert follow(frames[0], labels.astype(np.int32), frames[1], how="flow", pose=pose, extraction=_QUICK).how == "flow"
 
 
 def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
-    (before, labels), (after, truth) = (_view(30, left, intrinsics=_CAMERA) for left in (30, 36))
+    (before, labels), (after, ground_truth) = (_view(30, left, intrinsics=_CAMERA) for left in (30, 36))
     flat = np.full(_SHAPE, 2.0)
     frames = RGBDFrame(before.rgb, flat, _CAMERA), RGBDFrame(after.rgb, flat, _CAMERA)
     pose = np.eye(4)
@@ -108,7 +108,7 @@ def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
         found = follow(frames[0], labels, frames[1], pose=wrong, extraction=_QUICK)
         assert found.how == "flow"
         assert "does not fit the images" in found.notes[0]
-        assert (found.labels != truth)[:, :-8].mean() < 0.01
+        assert (found.labels != ground_truth)[:, :-8].mean() < 0.01
         assert follow(frames[0], labels, frames[1], how="pose", pose=wrong, extraction=_QUICK).how == "pose"
 
 
@@ -133,9 +133,9 @@ def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone() 
     holed = labels[:, :128].copy()
     holed[60:66, 100:106] = 40
     holed[70:84, 100:114] = 0
-    carried = follow(before, holed, after, how="flow", extraction=_QUICK)
-    assert (carried.labels == 40).sum() >= 20
-    assert (carried.labels[72:82, 62:72] == 0).all()
+    propagated = follow(before, holed, after, how="flow", extraction=_QUICK)
+    assert (propagated.labels == 40).sum() >= 20
+    assert (propagated.labels[72:82, 62:72] == 0).all()
 
 
 def test_something_that_moves_before_a_still_camera_leaves_the_rest_as_it_is() -> None:
@@ -158,16 +158,16 @@ def test_drawn_borders_go_along() -> None:
     from ilf.segmentation.editing.patches import border_pixels
 
     drawn = border_pixels(labels) & (labels == 20)
-    after, truth = _view(25, 36)
-    truth[65:80, 74:104] = 20
+    after, ground_truth = _view(25, 36)
+    ground_truth[65:80, 74:104] = 20
     found = follow(before, labels, after, drawn=drawn, how="flow", extraction=_QUICK)
-    assert ((found.labels == 20) ^ (truth == 20)).sum() <= 12
+    assert ((found.labels == 20) ^ (ground_truth == 20)).sum() <= 12
     assert found.drawn is not None
     expected = border_pixels(found.labels)
     assert not (found.drawn & ~expected).any()
     assert (found.drawn & (found.labels == 20)).sum() >= 0.9 * (expected & (found.labels == 20)).sum()
     locked = follow(before, labels, after, locked={20}, how="flow", extraction=_QUICK)
-    assert ((locked.labels == 20) ^ (truth == 20)).sum() <= 12
+    assert ((locked.labels == 20) ^ (ground_truth == 20)).sum() <= 12
     assert locked.drawn is None
 
 
@@ -175,10 +175,10 @@ def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracte
     before, labels = _view(30, 10)
     start = labels
     for step in range(1, 16):
-        after, truth = _view(30 + step % 3, 10 + 3 * step)
+        after, ground_truth = _view(30 + step % 3, 10 + 3 * step)
         found = follow(before, labels, after, how="flow", extraction=_QUICK, taken=set(range(20)))
         before, labels = after, found.labels
-    assert (labels == truth).mean() > 0.97
+    assert (labels == ground_truth).mean() > 0.97
     from ilf.segmentation.propagation.motion import parts_of
 
     assert np.bincount(parts_of(labels).map.ravel())[1:].min() >= 20
@@ -208,11 +208,11 @@ def test_what_cannot_be_carried_is_said() -> None:
 
 def test_without_depth_in_common_and_in_tiny_pictures_blocks_follow_all_the_same() -> None:
     before, labels = _view(30, 30)
-    after, truth = _view(30, 34)
+    after, ground_truth = _view(30, 34)
     bare = np.full(_SHAPE, np.nan)
     bare[0, 0] = 2.0
     found = follow(RGBDFrame(before.rgb, bare), labels, RGBDFrame(after.rgb, bare), extraction=_QUICK)
-    assert (found.labels == truth)[:, :-4].mean() > 0.99
+    assert (found.labels == ground_truth)[:, :-4].mean() > 0.99
     small = slice(40, 52), slice(20, 36)
     tiny = RGBDFrame(before.rgb[small], before.depth[small]), RGBDFrame(after.rgb[small], after.depth[small])
     assert follow(tiny[0], labels[small], tiny[1], extraction=_QUICK).labels.shape == (12, 16)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from ilf.data.camera import CameraIntrinsics
-from ilf.data.frame import RGBDFrame, doubtful_scale
+from ilf.data.frame import RGBDFrame, scale_warning
 from ilf.errors import InputError
 
 RGB = np.zeros((2, 4, 3), np.uint8)
@@ -113,7 +113,7 @@ def test_what_are_no_intrinsics_is_refused_at_once(given: object, message: str) 
     [(2.4, 1000, ""), (12.0, 1000, "with 5000 units per metre it would be 2.40 m"), (0.2, 10_000, "with 1000 units")],
 )
 def test_unusual_scales_are_doubted_with_the_likely_one(metres: float, units: float, meant: str) -> None:
-    text = doubtful_scale(np.full((3, 3), metres, np.float32), units)
+    text = scale_warning(np.full((3, 3), metres, np.float32), units)
     assert meant in text
     assert bool(text) == bool(meant)
 
@@ -122,24 +122,24 @@ def test_distrusted_depth_counts_as_missing_and_is_kept():
     rgb = np.zeros((2, 3, 3), np.uint8)
     depth = np.array([[1, 2, 0], [1, 1, 2]], np.float32)
     mask = np.array([[False, True, True], [False, False, False]])
-    frame = RGBDFrame(rgb=rgb, depth=depth, distrusted=mask)
+    frame = RGBDFrame(rgb=rgb, depth=depth, invalid_mask=mask)
     assert np.array_equal(frame.known, [[True, False, False], [True, True, True]])
     assert np.array_equal(frame.measured, [[1, 2, np.nan], [1, 1, 2]], equal_nan=True)
-    other = frame.distrusting(~mask & (depth == 2))
+    other = frame.with_invalid_mask(~mask & (depth == 2))
     assert np.array_equal(other.known, [[True, True, False], [True, True, False]])
     assert np.array_equal(other.measured, frame.measured, equal_nan=True)
-    trusted = other.distrusting(None)
-    assert trusted.distrusted is None
+    trusted = other.with_invalid_mask(None)
+    assert trusted.invalid_mask is None
     assert np.array_equal(trusted.depth, frame.measured, equal_nan=True)
-    assert trusted.distrusting(np.zeros((2, 3), bool)) is trusted
+    assert trusted.with_invalid_mask(np.zeros((2, 3), bool)) is trusted
     with pytest.raises(ValueError):
-        frame.distrusted[0, 0] = True
+        frame.invalid_mask[0, 0] = True
 
 
 @pytest.mark.parametrize("mask", [np.ones((3, 2), bool), np.full((2, 3), 2), np.full((2, 3), 0.5)])
 def test_a_mask_that_does_not_fit_is_refused(mask):
     with pytest.raises(InputError, match="bool with the frame's shape"):
-        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=mask)
+        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), invalid_mask=mask)
 
 
 def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
@@ -150,40 +150,42 @@ def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
     for colour in (rgb, view):
         assert not np.shares_memory(RGBDFrame(colour, depth).rgb, rgb)
     assert RGBDFrame(frame.rgb, depth).rgb is frame.rgb
-    assert frame.distrusting([[True, False, False]] * 2).rgb is frame.rgb
+    assert frame.with_invalid_mask([[True, False, False]] * 2).rgb is frame.rgb
 
 
 def test_all_depth_distrusted_is_said():
     with pytest.raises(InputError, match="All depth of the frame is marked invalid"):
-        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=np.ones((2, 3), bool))
+        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), invalid_mask=np.ones((2, 3), bool))
 
 
 def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame: RGBDFrame) -> None:
-    truth = np.full(small_frame.shape, 2.0)
-    truth[0, :3] = [0.0, -1.0, np.inf]
-    frame = small_frame.with_truth(truth)
-    assert frame.truth is not None
-    assert frame.truth.dtype == np.float32
-    assert np.isnan(frame.truth[0, :3]).all()
-    assert not frame.truth.flags.writeable
+    ground_truth = np.full(small_frame.shape, 2.0)
+    ground_truth[0, :3] = [0.0, -1.0, np.inf]
+    frame = small_frame.with_ground_truth(ground_truth)
+    assert frame.ground_truth is not None
+    assert frame.ground_truth.dtype == np.float32
+    assert np.isnan(frame.ground_truth[0, :3]).all()
+    assert not frame.ground_truth.flags.writeable
     wrong = np.zeros(frame.shape, bool)
     wrong[0, 5] = True
-    np.testing.assert_array_equal(frame.distrusting(wrong).truth, frame.truth)
-    np.testing.assert_array_equal(frame.distrusting(wrong).with_truth(None).depth, frame.distrusting(wrong).depth)
-    assert frame.with_truth(None).truth is None
+    np.testing.assert_array_equal(frame.with_invalid_mask(wrong).ground_truth, frame.ground_truth)
+    np.testing.assert_array_equal(
+        frame.with_invalid_mask(wrong).with_ground_truth(None).depth, frame.with_invalid_mask(wrong).depth
+    )
+    assert frame.with_ground_truth(None).ground_truth is None
 
 
 @pytest.mark.parametrize(
-    ("truth", "why"),
+    ("ground_truth", "why"),
     [
         (np.ones((4, 4)), "The ground truth is 4 x 4 but the frame is 64 x 48"),
         (np.zeros((48, 64)), "The ground truth has no known pixel"),
         (np.ones((48, 64, 3)), "The ground truth cannot be used"),
     ],
 )
-def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, truth: np.ndarray, why: str) -> None:
+def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, ground_truth: np.ndarray, why: str) -> None:
     with pytest.raises(InputError, match=why):
-        small_frame.with_truth(truth)
+        small_frame.with_ground_truth(ground_truth)
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
@@ -198,9 +200,9 @@ def test_colour_from_0_to_1_and_grey_are_converted(kind: type) -> None:
 @pytest.mark.parametrize("one", [1, 255, True])
 def test_masks_of_0_and_1_or_255_are_taken(one: int) -> None:
     mask = one * np.array([[1, 0, 0, 1], [0, 0, 0, 0]], bool if one is True else np.uint8)
-    frame = RGBDFrame(RGB, np.ones((2, 4)), distrusted=mask)
-    assert frame.distrusted is not None
-    assert frame.distrusted.dtype == np.bool_
+    frame = RGBDFrame(RGB, np.ones((2, 4)), invalid_mask=mask)
+    assert frame.invalid_mask is not None
+    assert frame.invalid_mask.dtype == np.bool_
     np.testing.assert_array_equal(frame.known, mask == 0)
 
 

@@ -56,7 +56,7 @@ def test_a_frame_has_the_pose_that_files_beside_it_tell(framed, tmp_path):
     assert not framed.pose.flags.writeable
     moved = replace(framed, pose=pose(1))
     assert np.allclose(motion_between(framed, moved), np.linalg.inv(pose(1)) @ pose(0))
-    assert replace(framed, pose=None).distrusting(np.isnan(framed.depth)).pose is None
+    assert replace(framed, pose=None).with_invalid_mask(np.isnan(framed.depth)).pose is None
     for wrong, told in (([1, 2], "4 x 4"), (2 * np.eye(4), "0 0 0 1"), (np.diag([2, 2, 2, 1]), "without scale")):
         with pytest.raises(InputError, match=told):
             replace(framed, pose=wrong)

@@ -27,8 +27,8 @@ TABLE = Path(__file__).with_name("held_results.json")
 DEPTH_M = 5e-5
 """How far depth may be off [m]."""
 AT_JUMPS, AT_JUMPS_M = 0.05, 1e-3
-"""In fill + denoise, so many of the pixels may be off by as much [m]: which side of a jump a pixel joins is decided by a
-threshold, and its last digits differ between processors of Intel and AMD."""
+"""In fill + denoise, so many of the pixels may be off by as much [m]: which side of a jump a pixel joins is decided by
+a threshold, and its last digits differ between processors of Intel and AMD."""
 BLOCKS = 0.01
 """Share of the pixels looked at that may belong to other blocks."""
 

@@ -124,8 +124,8 @@ def test_depth_that_cannot_be_is_refused(value: float) -> None:
     depth[:4, :4] = value
     with pytest.raises(InputError, match="m is impossible"):
         ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
-    with pytest.raises(InputError, match="truth"):
-        ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0), truth=depth)
+    with pytest.raises(InputError, match="ground_truth"):
+        ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0), ground_truth=depth)
 
 
 TIMES = st.lists(st.integers(0, 12).map(lambda time: time / 4), max_size=7)
@@ -214,7 +214,7 @@ def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program() -> N
 def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path: Path) -> None:
     rgb, depth = write_small_frame(tmp_path / "in")
     np.save(tmp_path / "in/truth.npy", np.full((60, 80), 2.0, np.float32))
-    frame = load_frame(rgb, depth, intrinsics=CAMERA, truth=tmp_path / "in/truth.npy")
+    frame = load_frame(rgb, depth, intrinsics=CAMERA, ground_truth=tmp_path / "in/truth.npy")
     for path in (tmp_path / "in").iterdir():
         path.unlink()
     (tmp_path / "in").rmdir()

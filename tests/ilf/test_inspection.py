@@ -7,7 +7,7 @@ import pytest
 
 from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
-from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, place_of
+from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, point_in_space
 from ilf.evaluation.statistics import PlaneFit, surface_statistics
 
 CAMERA = CameraIntrinsics(300.0, 310.0, 79.5, 59.5)
@@ -53,7 +53,7 @@ def test_the_way_along_a_plane_is_the_distance_of_its_ends_whatever_is_missing()
     depth = plane_depth((0.5, 0.0, 0.8), 1.6)
     whole = depth_profile(depth, (10.5, 60.5), (140.5, 60.5), CAMERA)
     assert whole.metres is not None
-    ends = [place_of(depth, (x, 60.5), CAMERA) for x in (10.5, 140.5)]
+    ends = [point_in_space(depth, (x, 60.5), CAMERA) for x in (10.5, 140.5)]
     assert whole.metres[-1] == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-6)
 
     depth[:, 40:90] = np.nan
@@ -78,7 +78,7 @@ def test_a_profile_keeps_to_the_image() -> None:
     with pytest.raises(InputError, match="Draw it across"):
         depth_profile(depth, (-9.0, -9.0), (-2.0, 30.0))
     with pytest.raises(InputError, match="'truth'"):
-        depth_profile(depth, (0.0, 0.0), (5.0, 0.0), others={"truth": np.zeros((4, 8))})
+        depth_profile(depth, (0.0, 0.0), (5.0, 0.0), others={"ground_truth": np.zeros((4, 8))})
 
 
 def test_a_profile_as_table() -> None:
@@ -194,11 +194,11 @@ def test_a_point_that_lost_its_depth_says_so_by_nan() -> None:
     found = measure(depth, [(10.5, 20.5), (40.5, 20.5), (40.5, 80.5), (60.5, 80.5)], CAMERA)
     assert np.isnan(found.distances).tolist() == [True, True, False]
     with pytest.raises(InputError, match="no depth at x 40, y 20"):
-        place_of(depth, (40.5, 20.5), CAMERA)
+        point_in_space(depth, (40.5, 20.5), CAMERA)
     with pytest.raises(InputError, match="intrinsics"):
-        place_of(depth, (1.0, 1.0), None)
+        point_in_space(depth, (1.0, 1.0), None)
     with pytest.raises(InputError, match="outside the image"):
-        place_of(depth, (-0.1, 1.0), CAMERA)
+        point_in_space(depth, (-0.1, 1.0), CAMERA)
 
 
 def test_the_angle_of_two_blocks() -> None:

@@ -16,7 +16,7 @@ from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule
 from ilf.data.blocks import Block, find_blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import PRESETS
-from ilf.data.results import held_out_of
+from ilf.data.results import hold_out_mask
 from tests.reference.full_grid import FullGridIteration
 
 from .small_frames import without_edges
@@ -194,7 +194,7 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
         validation_share=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0, noise=0.01
     )
     known = block.mask & frame.known[block.box]
-    held_out = held_out_of(known, 0.1)
+    held_out = hold_out_mask(known, 0.1)
     assert np.count_nonzero(held_out) == int(0.1 * np.count_nonzero(known))
     assert not (held_out & ~known).any()
     other = frame.depth.copy()
@@ -219,8 +219,8 @@ def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> Pass
 def test_the_held_out_error_turns_where_noise_comes_in() -> None:
     rng = np.random.default_rng(1)
     rows, columns = np.mgrid[:80, :120] / 100
-    truth = 2 + 0.3 * np.sin(3 * rows) * np.cos(2 * columns)
-    depth = truth + 0.05 * rng.standard_normal(truth.shape)
+    ground_truth = 2 + 0.3 * np.sin(3 * rows) * np.cos(2 * columns)
+    depth = ground_truth + 0.05 * rng.standard_normal(ground_truth.shape)
     depth[20:60, 40:80] = np.nan
     frame = RGBDFrame(np.full((80, 120, 3), 120, np.uint8), depth)
     parameters = ilf.preset(
@@ -231,7 +231,7 @@ def test_the_held_out_error_turns_where_noise_comes_in() -> None:
     steps = PassBandIteration(frame, block, parameters)
     for record in steps:
         records.append(record)
-        errors.append(math.sqrt(np.mean((steps.surface - truth.ravel()) ** 2)))
+        errors.append(math.sqrt(np.mean((steps.surface - ground_truth.ravel()) ** 2)))
     best = int(np.argmin([record.held_out for record in records]))
     assert 10 < best < 300
     assert errors[best] < 1.3 * min(errors)
@@ -246,7 +246,7 @@ def test_edge_aware_errors_at_the_finest_grid_are_those_of_its_surface() -> None
     steps = EdgeAwareIteration(frame, block, parameters, without_edges(frame))
     record = list(steps)[-1]
     surface, depth = steps.surface.reshape(frame.shape), frame.depth.astype(float)
-    held_out = held_out_of(frame.known, 0.1)
+    held_out = hold_out_mask(frame.known, 0.1)
     for pixels, error in ((frame.known & ~held_out, record.residual), (held_out, record.held_out)):
         assert error == pytest.approx(math.sqrt(np.mean((surface - depth)[pixels] ** 2)), rel=1e-4)
 
@@ -327,8 +327,8 @@ def test_staged_iteration_stops_at_the_limit() -> None:
 def test_a_band_limited_surface_is_recovered() -> None:
     """Papoulis and Gerchberg: what lies in the pass band comes back exactly where a few pixels are missing."""
     rows, columns = np.mgrid[:32, :40]
-    truth = 2.0 + 0.1 * np.cos(2 * np.pi * rows / 32) + 0.1 * np.sin(2 * np.pi * columns / 40)
-    depth = truth.copy()
+    ground_truth = 2.0 + 0.1 * np.cos(2 * np.pi * rows / 32) + 0.1 * np.sin(2 * np.pi * columns / 40)
+    depth = ground_truth.copy()
     depth[10:16, 12:20] = np.nan
     frame = RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
     parameters = ilf.preset("paper", padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
@@ -336,7 +336,7 @@ def test_a_band_limited_surface_is_recovered() -> None:
     for _ in steps:
         pass
     assert steps.settled
-    assert_allclose(steps.surface, truth.ravel(), atol=1e-6)
+    assert_allclose(steps.surface, ground_truth.ravel(), atol=1e-6)
 
 
 def test_colour_weight_is_a_symmetric_spectrum_in_0_1_with_its_top_at_zero_frequency() -> None:

@@ -18,9 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ilf.errors import ExportError, InputError
-from ilf.project.journal import SCHEMA, Journal, JournalInUse, JournalNote
-from ilf.project.journals import left_work
+from ilf.project.journal import SCHEMA, Journal, JournalHeader, JournalInUse
 from ilf.project.packing import labels_from_bytes, labels_to_bytes
+from ilf.project.recovery import find_recoverable_work
 
 _NAMES = st.sampled_from([f"arrays/{number}.png" for number in range(6)])
 _CONTENTS = st.lists(st.sampled_from([b"....IDAT", b"1" * 900, b"2" * 2000, b""]), max_size=5).map(b"".join)
@@ -69,14 +69,14 @@ def test_what_has_not_changed_of_an_image_is_not_written_again(journal: Journal)
 
 
 def test_says_whose_work_it_is(journal: Journal, path: Path) -> None:
-    note = JournalNote("/projects/häuser.ilf", unsaved=False)
+    note = JournalHeader("/projects/häuser.ilf", unsaved=False)
     journal.commit({}, note=note)
     with pytest.raises(JournalInUse, match="Another window"):
         Journal(path)
     changed = journal.note.changed
     journal.close()
     again = Journal(path)
-    assert again.note == JournalNote(**{**vars(note), "changed": changed})
+    assert again.note == JournalHeader(**{**vars(note), "changed": changed})
     assert (again.note.process, again.note.unsaved) == (os.getpid(), False)
     again.discard()
     assert list(path.parent.iterdir()) == []
@@ -95,13 +95,13 @@ def test_says_whose_work_it_is(journal: Journal, path: Path) -> None:
     ],
 )
 def test_work_whose_note_is_damaged_is_unsaved_work_of_nobody(journal: Journal, path: Path, spoil: str) -> None:
-    journal.commit({"frames/a1.json": b"{}"}, note=JournalNote("/projects/room.ilf", unsaved=False))
+    journal.commit({"frames/a1.json": b"{}"}, note=JournalHeader("/projects/room.ilf", unsaved=False))
     journal._database.execute(spoil)
     journal.close()
     changed = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
     os.utime(path, (changed.timestamp(), changed.timestamp()))
-    (left,) = left_work(path.parent)  # nobody knows that it is saved: it is not taken away
-    assert left.note == JournalNote("", True, "", 0, "", changed, changed)
+    (left,) = find_recoverable_work(path.parent)  # nobody knows that it is saved: it is not taken away
+    assert left.note == JournalHeader("", True, "", 0, "", changed, changed)
 
 
 def test_a_full_disk_leaves_what_was_there_and_can_be_tried_again(journal: Journal) -> None:

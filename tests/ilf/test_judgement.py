@@ -12,9 +12,9 @@ import pytest
 
 import ilf
 from ilf.errors import InputError, ParameterError
-from ilf.evaluation.evaluation import Judgement, Step, judge, judge_blocks, judge_completion, run_out
-from ilf.evaluation.ground_truth import truth_steps
-from ilf.evaluation.hold_out import HiddenTest, compare_hidden, hidden_pixels, hidden_steps, judge_hidden
+from ilf.evaluation.evaluation import Evaluation, Step, evaluate, evaluate_blocks, evaluate_completion, run_to_end
+from ilf.evaluation.ground_truth import ground_truth_steps
+from ilf.evaluation.hold_out import HoldOutTest, compare_hidden, evaluate_hold_out, hidden_pixels, hold_out_steps
 from ilf.evaluation.metrics import share_within, sparsification_error
 from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep, sweep_steps
 from ilf.run.run import Run
@@ -26,7 +26,7 @@ QUICK = ilf.preset("paper", max_iterations=30)
 def planes(small_frame: ilf.RGBDFrame) -> ilf.RGBDFrame:
     """The two planes with their truth."""
     rows, columns = np.mgrid[:48, :64]
-    return small_frame.with_truth(np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns))
+    return small_frame.with_ground_truth(np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns))
 
 
 @pytest.fixture
@@ -35,19 +35,19 @@ def run(planes: ilf.RGBDFrame, small_labels: np.ndarray) -> Run:
 
 
 def test_judgement_by_hand():
-    depth, truth = np.array([[2.0, 2.5, np.nan, 1.0]]), np.array([[2.1, 2.2, 3.0, np.nan]])
+    depth, ground_truth = np.array([[2.0, 2.5, np.nan, 1.0]]), np.array([[2.1, 2.2, 3.0, np.nan]])
     expected = np.array([[0.2, 0.2, 0.2, 0.2]])
-    found = judge(depth, truth, expected=expected)
+    found = evaluate(depth, ground_truth, expected=expected)
     assert found.pixels == 2
     assert found.bias == pytest.approx(0.1)
     assert found.mae == found.median == pytest.approx(0.2)
     assert found.rmse == pytest.approx(np.sqrt((0.1**2 + 0.3**2) / 2))
     assert found.within == 0.5
-    assert judge(depth, truth, np.array([[True, False, True, True]])).pixels == 1
-    assert judge(depth, truth, np.zeros((1, 4), bool)) == Judgement()
-    assert judge(depth, truth, expected=np.full((1, 4), np.nan)).within is None
+    assert evaluate(depth, ground_truth, np.array([[True, False, True, True]])).pixels == 1
+    assert evaluate(depth, ground_truth, np.zeros((1, 4), bool)) == Evaluation()
+    assert evaluate(depth, ground_truth, expected=np.full((1, 4), np.nan)).within is None
     with pytest.raises(InputError, match=r"truth \(4,\)"):
-        judge(depth, truth[0])
+        evaluate(depth, ground_truth[0])
 
 
 def test_the_order_of_expected_errors_is_judged_by_leaving_pixels_out():
@@ -69,62 +69,62 @@ def test_the_order_of_expected_errors_is_judged_by_leaving_pixels_out():
 def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
     frame, completion = run.frame, run.complete()
     expected = ilf.expected_error(completion)
-    whole = judge_completion(frame, completion, expected=expected)
-    assert whole == judge(completion.depth, frame.truth, completion.filled, expected)
+    whole = evaluate_completion(frame, completion, expected=expected)
+    assert whole == evaluate(completion.depth, frame.ground_truth, completion.filled, expected)
     assert 0 <= whole.within <= 1
-    blocks = judge_blocks(frame, completion, run.blocks, expected=expected)
+    blocks = evaluate_blocks(frame, completion, run.blocks, expected=expected)
     for label in (1, 2):
-        assert blocks[label] == judge_completion(frame, completion, run.blocks == label, expected=expected)
+        assert blocks[label] == evaluate_completion(frame, completion, run.blocks == label, expected=expected)
     box = slice(8, 20), slice(4, 16)
-    assert judge_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
-    every = judge_completion(frame, completion, every=True)
+    assert evaluate_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
+    every = evaluate_completion(frame, completion, every=True)
     assert every.pixels == frame.depth.size
     assert every.median == 0
-    assert judge_blocks(frame, completion, np.zeros_like(run.blocks)) == {}
+    assert evaluate_blocks(frame, completion, np.zeros_like(run.blocks)) == {}
     with pytest.raises(InputError, match="no ground truth"):
-        judge_completion(frame.with_truth(None), completion)
+        evaluate_completion(frame.with_ground_truth(None), completion)
 
 
 @pytest.mark.parametrize("pattern", ["areas", "random"])
 def test_the_same_depth_is_hidden_whatever_else_changes(pattern, planes):
-    test = HiddenTest(pattern, (3,))
+    test = HoldOutTest(pattern, (3,))
     hidden = test.hidden(planes, 3)
     assert not (hidden & ~planes.known).any()
     assert 0.2 < hidden.sum() / planes.known.sum() < 0.6
     mask = np.zeros(planes.shape, bool)
     mask[:10] = True
-    np.testing.assert_array_equal(hidden, test.hidden(planes.distrusting(mask).with_truth(None), 3))
+    np.testing.assert_array_equal(hidden, test.hidden(planes.with_invalid_mask(mask).with_ground_truth(None), 3))
     assert (hidden != test.hidden(planes, 4)).any()
     assert (hidden != test.hidden(replace(planes, name="other"), 3)).any()
 
 
 @pytest.mark.parametrize("parameters", [QUICK, ilf.preset("best")], ids=["paper", "best"])
 def test_the_hidden_depth_reaches_no_filter(parameters, run):
-    test = HiddenTest("areas", (0,))
+    test = HoldOutTest("areas", (0,))
     hidden = test.hidden(run.frame, 0)
     lied = ilf.RGBDFrame(run.frame.rgb, np.where(hidden, run.frame.depth + 1.5, run.frame.depth), name=run.frame.name)
     honest, other = (
-        judge_hidden(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
+        evaluate_hold_out(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
     )
     np.testing.assert_array_equal(honest.errors[0].depth, other.errors[0].depth)
     assert other.whole.bias == pytest.approx(honest.whole.bias - 1.5, abs=1e-5)
 
 
 def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
-    result = judge_hidden(run, HiddenTest("areas", (0, 1)))
+    result = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)))
     assert len(result.by_seed) == 2
     sizes, squares = zip(*((part.pixels, part.pixels * part.rmse**2) for part in result.by_seed), strict=True)
     assert result.whole.pixels == sum(sizes)
     assert result.whole.rmse == pytest.approx(np.sqrt(sum(squares) / sum(sizes)))
-    assert sum(judgement.pixels for judgement in result.blocks.values()) == result.whole.pixels
+    assert sum(evaluation.pixels for evaluation in result.blocks.values()) == result.whole.pixels
     assert result.hidden == sum(int(result.test.hidden(run.frame, seed).sum()) for seed in (0, 1))
     assert result.coverage == pytest.approx(result.whole.pixels / result.hidden)
-    alone = judge_hidden(run, HiddenTest("areas", (0, 1)), only=[2])
+    alone = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)), only=[2])
     # the expected error at its border goes by what is filled beyond
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
 
 
-@pytest.mark.parametrize("steps", [lambda run: hidden_steps(run, HiddenTest(seeds=(0,))), truth_steps])
+@pytest.mark.parametrize("steps", [lambda run: hold_out_steps(run, HoldOutTest(seeds=(0,))), ground_truth_steps])
 def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, monkeypatch):
     clock = SimpleNamespace(perf_counter=lambda: 100.0)
     for module in ("hold_out", "ground_truth"):
@@ -132,18 +132,18 @@ def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, m
     going = steps(run)
     next(going)
     clock.perf_counter = lambda: 102.5
-    assert run_out(going).seconds == 2.5
+    assert run_to_end(going).seconds == 2.5
 
 
 def test_runs_are_compared_on_what_both_fill(run):
-    test = HiddenTest("areas", (0,))
+    test = HoldOutTest("areas", (0,))
     # of block 2, whose known depth is too little for it, nothing comes back
     refusing = replace(run, own={2: QUICK.replace(min_known_share=1.0)})
     other = replace(run, parameters=ilf.preset("best"))
     steps: list[Step] = []
     first, second, third = compare_hidden([run, other, refusing], test, on_step=steps.append)
     assert first.whole.pixels == second.whole.pixels == first.hidden
-    assert first.whole == judge_hidden(run, test).whole
+    assert first.whole == evaluate_hold_out(run, test).whole
     assert third.coverage < 0.9
     assert set(third.blocks) == {1, 2}
     assert third.blocks[2].pixels == 0
@@ -154,15 +154,15 @@ def test_runs_are_compared_on_what_both_fill(run):
 def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
     mask = np.zeros(run.frame.shape, bool)
     mask[:, :30] = True
-    test = HiddenTest("random", (0,))
-    trusting, doubting = compare_hidden([run, replace(run, frame=run.frame.distrusting(mask))], test)
+    test = HoldOutTest("random", (0,))
+    trusting, doubting = compare_hidden([run, replace(run, frame=run.frame.with_invalid_mask(mask))], test)
     assert trusting.whole.pixels == doubting.whole.pixels == doubting.hidden < trusting.hidden
     assert not mask.ravel()[doubting.errors[0].places].any()
 
 
 def test_a_test_on_hidden_depth_can_be_stopped_between_iterations(run):
     before = set(threading.enumerate())
-    steps = hidden_steps(run, threads=2)
+    steps = hold_out_steps(run, threads=2)
     assert next(steps).share == 0
     steps.close()
     assert set(threading.enumerate()) <= before
@@ -170,18 +170,18 @@ def test_a_test_on_hidden_depth_can_be_stopped_between_iterations(run):
 
 def test_bad_tests_are_refused(planes):
     with pytest.raises(ParameterError, match="no pattern 'stripes'"):
-        HiddenTest("stripes")
+        HoldOutTest("stripes")
     with pytest.raises(ParameterError, match="needs seeds"):
-        HiddenTest(seeds=())
+        HoldOutTest(seeds=())
     with pytest.raises(ParameterError, match="from 0 on"):
-        HiddenTest(seeds=(-1,))
+        HoldOutTest(seeds=(-1,))
     with pytest.raises(InputError, match="no pattern"):
-        hidden_pixels(planes, "truth")
+        hidden_pixels(planes, "ground_truth")
     one = np.zeros((40, 60))
     one[3, 4] = 2
     frame = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), one)
     with pytest.raises(InputError, match="all of it would be hidden"):
-        judge_hidden(Run(frame, np.ones((40, 60), np.int32)), HiddenTest("random", (0,)))
+        evaluate_hold_out(Run(frame, np.ones((40, 60), np.int32)), HoldOutTest("random", (0,)))
 
 
 def test_a_sweep_against_the_truth_finds_the_best_value(run):
@@ -191,7 +191,7 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
     for point in result.points:
         completion = replace(run, parameters=QUICK.replace(**point.values)).complete()
         np.testing.assert_array_equal(point.depth, completion.depth)
-        assert point.whole.rmse == judge_completion(run.frame, completion).rmse
+        assert point.whole.rmse == evaluate_completion(run.frame, completion).rmse
         assert point.run.parameters.shortest_wavelength == point.values["shortest_wavelength"]
     assert result.best is min(result.points, key=lambda point: point.whole.rmse)
     assert [type(item) for item in items].count(SweepPoint) == 2
@@ -200,7 +200,7 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
 def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     own = QUICK.replace(max_iterations=5)
     values = {"shortest_wavelength": [100, 15], "centred": [False, True]}
-    sweep = Sweep(replace(run, own={2: own}), values, HiddenTest("random", (0,)), only=[2])
+    sweep = Sweep(replace(run, own={2: own}), values, HoldOutTest("random", (0,)), only=[2])
     items: list[Step | SweepPoint] = []
     result = run_sweep(sweep, on_step=items.append)
     shares = [item.share for item in items if isinstance(item, Step)]
@@ -214,7 +214,7 @@ def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     assert best.run.own[2] == own.replace(**best.values)
     assert best.run.parameters == QUICK, "the common values are as they were"
     assert best.values["centred"], "nothing is to be lifted from 0 m"
-    assert set(best.judged.blocks) == {2}
+    assert set(best.evaluated.blocks) == {2}
     assert np.isnan(best.depth[:, :30][np.isnan(run.frame.depth[:, :30])]).all(), "block 1 was not run"
 
 
@@ -222,7 +222,7 @@ def test_a_value_that_refuses_to_fill_is_never_the_best(run):
     result = run_sweep(Sweep(run, {"min_known_share": [0.02, 1.0]}))
     assert result.best is result.points[0]
     assert result.points[1].coverage == 0
-    assert result.points[1].whole == Judgement()
+    assert result.points[1].whole == Evaluation()
     nothing = run_sweep(Sweep(run, {"min_known_share": [1.0]}))
     assert nothing.best is None
 
@@ -243,7 +243,7 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
     for only in ([9], []):
         with pytest.raises(InputError, match="no such blocks"):
             Sweep(run, {"padding": [2]}, only=only)
-    bare = replace(run, frame=run.frame.with_truth(None))
+    bare = replace(run, frame=run.frame.with_ground_truth(None))
     with pytest.raises(InputError, match="no ground truth where depth is missing"):
         Sweep(bare, {"padding": [2]})
 

@@ -113,8 +113,8 @@ def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_letting_go(shape: tuple[int, int]) -> None:
     u, scale = _arrays(shape, 2)
-    expected, *others = found = [_weights(shape) for _ in _ways("let_go")]
-    for way, weights in zip(_ways("let_go"), found, strict=True):
+    expected, *others = found = [_weights(shape) for _ in _ways("weaken_links")]
+    for way, weights in zip(_ways("weaken_links"), found, strict=True):
         way(weights, u, scale, np.float32(0.3))
     assert shape == (1, 1) or not np.array_equal(expected, _weights(shape))
     for weights in others:
@@ -124,7 +124,7 @@ def test_letting_go(shape: tuple[int, int]) -> None:
 def test_parts_are_taken_in() -> None:
     """Of the parts, 1 is a speck, 2 holds a region already, 3 and 4 become regions."""
     parts = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 4, 4, 4, 4, 3, 3, 3, 3, 3], np.int32)
-    for way in (boundaries._take_in.__wrapped__, boundaries._take_in_one_by_one, boundaries._take_in):
+    for way in (boundaries._add_new_parts.__wrapped__, boundaries._add_new_parts_by_loop, boundaries._add_new_parts):
         regions = np.where(np.arange(parts.size) == 5, np.int32(7), np.int32(0))
         assert way(parts, regions, 7) == 9
         assert regions.tolist() == [0] * 5 + [7] + [0] * 3 + [9] * 4 + [8] * 5

@@ -9,7 +9,7 @@ import ilf
 from ilf.completion.block import block_depth
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import IterationRecord
-from ilf.run.key_frames import KeyFrames, past_depth
+from ilf.run.key_frames import KeyFrames, depth_at_key_frames
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import border_pixels
 
@@ -42,7 +42,7 @@ def test_a_key_frame_is_the_depth_as_it_was_then(
             next(stepper, None)
             depth = block_depth(small_frame, track.block, stepper.surface, parameters)
             expected[track.block.box][track.block.mask] = depth
-        past = past_depth(small_frame.depth, [(track, track.at(i)) for track in tracks])
+        past = depth_at_key_frames(small_frame.depth, [(track, track.at(i)) for track in tracks])
         np.testing.assert_array_equal(past, expected)
 
 

@@ -22,13 +22,13 @@ def _flat(shape: tuple[int, int]) -> RGBDFrame:
     return _frame(np.full(shape, 2.0))
 
 
-def _relief(shape: tuple[int, int], judged: np.ndarray | bool = True, bend: np.ndarray | float = 0.0) -> Relief:
+def _relief(shape: tuple[int, int], evaluated: np.ndarray | bool = True, bend: np.ndarray | float = 0.0) -> Relief:
     """What depth would say that jumps nowhere."""
     height, width = shape
     nowhere = np.zeros((height, width - 1), bool), np.zeros((height - 1, width), bool)
-    judged = np.broadcast_to(judged, shape)
-    bend = np.where(judged, np.broadcast_to(bend, shape), 0).astype(np.float32)
-    return Relief(np.ones(shape, bool), nowhere, nowhere, judged, bend)
+    evaluated = np.broadcast_to(evaluated, shape)
+    bend = np.where(evaluated, np.broadcast_to(bend, shape), 0).astype(np.float32)
+    return Relief(np.ones(shape, bool), nowhere, nowhere, evaluated, bend)
 
 
 def _columns(*widths: int, height: int = 4) -> np.ndarray:
@@ -124,24 +124,24 @@ def test_a_bend_costs_a_fifth_of_what_it_is_above_a_half_up_to_three(bend: float
 
 
 def test_the_bend_of_a_border_is_the_mean_over_its_judged_pairs_of_the_larger_one() -> None:
-    judged = np.ones((4, 12), bool)
-    judged[3, 6] = False
+    evaluated = np.ones((4, 12), bool)
+    evaluated[3, 6] = False
     bend = np.zeros((4, 12))
     bend[:3, 5], bend[:3, 6], bend[3, 5] = 1.0, (2.0, 0.5, 0.9), 3.0
     mean = (2.0 + 1.0 + 1.0) / 3
     on_surface = 0.2 * (mean - 0.5) + 0.1 * 0.4
     expected = 0.25 * 0.4 + 0.75 * on_surface
-    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), judged, bend)) == pytest.approx(expected, rel=1e-5)
+    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), evaluated, bend)) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("rows", [0, 1, 2, 3, 4])
 def test_what_depth_does_not_see_of_a_border_counts_in_full(rows: int) -> None:
     """Too few pixels for a plane, so that colour has the say in the rest."""
-    judged = np.zeros((4, 12), bool)
-    judged[:rows] = True
+    evaluated = np.zeros((4, 12), bool)
+    evaluated[:rows] = True
     seen = rows / 4
     expected = (1 - seen) * 0.4 + seen * 0.1 * 0.4
-    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), judged)) == pytest.approx(expected, rel=1e-5)
+    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), evaluated)) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize(("jumps", "expected"), [(0, 0.04), (2, 0.04), (3, 9 + 3 / 4), (4, 10.0)])
@@ -163,9 +163,9 @@ def test_jumps_between_rows_count_too() -> None:
 
 def _wide(depth: np.ndarray, seen_rows: int = 0) -> float:
     """Cost of the border between two regions of 40 x 40 pixels of edge strength 0.5."""
-    judged = np.zeros(depth.shape, bool)
-    judged[:seen_rows] = True
-    return _cost(np.full(depth.shape, 0.5), _relief(depth.shape, judged), _frame(depth), _columns(40, 40, height=40))
+    evaluated = np.zeros(depth.shape, bool)
+    evaluated[:seen_rows] = True
+    return _cost(np.full(depth.shape, 0.5), _relief(depth.shape, evaluated), _frame(depth), _columns(40, 40, height=40))
 
 
 ROWS, COLUMNS = np.mgrid[:40, :80]
@@ -225,8 +225,8 @@ def test_known_pixels_on_one_line_have_a_plane() -> None:
     regions = _columns(200, 200, height=40)
     wide = np.full((40, 400), np.nan)
     wide[0] = 1 / (0.5 + 0.0002 * np.arange(400))
-    strength, judged = np.full(wide.shape, 0.5), np.zeros(wide.shape, bool)
-    assert _cost(strength, _relief(wide.shape, judged), _frame(wide), regions) == pytest.approx(0.1, rel=1e-5)
+    strength, evaluated = np.full(wide.shape, 0.5), np.zeros(wide.shape, bool)
+    assert _cost(strength, _relief(wide.shape, evaluated), _frame(wide), regions) == pytest.approx(0.1, rel=1e-5)
 
 
 def test_without_relief_planes_have_no_say() -> None:
@@ -351,7 +351,7 @@ def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed: int) ->
 
 def _taken_in(regions: np.ndarray, strength: np.ndarray, fitness: Fitness, depth: np.ndarray) -> set[frozenset[int]]:
     graph = RegionGraph(regions, strength.astype(np.float32), _frame(depth), None)
-    graph.take_in_unfit(fitness)
+    graph.merge_unfit(fitness)
     return _partners(graph.labels(), regions)
 
 

@@ -6,14 +6,14 @@ import pytest
 from ilf.errors import InputError
 from ilf.evaluation.metrics import fill_rate, measure_errors
 
-TRUTH = np.array([[1.0, 2.0, 4.0], [2.0, 9.0, 9.0]], np.float32)
+GROUND_TRUTH = np.array([[1.0, 2.0, 4.0], [2.0, 9.0, 9.0]], np.float32)
 DEPTH = np.array([[1.0, 3.0, 3.0], [4.0, np.nan, -1.0]], np.float32)
 MASK = np.array([[True, True, True], [True, False, False]])
 
 
 def test_measures_by_hand():
     # errors 0, 1, -1, 2; ratios 1, 1.5, 4/3, 2
-    found = measure_errors(DEPTH, TRUTH, MASK)
+    found = measure_errors(DEPTH, GROUND_TRUTH, MASK)
     assert found.pixels == 4
     assert found.rmse == pytest.approx(np.sqrt(6 / 4))
     assert found.mae == pytest.approx(1.0)
@@ -25,7 +25,7 @@ def test_measures_by_hand():
 
 
 def test_precision_is_the_spread_about_the_accuracy():
-    found = measure_errors(TRUTH + 0.5, TRUTH, np.ones_like(MASK))
+    found = measure_errors(GROUND_TRUTH + 0.5, GROUND_TRUTH, np.ones_like(MASK))
     assert (found.acc, found.prs, found.rmse) == pytest.approx((0.5, 0.0, 0.5))
 
 
@@ -36,11 +36,11 @@ def test_fill_rate_counts_depth_only():
 
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(InputError, match=r"depth is missing at 2 of 6"):
-        measure_errors(DEPTH, TRUTH, np.ones_like(MASK))
+        measure_errors(DEPTH, GROUND_TRUTH, np.ones_like(MASK))
     with pytest.raises(InputError, match="No pixel is selected"):
-        measure_errors(DEPTH, TRUTH, np.zeros_like(MASK))
+        measure_errors(DEPTH, GROUND_TRUTH, np.zeros_like(MASK))
     with pytest.raises(InputError, match="same shape"):
-        measure_errors(DEPTH[:1], TRUTH, MASK)
+        measure_errors(DEPTH[:1], GROUND_TRUTH, MASK)
     with pytest.raises(InputError, match="No pixel is wanted"):
         fill_rate(DEPTH, np.zeros_like(MASK))
     with pytest.raises(InputError, match="same shape"):

@@ -42,7 +42,7 @@ def networks_are_tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
     def at_once(function: Callable[..., object], *arguments: object, file: str) -> object:
         return function(*arguments)
 
-    monkeypatch.setattr("ilf._runtime.networks.network.in_child", at_once)
+    monkeypatch.setattr("ilf._runtime.networks.network.run_in_sandbox", at_once)
 
 
 def picture(height: int, width: int) -> np.ndarray:

@@ -64,7 +64,7 @@ def test_the_official_split_beside_the_file_is_taken(labelled):
     assert "2 of 5 frames" in sources.notes[0]
     assert "in-painting" in sources.notes[0]
     loaded = load_source(sources.frames[1])
-    assert np.array_equal(loaded.truth, depth_of(4))
+    assert np.array_equal(loaded.ground_truth, depth_of(4))
     assert np.array_equal(loaded.frame.known, ~hole())
 
 
@@ -81,8 +81,8 @@ def test_a_quick_run_takes_few_frames_of_few_pixels(labelled):
     sources = find_sources(Settings(data=labelled, quick=True))
     assert [source.index for source in sources.frames] == [0, 2, 4]
     thin = load_source(sources.frames[1])
-    assert thin.frame.shape == thin.truth.shape == (HEIGHT // 2, WIDTH // 2)
-    assert np.array_equal(thin.truth, depth_of(2)[::2, ::2])
+    assert thin.frame.shape == thin.ground_truth.shape == (HEIGHT // 2, WIDTH // 2)
+    assert np.array_equal(thin.ground_truth, depth_of(2)[::2, ::2])
 
 
 def _without(path: Path, name: str) -> None:

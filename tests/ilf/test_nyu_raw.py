@@ -55,8 +55,8 @@ def test_frames_are_paired_by_the_times_in_their_names(source):
 
 def test_depth_is_registered_by_the_data_sets_own_cameras(source):
     frame = source.read(source.keys[0])
-    truth = seen(rays(Camera(frame.intrinsics, (640, 480))), np.eye(4)).reshape(frame.shape)
-    off = np.abs(frame.depth - truth)[frame.known]
+    ground_truth = seen(rays(Camera(frame.intrinsics, (640, 480))), np.eye(4)).reshape(frame.shape)
+    off = np.abs(frame.depth - ground_truth)[frame.known]
     assert frame.known.mean() > 0.75
     # a step of disparity is 11 mm at 2 m
     assert np.median(off) < 0.004

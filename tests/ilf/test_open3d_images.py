@@ -73,14 +73,14 @@ def test_without_open3d_the_message_names_the_extra(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("said", "way_out"),
+    ("said", "remedy"),
     [
         ("libGL.so.1: cannot open shared object file: No such file or directory", "sudo apt install libgl1"),
         ("libX11.so.6: cannot open shared object file: No such file or directory", "sudo apt install libx11-6"),
         ("libodd.so.7: cannot open shared object file: No such file or directory", r"libodd\.so\.7"),
     ],
 )
-def test_open3d_that_cannot_be_loaded_names_library_and_package(said, way_out, monkeypatch):
+def test_open3d_that_cannot_be_loaded_names_library_and_package(said, remedy, monkeypatch):
     class Refusing:
         def find_spec(self, name, path=None, target=None):
             if name == "open3d":
@@ -89,5 +89,5 @@ def test_open3d_that_cannot_be_loaded_names_library_and_package(said, way_out, m
     monkeypatch.delitem(sys.modules, "open3d", raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(sys, "meta_path", [Refusing(), *sys.meta_path])
-    with pytest.raises(ExportError, match=way_out):
+    with pytest.raises(ExportError, match=remedy):
         load_open3d()

@@ -11,7 +11,7 @@ from ilf import RGBDFrame
 from ilf.data.points import point_cloud
 from ilf.data.results import Status
 from ilf.errors import InputError
-from ilf.evaluation.evaluation import judge_completion
+from ilf.evaluation.evaluation import evaluate_completion
 from ilf.evaluation.hold_out import frame_without
 from ilf.project.decoding import load_state
 from ilf.project.encoding import Encoder
@@ -33,7 +33,7 @@ QUICK = ilf.preset(correction=False)
 
 def made(**changes):
     depth = 2.0 + 0.01 * np.indices(SHAPE)[1]
-    values = {"truth": depth, "outside_view": OUTSIDE} | changes
+    values = {"ground_truth": depth, "outside_view": OUTSIDE} | changes
     return RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), np.where(HOLE | OUTSIDE, np.nan, depth), **values)
 
 
@@ -55,10 +55,10 @@ def test_only_missing_pixels_lie_outside(frame):
 def test_other_frames_made_of_it_keep_it(frame):
     wrong = np.zeros(SHAPE, bool)
     wrong[:, 5] = wrong[:, 36] = True
-    distrusting = frame.distrusting(wrong)
-    np.testing.assert_array_equal(distrusting.outside_view, OUTSIDE)
-    np.testing.assert_array_equal(distrusting.missing, HOLE | (wrong & ~OUTSIDE))
-    for other in (replace(frame, name="b"), frame.with_truth(None), frame.with_guide(frame.truth)):
+    with_invalid_mask = frame.with_invalid_mask(wrong)
+    np.testing.assert_array_equal(with_invalid_mask.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(with_invalid_mask.missing, HOLE | (wrong & ~OUTSIDE))
+    for other in (replace(frame, name="b"), frame.with_ground_truth(None), frame.with_guide(frame.ground_truth)):
         np.testing.assert_array_equal(other.outside_view, OUTSIDE)
     np.testing.assert_array_equal(frame_without(frame, "random").outside_view, OUTSIDE)
 
@@ -93,16 +93,16 @@ def test_where_only_what_is_outside_is_missing_nothing_is_done(frame):
 def test_guesses_leave_it_missing_too(frame):
     for outside_view, wanted in ((False, HOLE), (True, HOLE | OUTSIDE)):
         nothing = ilf.complete(frame, np.zeros(SHAPE, np.int32), outside_view=outside_view)
-        np.testing.assert_array_equal(ilf.fill_rest(nothing).guessed, wanted)
-    run = ilf.Run(frame, np.zeros(SHAPE, np.int32), QUICK, dense=True)
-    np.testing.assert_array_equal(run.complete().guessed, HOLE)
+        np.testing.assert_array_equal(ilf.extrapolate(nothing).extrapolated, wanted)
+    run = ilf.Run(frame, np.zeros(SHAPE, np.int32), QUICK, extrapolate=True)
+    np.testing.assert_array_equal(run.complete().extrapolated, HOLE)
     asked = replace(run, parameters=QUICK.replace(outside_view=True))
-    np.testing.assert_array_equal(asked.complete().guessed, HOLE | OUTSIDE)
+    np.testing.assert_array_equal(asked.complete().extrapolated, HOLE | OUTSIDE)
 
 
 def test_it_is_never_judged(frame):
     asked = ilf.complete(frame, BLOCKS, QUICK.replace(outside_view=True))
-    assert judge_completion(frame, asked).pixels == HOLE.sum()
+    assert evaluate_completion(frame, asked).pixels == HOLE.sum()
 
 
 def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_asked_for(frame):

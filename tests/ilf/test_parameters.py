@@ -114,7 +114,7 @@ def test_a_parameter_counts_with_those_that_are_changed_beside_it() -> None:
 
 def test_a_parameter_may_count_with_several_values_of_another() -> None:
     for detector in ("rgbd", "hed"):
-        assert BlockParameters().changed(detector=detector, threshold=0.3).matters("threshold")
+        assert BlockParameters().changed(detector=detector, threshold=0.3).has_effect("threshold")
     with pytest.raises(ParameterError) as refused:
         BlockParameters().changed(detector="canny", threshold=0.3)
     assert str(refused.value) == "threshold has no effect with detector canny; it belongs to detector rgbd or hed."
@@ -135,7 +135,7 @@ def test_replace_and_records_take_values_without_effect() -> None:
 def test_what_matters_is_what_has_an_effect(set_class: type[ParameterSet]) -> None:
     for parameters in (set_class(), *(PRESETS.values() if set_class is Parameters else ())):
         for name in set_class.declarations():
-            assert parameters.matters(name) == (not parameters.without_effect([name]))
+            assert parameters.has_effect(name) == (not parameters.without_effect([name]))
 
 
 @pytest.mark.parametrize("set_class", SETS)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.data.frame_cache import Memory, forget, once_per_frame
+from ilf.data.frame_cache import FrameCache, clear_cached, once_per_frame
 
 
 class Owner:
@@ -16,7 +16,7 @@ class Owner:
 
 
 def test_of_each_owner_the_latest_few_are_kept() -> None:
-    memory, one, other = Memory[Owner, tuple[int]](), Owner(), Owner()
+    memory, one, other = FrameCache[Owner, tuple[int]](), Owner(), Owner()
     for key in range(3):
         memory.keep(one, key, (key,))
     assert memory.find(one, 0) == (0,), "which makes it a late one"
@@ -26,14 +26,14 @@ def test_of_each_owner_the_latest_few_are_kept() -> None:
 
 
 def test_what_is_kept_again_is_the_latest() -> None:
-    memory, owner = Memory[Owner, int](), Owner()
+    memory, owner = FrameCache[Owner, int](), Owner()
     for key in (0, 1, 2, 0, 3):
         memory.keep(owner, key, key)
     assert [memory.find(owner, key) for key in range(4)] == [0, None, 2, 3]
 
 
 def test_arrays_in_it_are_read_only() -> None:
-    kept = Memory[Owner, np.ndarray]().keep(Owner(), 0, np.zeros(3))
+    kept = FrameCache[Owner, np.ndarray]().keep(Owner(), 0, np.zeros(3))
     with pytest.raises(ValueError, match="read-only"):
         kept[0] = 1
 
@@ -41,7 +41,7 @@ def test_arrays_in_it_are_read_only() -> None:
 class Awaited:
     """A key that another thread would displace between two looks at it."""
 
-    def __init__(self, memory: Memory[Owner, int], owner: Owner) -> None:
+    def __init__(self, memory: FrameCache[Owner, int], owner: Owner) -> None:
         self.looks = 0
         self.other = Thread(target=lambda: [memory.keep(owner, key, key) for key in range(3)])
 
@@ -54,7 +54,7 @@ class Awaited:
 
 
 def test_a_thread_that_displaces_what_another_one_looks_at_waits() -> None:
-    memory, owner = Memory[Owner, int](), Owner()
+    memory, owner = FrameCache[Owner, int](), Owner()
     key = Awaited(memory, owner)
     memory.keep(owner, key, 7)
     key.looks = 1
@@ -97,6 +97,6 @@ def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay() ->
     one, other = frame_of(1), frame_of(2)
     for frame in (one, other):
         nearest(frame)
-    forget(one, nearest)
+    clear_cached(one, nearest)
     assert (nearest(one), nearest(other)) == (1, 2)
     assert worked_out == [one, other, one]

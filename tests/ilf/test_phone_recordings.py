@@ -101,7 +101,7 @@ def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
 def test_low_confidence_is_missing_where_it_is_asked_for(tmp_path, kind):
     path = WRITERS[kind](tmp_path)
     frame = ilf.open_source(path).read(KEYS.get(kind, "4242_100.100"))
-    assert frame.distrusted is None
+    assert frame.invalid_mask is None
     assert "confidence map" in frame.notes[0]
     for least, low in ((1, LEVELS < 1), (2, LEVELS < 2)):
         sure = ilf.open_source(path, min_confidence=least).read(KEYS.get(kind, "4242_100.100"))
@@ -153,7 +153,7 @@ def test_nyu_labelled_frames_by_their_numbers(tmp_path):
     frame = source.read("2")
     assert np.array_equal(frame.depth, METRES, equal_nan=True)
     assert (frame.rgb == 100).all()
-    assert (frame.truth, frame.intrinsics) == (None, None)  # the camera is one of 640 x 480
+    assert (frame.ground_truth, frame.intrinsics) == (None, None)  # the camera is one of 640 x 480
     assert source.calibration("2").depth is None
 
 

@@ -11,7 +11,7 @@ import ilf
 from ilf.data.parameters import BlockParameters
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.run.preset_files import (
-    OwnPreset,
+    UserPreset,
     delete_preset,
     find_preset,
     import_preset,
@@ -23,8 +23,8 @@ from ilf.run.preset_files import (
     write_preset,
 )
 
-SOFT = OwnPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
-PAPER = OwnPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
+SOFT = UserPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
+PAPER = UserPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
 
 
 @pytest.mark.parametrize("preset", [SOFT, PAPER], ids=lambda preset: preset.name)
@@ -40,7 +40,7 @@ def test_a_preset_comes_back_from_its_file(preset, tmp_path):
 def test_what_a_file_leaves_out_is_as_in_its_base(tmp_path):
     path = tmp_path / "short.json"
     path.write_text('{"kind": "ilf-studio preset", "schema": 1}')
-    assert read_preset(path) == OwnPreset("short", ilf.preset())
+    assert read_preset(path) == UserPreset("short", ilf.preset())
 
 
 @pytest.mark.parametrize(
@@ -80,14 +80,14 @@ def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
     save_preset(PAPER)
     assert list(list_presets().presets) == ["paper 300", "weich, größer"]
     with pytest.raises(InputError, match="A preset 'paper 300' already exists"):
-        save_preset(OwnPreset("Paper 300", SOFT.parameters))
-    save_preset(OwnPreset("paper 300", SOFT.parameters), replace=True)
+        save_preset(UserPreset("Paper 300", SOFT.parameters))
+    save_preset(UserPreset("paper 300", SOFT.parameters), replace=True)
     assert list_presets().presets["paper 300"].parameters == SOFT.parameters
     rename_preset("paper 300", "Paper 300")
     rename_preset("Paper 300", "other")
     with pytest.raises(InputError, match="already"):
         rename_preset("other", SOFT.name)
-    with pytest.raises(InputError, match="no user preset 'paper 300'. Known: other, weich"):
+    with pytest.raises(InputError, match=r"no user preset 'paper 300'\. Known: other, weich"):
         rename_preset("paper 300", "x")
     assert delete_preset("other").stem == "other"
     assert list(list_presets().presets) == [SOFT.name]
@@ -106,7 +106,7 @@ def test_a_damaged_file_in_the_folder_hides_no_other(tmp_path):
 )
 def test_names_that_no_file_can_have_everywhere_are_refused(name):
     with pytest.raises(InputError, match=r"cannot be the name|built-in preset"):
-        save_preset(OwnPreset(name, SOFT.parameters))
+        save_preset(UserPreset(name, SOFT.parameters))
     assert not presets_folder().exists()
 
 
@@ -146,4 +146,4 @@ def test_the_folder_is_among_the_users_settings_unless_said_otherwise(monkeypatc
 
 def test_an_own_preset_builds_on_a_built_in_one():
     with pytest.raises(ParameterError, match="no preset 'mine'"):
-        OwnPreset("x", PAPER.parameters, "mine")
+        UserPreset("x", PAPER.parameters, "mine")

@@ -11,7 +11,7 @@ from ilf.cli import main
 from ilf.project.file import open_project, save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 from ilf.sources.frame_source import FrameSource
 
@@ -23,9 +23,11 @@ def project(tmp_path, monkeypatch):
     """room.ilf with two frames of the same name that have been run, and one that nobody has touched."""
     monkeypatch.chdir(tmp_path)
     rgb, depth = map(str, write_small_frame(tmp_path / "room"))
-    run = Run.of(ilf.load_frame(rgb, depth, intrinsics=CAMERA), preset=ilf.preset(**QUICK), dense=True)
+    run = Run.of(ilf.load_frame(rgb, depth, intrinsics=CAMERA), preset=ilf.preset(**QUICK), extrapolate=True)
     completion = run.complete()
-    kept = KeptRun(1, "quick", run, completion.results, 0.5, (0, 0, 0), truth_error=0.0123, hidden_error=np.nan)
+    kept = StoredRun(
+        1, "quick", run, completion.results, 0.5, (0, 0, 0), ground_truth_error=0.0123, hold_out_error=np.nan
+    )
     common = ilf.preset("paper")  # set since
     states = [
         FrameState(name, run.frame, run.blocks, common=common, results=completion.results, runs=(kept,))
@@ -67,7 +69,7 @@ def test_info_tells_of_frames_runs_and_what_is_wrong(project, capsys):
     assert main(["project", "info", str(path), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert sorted(told["frames"][0]["sources"].values()) == ["missing", "present"]
-    assert told["frames"][0]["runs"][0]["hidden_error"] is None
+    assert told["frames"][0]["runs"][0]["hold_out_error"] is None
     assert told["frames"][2]["stage"] == "untouched"
     path.write_bytes(path.read_bytes()[:-100])
     assert main(["project", "info", str(path)]) == 0

@@ -115,7 +115,7 @@ def test_it_moves_with_its_frames_and_can_be_saved_elsewhere(work, tmp_path):
         state = opened.state("a1").state
         assert state.frame.inputs.rgb.path == str(moved / "frames" / "one" / "rgb.png")
         assert_same(filed.labels, state.labels)
-        assert state.runs[0].run.frame.truth is not None
+        assert state.runs[0].run.frame.ground_truth is not None
         (tmp_path / "copies").mkdir()
         save_project(tmp_path / "copies" / "room.ilf", opened.project, base=[opened.parts], places=opened.places)
     shutil.move(tmp_path / "far", tmp_path / "near")
@@ -143,14 +143,14 @@ def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_pat
         found = opened.state("a1", places)
         assert found.problems == ()
         assert found.state.frame.inputs.depth.path == str(elsewhere)
-        truth = folder / "frames" / "one" / "truth.npy"
-        truth.rename(tmp_path / "truth.npy")
+        ground_truth = folder / "frames" / "one" / "truth.npy"
+        ground_truth.rename(tmp_path / "truth.npy")
         found = opened.state("a1", places)
-        assert found.state.frame.truth is None
+        assert found.state.frame.ground_truth is None
         assert "ground truth is not available" in found.problems[0]
         save_project(folder / "room.ilf", project, [found.state], base=[opened.parts], places=places)
-        (tmp_path / "truth.npy").rename(truth)
-        assert_same(filed.frame.truth, opened.state("a1").state.frame.truth)
+        (tmp_path / "truth.npy").rename(ground_truth)
+        assert_same(filed.frame.ground_truth, opened.state("a1").state.frame.ground_truth)
 
 
 def test_embedded_files_need_nothing_else(work, tmp_path):
@@ -240,7 +240,7 @@ def state_json(path, frame_id):
     [
         (lambda state: state["labels"], ("labels", "results", "guess")),
         (lambda state: state["packs"][0], ("results",)),
-        (lambda state: state["distrusted"], ("distrusted",)),
+        (lambda state: state["invalid_mask"], ("invalid_mask",)),
         (lambda state: state["notes"]["drawn"], ("drawn",)),
         (lambda state: state["notes"]["extracted"], ("extracted",)),
         (lambda state: state["guess"]["array"], ("guess",)),
@@ -260,7 +260,7 @@ def test_a_damaged_part_costs_that_part_only(work, what, lost):
     kept = {
         "labels": np.array_equal(state.labels, filed.labels),
         "results": bool(state.results),
-        "distrusted": state.frame.distrusted is not None,
+        "invalid_mask": state.frame.invalid_mask is not None,
         "drawn": state.notes.drawn is not None,
         "extracted": state.notes.extracted is not None,
         "guess": state.guess is not None,
@@ -285,8 +285,8 @@ ONES = np.ones((60, 80), np.int32)
     ("notes", "stage"),
     [
         (BlockNotes(extracted=ONES), Stage.EXTRACTED),
-        (BlockNotes(extracted=ONES, carried_from="one"), Stage.CARRIED),
-        (BlockNotes(extracted=2 * ONES, carried_from="one"), Stage.EDITED),
+        (BlockNotes(extracted=ONES, propagated_from="one"), Stage.PROPAGATED),
+        (BlockNotes(extracted=2 * ONES, propagated_from="one"), Stage.EDITED),
         (BlockNotes(extracted=2 * ONES), Stage.EDITED),
         (BlockNotes(extracted=ONES, kept=frozenset({1})), Stage.EDITED),
     ],
@@ -312,7 +312,7 @@ def test_a_damaged_frame_is_opened_from_its_source_and_saved_as_it_is(work):
         assert "opened without" in found.problems[0]
         assert_same(filed.frame.measured, found.state.frame.measured)
         save_project(path, project, base=[opened.parts], places=opened.places)
-        assert opened.parts.as_it_is(frame_part("a1")).checksum is not None, "it is not taken for a whole one"
+        assert opened.parts.read_raw(frame_part("a1")).checksum is not None, "it is not taken for a whole one"
         assert opened.state("b2").problems == ()
 
 
@@ -425,7 +425,7 @@ def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
     assert len(content) < 50_000
     with pytest.raises(FormatError, match="more results than a part can"):
         unpack_results("arrays/bomb.npz", content, measured)
-    monkeypatch.setattr("ilf.project.packing._MAX_UNPACKED_TOGETHER", 2_500)
+    monkeypatch.setattr("ilf.project.packing._MAX_UNPACKED_TOTAL", 2_500)
     columns = Npz("arrays/bomb.npz", npz({"a": np.zeros(100), "b": np.zeros(100), "c": np.zeros(100)}))
     assert [columns.array(name, np.float64, (100,)).sum() for name in "ab"] == [0, 0]
     with pytest.raises(FormatError, match="too large"):

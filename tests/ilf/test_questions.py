@@ -12,21 +12,21 @@ import cv2
 import numpy as np
 import pytest
 
-from ilf._runtime.cancellation import check_stopped, heeding
+from ilf._runtime.cancellation import cancelled_by, check_cancelled
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import cancellable as questions
-from ilf._runtime.networks.cancellable import ASKED, first_input, with_questions
+from ilf._runtime.networks.cancellable import CHECK_INPUT, first_input, with_cancellation_checks
 from ilf.errors import Cancelled
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
 _PEAKS = """
 import resource, sys
 import cv2, numpy as np
-from ilf._runtime.networks.cancellable import ASKED, with_questions
+from ilf._runtime.networks.cancellable import ASKED, with_cancellation_checks
 cv2.setNumThreads(1)
 content = np.fromfile(sys.argv[1], np.uint8)
 for is_asking in (False, True):
-    net = cv2.dnn.readNetFromONNX(with_questions(content) if is_asking else content)
+    net = cv2.dnn.readNetFromONNX(with_cancellation_checks(content) if is_asking else content)
     net.setInput(np.zeros((1, 3, 480, 640), np.float32), "image")
     if is_asking:
         net.setInput(np.zeros(1, np.float32), ASKED)
@@ -52,9 +52,9 @@ def _on_question(monkeypatch: pytest.MonkeyPatch, number: int, do: Callable[[], 
         if asked[0] == number:
             do()
         asked[0] += 1
-        check_stopped()
+        check_cancelled()
 
-    monkeypatch.setattr(questions, "check_stopped", ask)
+    monkeypatch.setattr(questions, "check_cancelled", ask)
     return asked
 
 
@@ -70,18 +70,18 @@ def test_questions_change_nothing(name: str, inputs: dict[str, int], monkeypatch
     content = np.fromfile(asset_path(f"models/{name}.onnx"), np.uint8)
     asked = _on_question(monkeypatch, -1, lambda: None)
     found = []
-    for one in (content, with_questions(content)):
+    for one in (content, with_cancellation_checks(content)):
         net = cv2.dnn.readNetFromONNX(one)
         rng = np.random.default_rng(0)
         for input_name, channels in inputs.items():
             net.setInput(rng.random((1, channels, 64, 96), np.float32), input_name)
         if one is not content:
-            net.setInput(np.zeros(1, np.float32), ASKED)
+            net.setInput(np.zeros(1, np.float32), CHECK_INPUT)
         found.append([np.array(output) for output in net.forward(net.getUnconnectedOutLayersNames())])
     for plain, asking in zip(*found, strict=True):
         np.testing.assert_array_equal(asking, plain)
     assert asked[0] > 20
-    assert first_input(content) == first_input(with_questions(content)) == "image"
+    assert first_input(content) == first_input(with_cancellation_checks(content)) == "image"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="peaks of memory as POSIX tells them")
@@ -97,7 +97,7 @@ def test_a_look_stops_at_the_next_question(edges: EdgeNetwork, monkeypatch: pyte
     for _ in range(3):
         wish = threading.Event()
         asked = _on_question(monkeypatch, 5, wish.set)
-        with heeding(wish), pytest.raises(Cancelled):
+        with cancelled_by(wish), pytest.raises(Cancelled):
             edges.strength(IMAGE)
         assert asked == [6], "and no other is asked"
         np.testing.assert_array_equal(edges.strength(IMAGE), whole)
@@ -116,7 +116,7 @@ def test_a_signal_ends_a_look(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatc
         signal.pthread_kill(main_thread, signal.SIGINT)
         while not stopped.wait(0.001):
             try:
-                check_stopped()
+                check_cancelled()
             except Cancelled:
                 stopped.set()
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ilf.data.parameters import PRESETS, BlockParameters, Parameters
 from ilf.errors import ParameterError
-from ilf.evaluation.sweep import can_be_swept, spread, usual_range
+from ilf.evaluation.sweep import can_be_swept, spread, suggested_range
 
 NUMBERS = [
     one
@@ -25,7 +25,7 @@ ITERATIONS = Parameters.declarations()["max_iterations"]
 def test_every_parameter_has_a_range_with_several_values_of_which_the_present_one_is_one(declaration):
     presets = [*(vars(values) for values in PRESETS.values()), vars(BlockParameters())]
     for present in {values.get(declaration.name, declaration.default) for values in presets}:
-        low, high = usual_range(declaration, present)
+        low, high = suggested_range(declaration, present)
         values = spread(declaration, low, high, 7, declaration.scale == "log" and low > 0, present)
         assert len(values) >= 3
         assert values == tuple(declaration.checked(value) for value in values)  # none is out of bounds

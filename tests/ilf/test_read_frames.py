@@ -127,8 +127,8 @@ def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
     rgb = save("few.png", encoded(".png", values[..., ::-1]))
     with pytest.warns(DepthWarning, match=rf"few\.png: Colour is nearly black.* {bits} bits .* by {factor}"):
         frame = load_frame(rgb, depth)
-    assert frame.doubts == frame.notes
-    assert len(frame.doubts) == 1
+    assert frame.plausibility_warnings == frame.notes
+    assert len(frame.plausibility_warnings) == 1
     assert load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
 
 

@@ -16,7 +16,7 @@ import ilf
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.sources.opening import close_all
-from ilf.sources.realsense import load_realsense, pair_of, take_frame
+from ilf.sources.realsense import capture_frame, load_realsense, pair_of
 from ilf.sources.registration import register
 from tests.ilf.bags import COLOUR, DEPTH, H, W
 from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
@@ -220,4 +220,4 @@ def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[realsense\]"):
-        take_frame()
+        capture_frame()

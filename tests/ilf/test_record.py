@@ -20,7 +20,7 @@ from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, outc
 from ilf.run.record_file import read_record
 
 from .small_frames import QUICK
-from .small_runs import OPTIONS, changed, distrusting, small_run, with_drawn_border, written
+from .small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written
 
 
 def sha256(path):
@@ -38,8 +38,8 @@ def test_same_run_gives_same_record_without_times(tmp_path):
 
 def test_record_reads_back(tmp_path):
     special = ilf.preset(**QUICK, mode="fill+denoise")
-    run = with_drawn_border(distrusting(small_run(tmp_path)))
-    run = replace(run, own={2: special}, dense=True)
+    run = with_drawn_border(with_invalid_mask(small_run(tmp_path)))
+    run = replace(run, own={2: special}, extrapolate=True)
     path = written(run, tmp_path / "out")
     assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
     record = read_record(path)
@@ -49,15 +49,15 @@ def test_record_reads_back(tmp_path):
     assert record.extraction == ilf.BlockParameters()
     assert (record.name, record.inputs) == ("in", run.frame.inputs)
     assert record.shape == (60, 80)
-    assert record.dense
+    assert record.extrapolate
     assert not record.edited
-    assert record.distrusted == RecordedMask(array_sha256(run.frame.distrusted), "distrusted.png")
+    assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "distrusted.png")
     assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
     assert to_json(record) == path.read_bytes()
 
 
 def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
-    record = read_record(written(with_drawn_border(distrusting(small_run(tmp_path))), tmp_path / "out"))
+    record = read_record(written(with_drawn_border(with_invalid_mask(small_run(tmp_path))), tmp_path / "out"))
     files = {path.name: sha256(path) for path in (tmp_path / "out").iterdir() if path.name != "run.json"}
     assert record.outputs == files
     assert {"meta.json", "distrusted.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
@@ -136,10 +136,10 @@ def test_another_schema_is_refused_in_one_line(tmp_path, schema):
 @pytest.mark.parametrize(
     "keys",
     [
-        *((name,) for name in ("schema", "name", "processor", "networks", "distrusted", "drawn", "outside_view")),
-        *((name,) for name in ("guide", "pose", "depth_sha256", "outputs", "dense")),
+        *((name,) for name in ("schema", "name", "processor", "networks", "invalid_mask", "drawn", "outside_view")),
+        *((name,) for name in ("guide", "pose", "depth_sha256", "outputs", "extrapolate")),
         *(("export", name) for name in ("expected_error", "mesh", "normals", "drop_flying")),
-        *(("inputs", name) for name in ("truth", "encoding", "invalid", "frame")),
+        *(("inputs", name) for name in ("ground_truth", "encoding", "invalid", "frame")),
         ("blocks_outcome", 0, "outside"),
         ("parameters", "correction"),
         ("extraction", "detector"),
@@ -177,8 +177,8 @@ def test_a_record_that_lacks_something_is_refused(tmp_path, keys):
         ("parameters", "smoothness", 10**400),
         ("block_parameters", {"1": {"self": 1}}),
         ("inputs", "rgb", "rgb.png"),
-        ("distrusted", {"sha256": "0", "file": "../mask.png"}),
-        ("distrusted", []),
+        ("invalid_mask", {"sha256": "0", "file": "../mask.png"}),
+        ("invalid_mask", []),
         ("drawn", {"file": "drawn.png"}),
         ("extraction", []),
         ("extraction", "dilation", 1.5),
@@ -189,7 +189,7 @@ def test_a_record_that_lacks_something_is_refused(tmp_path, keys):
         ("blocks", "shape", [60]),
         ("blocks", "edited", 1),
         ("blocks", "file", "../in/depth.png"),
-        ("dense", 1),
+        ("extrapolate", 1),
         ("export", "depth_formats", "png"),
         ("export", "depth_formats", [1]),
         ("export", "cloud", "obj"),

@@ -14,7 +14,7 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
-from ilf.report.chapters import again_text
+from ilf.report.chapters import replay_text
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, H, W, bag, write_aligned
 
@@ -98,6 +98,6 @@ def test_a_project_of_a_recording_and_the_command_that_makes_a_run_again(tmp_pat
     assert main(["project", "new", str(project), str(path)]) == 0
     assert main(["project", "info", str(project), "--json"]) == 0
     frame = ilf.load_frame(path, frame=KEY)
-    sentence, command = again_text(ilf.Run.of(frame))
+    sentence, command = replay_text(ilf.Run.of(frame))
     assert f"{path} --frame {KEY} --depth-encoding 1000" in command
     assert sentence.startswith("This command")

@@ -300,9 +300,7 @@ def test_messages_that_are_defined_in_another_way(tmp_path: Path) -> None:
     for ours, other in ((b"string encoding", b"string Encoding"), (b"uint32 step", b"uint16 step")):
         assert ours in content
         path.write_bytes(content.replace(ours, other))
-        with pytest.raises(
-            FormatError, match=f"{path}: its definition of .*Image has no {ours.split()[1].decode()}"
-        ):
+        with pytest.raises(FormatError, match=f"{path}: its definition of .*Image has no {ours.split()[1].decode()}"):
             _read_first(path)
 
 
@@ -408,7 +406,7 @@ def test_topics_without_end_are_refused(tmp_path: Path, statement: str) -> None:
 
 def test_definitions_and_metadata_without_end_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     paths = [write_aligned(tmp_path, kind, frames=1, name=kind) for kind in KINDS]
-    monkeypatch.setattr("ilf.sources.ros_messages.MOST_DEFINITIONS", 500)
+    monkeypatch.setattr("ilf.sources.ros_messages.MAX_DEFINITIONS", 500)
     for path in paths:
         with pytest.raises(FormatError, match="MiB of text about its topics"):
             ilf.open_source(path)

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.ndimage import binary_dilation
 from scipy.ndimage import label as regions
 
-from ilf.segmentation.reextraction import flow_around, keep_under, made_by_hand
+from ilf.segmentation.reextraction import fill_around, made_by_hand, overlay_kept
 
 _SHAPE = (9, 11)
 _MAPS = arrays(np.int32, _SHAPE, elements=st.integers(0, 3))
@@ -32,7 +32,7 @@ def _blocky(draw: st.DrawFn) -> np.ndarray:
     smallest=st.integers(0, 20),
 )
 def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fresh, smallest) -> None:
-    result = flow_around(present, kept, fresh, smallest)
+    result = fill_around(present, kept, fresh, smallest)
     if not kept:
         assert result is fresh
         return
@@ -60,7 +60,7 @@ def test_slivers_go_to_the_longest_border_also_through_other_slivers() -> None:
     present[:3, 4:8] = 7
     present[3, 7] = 7
     # what is left of 2 and of 3 lies in the last row: 2 beside 1, and 3 behind it
-    result = flow_around(present, {7}, fresh, 5)
+    result = fill_around(present, {7}, fresh, 5)
     assert result[3].tolist() == [1, 1, 1, 1, 1, 1, 1, 7, 2, 2, 2, 2]
     assert (result[present == 7] == 7).all()
 
@@ -70,7 +70,7 @@ def test_an_island_of_a_sliver_is_left_without_a_block_and_large_parts_get_numbe
     present = np.zeros_like(fresh)
     present[:, 4] = present[:, 8] = 1
     present[1:, 9:] = 1
-    result = flow_around(present, {1}, fresh, 4)
+    result = fill_around(present, {1}, fresh, 4)
     assert result[0].tolist() == [2, 2, 2, 2, 1, 3, 3, 3, 1, 0, 0, 0]
 
 
@@ -91,5 +91,5 @@ def test_by_hand_is_what_the_extraction_did_not_give() -> None:
 
 def test_a_map_under_blocks_that_stay_leaves_their_numbers() -> None:
     present, labels = np.int32([[0, 0, 2, 2]]), np.int32([[1, 1, 2, 3]])
-    assert keep_under(present, {2}, labels).tolist() == [[1, 1, 2, 2]]
-    assert keep_under(present, {1}, labels).tolist() == [[2, 2, 3, 4]]
+    assert overlay_kept(present, {2}, labels).tolist() == [[1, 1, 2, 2]]
+    assert overlay_kept(present, {1}, labels).tolist() == [[2, 2, 3, 4]]

@@ -59,21 +59,21 @@ def steep(depth):
 def test_depth_comes_to_the_pixels_that_show_it(colour, depth):
     pair = made_pair(colour, depth)
     frame = register(pair)
-    views, truth = exact(frame)
-    off = np.abs(frame.depth - truth)
-    near_edge = steep(truth) | steep(np.roll(truth, 2, 1)) | steep(np.roll(truth, -2, 1))
-    judged = frame.known & ~near_edge
+    views, ground_truth = exact(frame)
+    off = np.abs(frame.depth - ground_truth)
+    near_edge = steep(ground_truth) | steep(np.roll(ground_truth, 2, 1)) | steep(np.roll(ground_truth, -2, 1))
+    evaluated = frame.known & ~near_edge
     # a depth pixel is 4 cm wide on the wall, which leans back by a tenth
-    assert judged.mean() > 0.6
-    assert off[judged].max() < 0.01
-    visible = seen_by_depth(views * truth.reshape(-1, 1), pair).reshape(frame.shape)
+    assert evaluated.mean() > 0.6
+    assert off[evaluated].max() < 0.01
+    visible = seen_by_depth(views * ground_truth.reshape(-1, 1), pair).reshape(frame.shape)
     assert frame.known[visible].mean() > 0.995, "no false holes"
 
 
 def test_nothing_behind_is_seen_through_a_nearer_surface():
     frame = register(made_pair())
-    _, truth = exact(frame)
-    board = (truth == BOARD_M) & ~steep(truth)
+    _, ground_truth = exact(frame)
+    board = (ground_truth == BOARD_M) & ~steep(ground_truth)
     assert (np.abs(frame.depth[board] - BOARD_M) < 0.01).all()
 
 
@@ -92,7 +92,7 @@ def test_a_shadow_of_parallax_is_missing_but_in_view():
 def test_what_lies_outside_the_depth_image_is_marked():
     pair = made_pair()
     frame = register(pair)
-    views, truth = exact(frame)
+    views, ground_truth = exact(frame)
     assert frame.outside_view is not None
     assert not frame.known[frame.outside_view].any()
     nearest, farthest = np.quantile(frame.depth[frame.known], (0.01, 0.99))
@@ -100,7 +100,7 @@ def test_what_lies_outside_the_depth_image_is_marked():
     for depth in 1 / np.linspace(1 / nearest, 1 / farthest, 16):
         reached |= inside(places(views * depth, pair), pair.depth_camera).reshape(frame.shape)
     assert (frame.outside_view == ~reached & ~frame.known).mean() > 0.99, "samples and pixels differ along the border"
-    beyond = ~inside(places(views * truth.reshape(-1, 1), pair), pair.depth_camera).reshape(frame.shape)
+    beyond = ~inside(places(views * ground_truth.reshape(-1, 1), pair), pair.depth_camera).reshape(frame.shape)
     assert frame.outside_view[beyond].mean() > 0.7, "others would be seen at other depths that the frame has"
 
 

@@ -17,13 +17,13 @@ from ilf.io.labels import write_labels, write_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256
 from ilf.run.record_file import read_record
-from ilf.run.replaying import Replay, missing_or_changed, replay
+from ilf.run.replaying import Replay, file_problems, replay
 from ilf.run.run import Run
 from ilf.run.writing import write
 from ilf.segmentation.extraction import found_blocks
 
 from .small_frames import QUICK
-from .small_runs import OPTIONS, changed, contents, distrusting, drawn, small_run, with_drawn_border, written
+from .small_runs import OPTIONS, changed, contents, drawn, small_run, with_drawn_border, with_invalid_mask, written
 
 
 def replayed(path: Path, out: Path, *files: Path) -> Replay:
@@ -38,10 +38,10 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
     [
         lambda run: run,
         drawn,
-        distrusting,
+        with_invalid_mask,
         with_drawn_border,
         lambda run: replace(run, only=frozenset({2})),
-        lambda run: replace(run, dense=True, only=frozenset({2})),
+        lambda run: replace(run, extrapolate=True, only=frozenset({2})),
         lambda run: replace(run, own={2: ilf.preset(**QUICK, mode="fill+denoise")}),
         lambda run: replace(run, parameters=ilf.preset("released-code", **QUICK)),
         lambda run: replace(run, extraction=None),
@@ -49,10 +49,10 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
     ids=[
         "plain",
         "edited",
-        "distrusted",
+        "invalid_mask",
         "drawn border",
         "some blocks",
-        "dense",
+        "extrapolate",
         "own parameters",
         "released code",
         "given",
@@ -124,7 +124,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 
 @pytest.mark.parametrize(
     ("how", "file", "what"),
-    [(distrusting, "distrusted.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+    [(with_invalid_mask, "distrusted.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
 )
 def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
     path = written(how(small_run(tmp_path)), tmp_path / "out")
@@ -137,16 +137,16 @@ def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
         replay(path)
 
 
-@pytest.mark.parametrize("change", ["distrusted", "truth"])
+@pytest.mark.parametrize("change", ["invalid_mask", "ground_truth"])
 def test_names_that_no_file_can_have(tmp_path, change):
-    path = written(distrusting(small_run(tmp_path)), tmp_path / "out")
+    path = written(with_invalid_mask(small_run(tmp_path)), tmp_path / "out")
     record = json.loads(path.read_text())
-    if change == "truth":
-        record["inputs"]["truth"] = {"path": "x" * 5000, "sha256": "0" * 64, "units": 1.0}
+    if change == "ground_truth":
+        record["inputs"]["ground_truth"] = {"path": "x" * 5000, "sha256": "0" * 64, "units": 1.0}
     else:
-        record["distrusted"]["file"] = "x" * 5000
+        record["invalid_mask"]["file"] = "x" * 5000
     path.write_text(json.dumps(record))
-    if change == "truth":
+    if change == "ground_truth":
         assert "there is no such file" in replay(path).differences[0]
     else:
         with pytest.raises(InputError, match="is not beside the record"):
@@ -226,7 +226,7 @@ def test_files_that_are_gone_or_changed_are_said(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
     (tmp_path / "out" / "curves.csv").unlink()
     (tmp_path / "out" / "depth.png").write_bytes(b"")
-    gone, differing = missing_or_changed(read_record(path), path.parent)
+    gone, differing = file_problems(read_record(path), path.parent)
     assert gone == "The set of files is incomplete: missing curves.csv."
     assert differing.startswith("depth.png has changed since the run was written")
     assert replay(path).differences == (gone, differing)
@@ -306,5 +306,5 @@ def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatc
 def test_the_network_of_the_guess_is_vouched_for(tmp_path):
     paper = small_run(tmp_path, parameters=ilf.preset("paper", **QUICK), only=frozenset({2}))
     assert read_record(written(paper, tmp_path / "out")).networks == {}
-    dense = read_record(written(replace(paper, dense=True), tmp_path / "dense"))
-    assert dense.networks == dense.extraction_networks
+    extrapolate = read_record(written(replace(paper, extrapolate=True), tmp_path / "extrapolate"))
+    assert extrapolate.networks == extrapolate.extraction_networks

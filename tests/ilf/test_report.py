@@ -19,13 +19,13 @@ from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.errors import InputError
-from ilf.evaluation.evaluation import judge_blocks, judge_completion, run_out
-from ilf.evaluation.hold_out import HiddenTest, judge_hidden
+from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion, run_to_end
+from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
 from ilf.project.file import save_project
 from ilf.project.frame_state import BlockInfo, BlockNotes, FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.project.run_history import KeptRun
-from ilf.report.chapters import again_text
+from ilf.project.run_history import StoredRun
+from ilf.report.chapters import replay_text
 from ilf.report.content import Subject, Unreadable
 from ilf.report.curves import _thinned
 from ilf.report.pictures import scale_bar
@@ -118,8 +118,8 @@ def alone(page: Page) -> None:
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """A quick run of a frame with a truth, one of whose blocks has a value of its own."""
     made = small_run(tmp_path_factory.mktemp("frame"))
-    truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
-    frame = replace(made.frame.with_truth(truth), name=NASTY)
+    ground_truth = np.where(np.isfinite(made.frame.depth), made.frame.depth, np.float32(2.0)) + np.float32(0.01)
+    frame = replace(made.frame.with_ground_truth(ground_truth), name=NASTY)
     return replace(made, frame=frame, own={1: made.parameters.replace(smoothness=3)})
 
 
@@ -127,12 +127,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def subject(run: Run) -> Subject:
     """The run with all that can be told of it."""
     completion = run.complete()
-    kept = KeptRun(3, NASTY, run, completion.results, 1.25, (200, 0, 0), NASTY, done=frozenset({1}), truth_error=0.0123)
+    kept = StoredRun(
+        3, NASTY, run, completion.results, 1.25, (200, 0, 0), NASTY, done=frozenset({1}), ground_truth_error=0.0123
+    )
     return Subject(run, completion, {1: NASTY}, {1: (250, 240, 10)}, NASTY, (kept,))
 
 
 def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run: Run, subject: Subject) -> None:
-    test = HiddenTest("areas", (3, 5))
+    test = HoldOutTest("areas", (3, 5))
     text = report([subject], ReportOptions(hidden=test))
     page = Page(text)
     alone(page)
@@ -140,18 +142,18 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
     assert page.text.count(NASTY) >= 5  # title, heading, note, block, kept run
     # errors, together and seed by seed
     expected = ilf.expected_error(subject.completion)
-    truth = judge_completion(run.frame, subject.completion, expected=expected)
-    hidden = judge_hidden(run, test)
+    ground_truth = evaluate_completion(run.frame, subject.completion, expected=expected)
+    hidden = evaluate_hold_out(run, test)
     errors = page.table("evaluation", "pixels", "RMSE [mm]")
-    judgements = [truth, hidden.whole, *hidden.by_seed]
-    assert [row[2:5] for row in errors] == [[millimetres(e) for e in (j.rmse, j.mae, j.median)] for j in judgements]
-    assert [row[7] for row in errors] == [f"{judgement.within:.1%}" for judgement in judgements]
+    evaluations = [ground_truth, hidden.whole, *hidden.by_seed]
+    assert [row[2:5] for row in errors] == [[millimetres(e) for e in (j.rmse, j.mae, j.median)] for j in evaluations]
+    assert [row[7] for row in errors] == [f"{evaluation.within:.1%}" for evaluation in evaluations]
     assert "seeds 3, 5" in errors[1][0]
-    there = subject.completion.filled & np.isfinite(run.frame.truth)
-    absolute = np.abs(subject.completion.depth - run.frame.truth)[there]
+    there = subject.completion.filled & np.isfinite(run.frame.ground_truth)
+    absolute = np.abs(subject.completion.depth - run.frame.ground_truth)[there]
     assert errors[0][5] == millimetres(float(np.percentile(absolute, 95)))
     # blocks
-    by_block = judge_blocks(run.frame, subject.completion, run.blocks)
+    by_block = evaluate_blocks(run.frame, subject.completion, run.blocks)
     blocks = page.table("no.", "block", "pixels")
     assert [int(row[0]) for row in blocks] == sorted(subject.completion.results)
     for row in blocks:
@@ -184,7 +186,7 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
         Subject(many, ilf.complete(bare, np.zeros((40, 60), np.int32))),
         Unreadable("gone", "gone/depth.png is not there."),
     ]
-    page = Page(report(subjects, ReportOptions("Three <frames>", HiddenTest())))
+    page = Page(report(subjects, ReportOptions("Three <frames>", HoldOutTest())))
     alone(page)
     for words in ("The frame has no blocks.", "10 px", "No block has been run.", "No block was iterated."):
         assert words in page.text
@@ -202,7 +204,9 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
     results = {1: subject.completion.results[1]}
     notes = BlockNotes({1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
-    state = FrameState("a1", run.frame, run.blocks, notes, run.parameters, results, dense=True, note="by the window")
+    state = FrameState(
+        "a1", run.frame, run.blocks, notes, run.parameters, results, extrapolate=True, note="by the window"
+    )
     page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
     first, second = page.table("no.", "block", "pixels")
     assert first[1] == "Wall"
@@ -216,7 +220,7 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject
 def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: Subject, tmp_path: Path) -> None:
     odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
     options = ReportOptions()
-    content = run_out(report_steps([replace(subject, run=odd)], options))
+    content = run_to_end(report_steps([replace(subject, run=odd)], options))
     write_report(tmp_path / "page.html", content, options)
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
@@ -242,12 +246,12 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     frame = ilf.load_frame(*write_small_frame(tmp_path / "in"), intrinsics=CAMERA)
     extraction = ilf.BlockParameters(min_size=2.0, use_depth=False)
     made = Run.of(frame, preset=ilf.preset("paper", max_iterations=20, stop_when_steady=False), extraction=extraction)
-    _, command = again_text(made)
+    _, command = replay_text(made)
     assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
     ours, theirs = made.complete(), read_record("out/run.json")
     assert theirs.outcomes == tuple(ours.outcomes.values())
     assert theirs.extraction == extraction
-    assert again_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
+    assert replay_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
 
 
 def test_the_command_line_reports_on_projects(

@@ -19,10 +19,10 @@ from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
-from ilf.run.replaying import network_differences, networks_that_were_missing
+from ilf.run.replaying import network_differences, networks_now_available
 from ilf.run.run import Run
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
-from ilf.segmentation.edges.frame_edges import find_edges, joined, lines_of, relief_of
+from ilf.segmentation.edges.frame_edges import canny_lines, find_edges, joined, relief_of
 from ilf.segmentation.extraction import extract, find_boundaries
 
 from .small_frames import QUICK, without_edges
@@ -113,17 +113,17 @@ def test_hidden_depth_leaves_no_trace(network: Path, pattern: str) -> None:
     hidden = frame_without(frame, pattern, 1)
     never = RGBDFrame(frame.rgb.copy(), hidden.depth.copy())
     expected = find_edges(never, RGBD)
-    distrusting = frame.distrusting(frame.known & ~hidden.known)
-    for same in (hidden, distrusting):
+    with_invalid_mask = frame.with_invalid_mask(frame.known & ~hidden.known)
+    for same in (hidden, with_invalid_mask):
         found = find_edges(same, RGBD)
         for name in ("detected", "strength", "crease"):
             np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
         assert not np.array_equal(found.detected, with_all.detected)
     labels = np.ones(frame.shape, np.int32)
-    depths = [ilf.complete(one, labels, ilf.preset(edges="rgbd")).depth for one in (never, hidden, distrusting)]
+    depths = [ilf.complete(one, labels, ilf.preset(edges="rgbd")).depth for one in (never, hidden, with_invalid_mask)]
     np.testing.assert_array_equal(depths[0], depths[1])
     np.testing.assert_array_equal(depths[0], depths[2])
-    trusting = find_edges(distrusting.distrusting(None), RGBD)
+    trusting = find_edges(with_invalid_mask.with_invalid_mask(None), RGBD)
     np.testing.assert_array_equal(trusting.strength, with_all.strength)
 
 
@@ -165,7 +165,7 @@ def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network: Path
     frame = _frame()
     found = find_edges(frame, RGBD)
     assert found.crease is not None
-    evidence = found, lines_of(frame, RGBD), relief_of(frame, RGBD)
+    evidence = found, canny_lines(frame, RGBD), relief_of(frame, RGBD)
     usual, made = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
     np.testing.assert_array_equal(made.strength, np.maximum(usual.strength, found.crease))
     assert (made.guide >= np.maximum(usual.guide, found.crease)).all()
@@ -202,7 +202,7 @@ def test_the_record_names_the_network_that_was_used(
     record = make_record(run, run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()
     assert record.extraction_networks == record.networks == {"depth-edges": sha256}
-    assert network_differences(record) == networks_that_were_missing(record) == []
+    assert network_differences(record) == networks_now_available(record) == []
 
     network.unlink()
     for text in network_differences(record):
@@ -212,8 +212,8 @@ def test_the_record_names_the_network_that_was_used(
     run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     assert record.extraction_networks == record.networks == {"edges": find_edges(run.frame, HED).network}
-    assert network_differences(record) == networks_that_were_missing(record) == []
+    assert network_differences(record) == networks_now_available(record) == []
 
     write_network(network, NODES, {"image": 3, "depth": 6}, {"jump": 1, "crease": 1})
-    (missed,) = networks_that_were_missing(record)
+    (missed,) = networks_now_available(record)
     assert missed.startswith("When the run was recorded, the edge network 'depth-edges' was missing or did not work")

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, Told, Weights, make_weights
+from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, StepInputs, Weights, make_weights
 
 SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]
 
@@ -40,7 +40,7 @@ def _samples(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarr
 
 def _descent(energy: SmoothnessEnergy, start: np.ndarray, limit: int = 1000) -> Iterator[np.ndarray]:
     """The steps of a descent that is never steady."""
-    return (u for u, _ in energy.descend(start, Told(*[np.ones_like(start)] * 4, steady=0.0), limit))
+    return (u for u, _ in energy.descend(start, StepInputs(*[np.ones_like(start)] * 4, steady=0.0), limit))
 
 
 def _differences(weights: Weights, shape: tuple[int, int]) -> Iterator[tuple[float, dict[tuple[int, int], int]]]:
@@ -163,7 +163,7 @@ def test_loosened_weights_are_cauchys(shape: tuple[int, int]) -> None:
     weights = _weights(rng, shape)
     u = rng.uniform(0, 2, shape).astype(np.float32)
     loose = weights.bent(np.float32(1))
-    loose.loosen(u, np.full(shape, 0.3, np.float32), 4.0)
+    loose.weaken(u, np.full(shape, 0.3, np.float32), 4.0)
     for (before, term), (after, _) in zip(_differences(weights, shape), _differences(loose, shape), strict=True):
         halving = 0.3 if len(term) == 3 else 4.0 * 0.3
         difference = sum(factor * float(u[pixel]) for pixel, factor in term.items())
@@ -186,7 +186,7 @@ def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady() -> None:
     shape = 6, 7
     counts, samples = _samples(rng, shape)
     energy = SmoothnessEnergy(counts, counts * samples, _weights(rng, shape))
-    told = Told(*(rng.random(shape, np.float32) for _ in range(4)), steady=1e-3)
+    told = StepInputs(*(rng.random(shape, np.float32) for _ in range(4)), steady=1e-3)
     previous, changes = np.zeros(shape, np.float32), math.inf
     for u, sums in energy.descend(previous, told, 100):
         assert changes >= told.steady

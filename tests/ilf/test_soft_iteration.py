@@ -112,23 +112,23 @@ def _sphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("radius", [1.6, 2.0, 2.5])
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
 def test_half_a_sphere_is_recovered_to_4_mm_from_65_mm_of_noise(mode: str, radius: float) -> None:
-    truth, hole = _sphere(radius)
-    depth = truth + 0.065 * np.random.default_rng(0).standard_normal(truth.shape)
+    ground_truth, hole = _sphere(radius)
+    depth = ground_truth + 0.065 * np.random.default_rng(0).standard_normal(ground_truth.shape)
     depth[hole] = np.nan
     found = _completed(depth, mode=mode)
-    assert _rms((found - truth)[hole]) <= 0.004
+    assert _rms((found - ground_truth)[hole]) <= 0.004
     if mode == "fill":
         assert np.array_equal(found[~hole], depth[~hole].astype(np.float32))
     else:
-        assert _rms((found - truth)[~hole]) < 0.004
+        assert _rms((found - ground_truth)[~hole]) < 0.004
 
 
 def test_a_cylinder_without_four_fifths_of_its_rows_is_recovered_to_1_mm() -> None:
     x = np.linspace(-0.3, 0.3, 360)
-    truth = np.broadcast_to(1.5 + 0.5 - np.sqrt(0.5**2 - x**2), (480, 360))
-    depth = truth + 0.0015 * np.random.default_rng(0).standard_normal(truth.shape)
+    ground_truth = np.broadcast_to(1.5 + 0.5 - np.sqrt(0.5**2 - x**2), (480, 360))
+    depth = ground_truth + 0.0015 * np.random.default_rng(0).standard_normal(ground_truth.shape)
     depth[48:432] = np.nan
-    error = (_completed(depth) - truth)[48:432]
+    error = (_completed(depth) - ground_truth)[48:432]
     assert error.std() <= 0.001
     assert abs(error.mean()) <= 0.001
 

@@ -10,7 +10,7 @@ import warnings
 import pytest
 
 from ilf._runtime import temporary_files as left_over
-from ilf._runtime.staging import clear_interrupted, interrupted, move_in, staging
+from ilf._runtime.staging import interrupted, move_into_place, restore_interrupted, staging
 from ilf._runtime.temporary_files import made_by
 from ilf.errors import ExportError
 
@@ -23,7 +23,7 @@ def write_set(target, text):
     with staging(target) as folder:
         for name in NAMES:
             (folder / name).write_text(text + name)
-        move_in(folder, target, NAMES)
+        move_into_place(folder, target, NAMES)
 
 
 def die_in_the_middle(target, moves, after_them=False):
@@ -70,7 +70,7 @@ def test_what_a_killed_process_has_begun_is_undone_by_the_next(tmp_path, moves):
     (left,) = interrupted(tmp_path)
     if moves > 0:
         assert not (tmp_path / "seal").exists(), "nothing may pass for a whole set"
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert not left.exists()
     assert contents(tmp_path) == before
 
@@ -80,7 +80,7 @@ def test_a_set_that_was_moved_whole_before_its_process_died_stays(tmp_path):
     write_set(tmp_path, "old ")
     assert die_in_the_middle(tmp_path, 6, after_them=True) < 0
     assert len(interrupted(tmp_path)) == 1
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert contents(tmp_path) == {name: f"new {name}".encode() for name in NAMES}
 
 
@@ -105,7 +105,7 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
     for name in NAMES:
         (left / name).write_text("new " + name)
     with pytest.raises(KeyboardInterrupt):
-        move_in(left, tmp_path, NAMES)
+        move_into_place(left, tmp_path, NAMES)
     monkeypatch.undo()
     assert contents(tmp_path / left.name / "before") == {"a": b"old a", "seal": b"old seal"}
     done.clear()
@@ -113,8 +113,8 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", dies)
         with pytest.raises(KeyboardInterrupt):
-            clear_interrupted(tmp_path)
-    clear_interrupted(tmp_path)
+            restore_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert contents(tmp_path) == {"a": b"old a", "seal": b"old seal"}
 
 
@@ -127,7 +127,7 @@ def test_old_files_of_a_whole_set_that_are_half_gone_do_not_come_back(tmp_path, 
     (left,) = tmp_path.glob(".ilf-export-*")
     (left / "before" / "seal").unlink()
     left.rename(tmp_path / left.name.replace(f"-{os.getpid()}-", "-999999999-"))
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert contents(tmp_path) == {name: f"new {name}".encode() for name in NAMES}
 
 
@@ -141,7 +141,7 @@ def test_a_damaged_list_of_names_moves_no_other_file(tmp_path, names):
     (tmp_path / "user").write_text("mine")
     (target / "sub").mkdir()
     (target / "sub" / "user").write_text("mine")
-    clear_interrupted(target)
+    restore_interrupted(target)
     assert (tmp_path / "user").read_text() == (target / "sub" / "user").read_text() == "mine"
     assert interrupted(target) == []
 
@@ -163,7 +163,7 @@ def names_in(folder):
 def test_only_files_of_the_set_come_back(tmp_path):
     folder = left_behind(tmp_path)
     (folder / "before" / "other").write_text("of no set")
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert names_in(tmp_path) == {"a", "seal"}
     assert contents(folder / "before") == {"other": b"of no set"}, "and nothing is lost"
 
@@ -176,7 +176,7 @@ def test_links_of_a_left_folder_are_not_followed(tmp_path, link):
     private = linked.rename(tmp_path / "private")
     linked.symlink_to(private)
     before = sorted(private.rglob("*"))
-    clear_interrupted(target)
+    restore_interrupted(target)
     assert names_in(target) == set()
     write_set(target, "new ")
     assert names_in(target) == set(NAMES)
@@ -190,7 +190,7 @@ def test_folders_of_other_users_are_left_alone(tmp_path, monkeypatch):
     assert interrupted(tmp_path) == [folder]
     monkeypatch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1, raising=False)
     assert interrupted(tmp_path) == []
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert contents(folder / "before") == {"a": b"old a", "seal": b"old seal"}
     assert names_in(tmp_path) == set()
 
@@ -210,7 +210,7 @@ def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path
         elsewhere.mkdir()
         named = tmp_path / ".ilf-export-mine"
         named.mkdir()
-        clear_interrupted(tmp_path)
+        restore_interrupted(tmp_path)
         assert folder.is_dir()
         assert elsewhere.is_dir()
         assert named.is_dir()
@@ -250,7 +250,7 @@ def test_old_files_that_cannot_be_put_back_are_kept(tmp_path, monkeypatch):
     assert not (tmp_path / "seal").exists()
     # as if the process had ended since
     folder.rename(tmp_path / folder.name.replace(f"-{os.getpid()}-", "-999999999-"))
-    clear_interrupted(tmp_path)
+    restore_interrupted(tmp_path)
     assert contents(tmp_path) == {name: f"old {name}".encode() for name in NAMES}
 
 

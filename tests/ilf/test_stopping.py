@@ -12,11 +12,11 @@ import pytest
 
 from ilf import RGBDFrame, Run, extract_blocks
 from ilf._runtime import temporary_files as being_written
-from ilf._runtime.cancellation import check_stopped, heed, heeding, present_wishes, taking
+from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, current_cancel_events, set_cancel_events
 from ilf._runtime.files import write_bytes
-from ilf._runtime.staging import move_in, staging
-from ilf._runtime.temporary_files import discard_unfinished, unfinished
-from ilf._runtime.threads import SLICE_S, side_by_side
+from ilf._runtime.staging import move_into_place, staging
+from ilf._runtime.temporary_files import remove_temporary_files, removed_on_exit
+from ilf._runtime.threads import SLICE_S, run_in_parallel
 from ilf.completion.completion import CompletionRun
 from ilf.data.parameters import preset
 from ilf.errors import Cancelled
@@ -29,14 +29,14 @@ def wish() -> threading.Event:
 
 
 def test_a_wish_is_heeded_within_its_block_alone(wish: threading.Event) -> None:
-    with heeding(wish):
-        check_stopped()
+    with cancelled_by(wish):
+        check_cancelled()
         wish.set()
         with pytest.raises(Cancelled):
-            check_stopped()
-        with heeding(threading.Event()), pytest.raises(Cancelled):
-            check_stopped()
-    check_stopped()
+            check_cancelled()
+        with cancelled_by(threading.Event()), pytest.raises(Cancelled):
+            check_cancelled()
+    check_cancelled()
 
 
 def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Event) -> None:
@@ -46,7 +46,7 @@ def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Eve
         yield 0
         begun.release()
         while True:
-            check_stopped()
+            check_cancelled()
             went_on.wait(0.001)
 
     def stop() -> None:
@@ -56,8 +56,8 @@ def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Eve
 
     stopping = threading.Thread(target=stop)
     stopping.start()
-    with heeding(wish), pytest.raises(Cancelled):
-        list(side_by_side([task(), task()], 2))
+    with cancelled_by(wish), pytest.raises(Cancelled):
+        list(run_in_parallel([task(), task()], 2))
     stopping.join()
 
 
@@ -70,12 +70,12 @@ def test_threads_are_stopped_when_nobody_wants_more(wish: threading.Event) -> No
         yield 1
         try:
             while True:
-                check_stopped()
+                check_cancelled()
         except Cancelled as stopped:
             seen.append(stopped)
             raise
 
-    steps = side_by_side([task(), task()], 2)
+    steps = run_in_parallel([task(), task()], 2)
     next(steps)
     steps.close()
     assert len(seen) <= 2, "a task that was not at work need not be stopped"
@@ -86,9 +86,9 @@ def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
     lock, ended = threading.Lock(), []
 
     def wait() -> None:
-        heed(wish)
+        set_cancel_events(wish)
         try:
-            with taking(lock):
+            with acquired(lock):
                 pass
         except Cancelled:
             ended.append(True)
@@ -99,13 +99,13 @@ def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
         wish.set()
         thread.join(20)
         assert ended
-    with taking(lock):
+    with acquired(lock):
         assert lock.locked()
     assert not lock.locked()
 
 
 def test_extraction_and_runs_stop(small_frame: RGBDFrame, small_labels: np.ndarray, wish: threading.Event) -> None:
-    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, heeding(wish):
+    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, cancelled_by(wish):
         next(run)
         wish.set()
         with pytest.raises(Cancelled):
@@ -119,7 +119,7 @@ def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, wish: threading.E
     path = tmp_path / "notes.txt"
     write_bytes(path, b"before")
     wish.set()
-    with heeding(wish):
+    with cancelled_by(wish):
         with pytest.raises(Cancelled):
             write_bytes(path, b"after")
         with pytest.raises(Cancelled):
@@ -131,7 +131,7 @@ def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, wish: threading.E
 def _write_set(target: Path) -> None:
     with staging(target) as folder:
         (folder / "a").touch()
-        move_in(folder, target, ["a"])
+        move_into_place(folder, target, ["a"])
 
 
 def test_an_export_that_is_to_stop_leaves_the_set_before(
@@ -143,10 +143,10 @@ def test_an_export_that_is_to_stop_leaves_the_set_before(
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     for looks in range(0, 22, 6):
-        with heeding(_Late(looks)), pytest.raises(Cancelled):
+        with cancelled_by(_Late(looks)), pytest.raises(Cancelled):
             write(tmp_path, run, completion)
         assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
-    with heeding(_Late(1000)):
+    with cancelled_by(_Late(1000)):
         write(tmp_path, run, completion)
 
 
@@ -167,13 +167,13 @@ def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path: Path, mon
     made, kept = tmp_path / "made", tmp_path / "kept.txt"
     kept.touch()
     (made / "half").mkdir(parents=True)
-    with unfinished(made / "half", made), unfinished(tmp_path / "half.txt"):
+    with removed_on_exit(made / "half", made), removed_on_exit(tmp_path / "half.txt"):
         (made / "half" / "depth.png").touch()
         (tmp_path / "half.txt").touch()
-        discard_unfinished()
+        remove_temporary_files()
     assert list(tmp_path.iterdir()) == [kept]
     assert being_written._moving.locked(), "nothing is moved any more"
 
 
 def test_no_wishes_are_left(wish: threading.Event) -> None:
-    assert present_wishes() == ()
+    assert current_cancel_events() == ()

@@ -19,7 +19,7 @@ from ilf.data.parameters import BlockParameters
 from ilf.data.results import compose
 from ilf.errors import FormatError, InputError, InstallationError
 from ilf.segmentation.edges.detectors import EdgeNetwork
-from ilf.segmentation.edges.frame_edges import DETECTORS, find_edges, lines_of, relief_of
+from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
 from ilf.segmentation.edges.relief import find_relief
 from ilf.segmentation.extraction import extract
 
@@ -62,7 +62,7 @@ def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
     assert np.array_equal(find_edges(other, CANNY).strength, found.strength)
     relief = relief_of(frame, CANNY)
     assert relief_of(frame, CANNY) is relief
-    for array in (found.strength, relief.bend, relief.jumps[0], lines_of(frame, CANNY)):
+    for array in (found.strength, relief.bend, relief.jumps[0], canny_lines(frame, CANNY)):
         with pytest.raises(ValueError, match="read-only"):
             array[0, 0] = 1
 
@@ -91,20 +91,20 @@ def test_strength_goes_with_the_frame() -> None:
 
 def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_again() -> None:
     frame = _frame()
-    distrusted = frame.distrusting(np.arange(60)[:, None] * np.ones((1, 80)) >= 40)
+    invalid_mask = frame.with_invalid_mask(np.arange(60)[:, None] * np.ones((1, 80)) >= 40)
     for parameters in (CANNY, NETWORK):
-        found, other = find_edges(frame, parameters), find_edges(distrusted, parameters)
+        found, other = find_edges(frame, parameters), find_edges(invalid_mask, parameters)
         assert other.detected is found.detected
-        assert lines_of(distrusted, parameters) is lines_of(frame, parameters)
+        assert canny_lines(invalid_mask, parameters) is canny_lines(frame, parameters)
         assert relief_of(frame, parameters).edges.any()
-        assert not relief_of(distrusted, parameters).edges.any()
+        assert not relief_of(invalid_mask, parameters).edges.any()
         assert not np.array_equal(found.strength, other.strength)
 
 
 def test_what_colour_says_goes_with_the_last_frame_of_that_colour() -> None:
     frame = _frame()
     left = weakref.ref(find_edges(frame, CANNY).detected)
-    frame = frame.distrusting(frame.depth > 2)
+    frame = frame.with_invalid_mask(frame.depth > 2)
     gc.collect()
     assert left() is not None
     assert find_edges(frame, CANNY).detected is left()

@@ -7,7 +7,7 @@ import pytest
 
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
-from ilf.evaluation.quality.invalid_depth import suggest_distrust
+from ilf.evaluation.quality.invalid_depth import suggest_invalid
 
 HEIGHT, WIDTH = 120, 160
 THING = np.s_[40:70, 60:80]
@@ -21,7 +21,7 @@ def wall() -> np.ndarray:
 def suggested(depth: np.ndarray, rgb: np.ndarray | None = None, edge: np.ndarray | None = None) -> np.ndarray:
     colours = np.full((HEIGHT, WIDTH, 3), 120, np.uint8) if rgb is None else rgb
     strength = np.zeros((HEIGHT, WIDTH), np.float32) if edge is None else edge
-    return suggest_distrust(RGBDFrame(colours, depth), strength)
+    return suggest_invalid(RGBDFrame(colours, depth), strength)
 
 
 def contour() -> np.ndarray:
@@ -92,4 +92,4 @@ def test_what_the_rim_cuts_off_is_not_judged():
 
 def test_shapes_must_fit():
     with pytest.raises(InputError, match="edge strength has shape"):
-        suggest_distrust(RGBDFrame(np.zeros((4, 5, 3), np.uint8), np.ones((4, 5))), np.zeros((5, 4), np.float32))
+        suggest_invalid(RGBDFrame(np.zeros((4, 5, 3), np.uint8), np.ones((4, 5))), np.zeros((5, 4), np.float32))

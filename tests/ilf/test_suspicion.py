@@ -11,9 +11,9 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.evaluation.quality.places import KINDS
-from ilf.evaluation.quality.ranking import suspicious_places
+from ilf.evaluation.quality.ranking import find_places
 from ilf.lab.bench.frames import load_bench_frame
-from tests.bench.suspects.spoiling import spoil
+from tests.bench.quality_checks.spoiling import make_faults
 
 HEIGHT, WIDTH = 90, 120
 
@@ -48,7 +48,7 @@ def test_right_blocks_raise_no_suspicion():
     depth[20:60, 40:80] = np.nan
     edge = NOWHERE.copy()
     edge[:, 60] = 1
-    assert suspicious_places(frame_of(depth), halves(), edge) == []
+    assert find_places(frame_of(depth), halves(), edge) == []
 
 
 def test_border_across_a_plane_does_no_harm():
@@ -56,13 +56,13 @@ def test_border_across_a_plane_does_no_harm():
     depth[20:60, 40:80] = np.nan
     labels = halves()
     labels[50:, 20:90] = 3
-    assert suspicious_places(frame_of(depth), labels, NOWHERE) == []
+    assert find_places(frame_of(depth), labels, NOWHERE) == []
 
 
 def test_depth_jumps_inside_a_block():
     depth = two_walls()
     depth[30:50, 62:90] = np.nan
-    place = only_place(suspicious_places(frame_of(depth), np.ones_like(halves()), NOWHERE))
+    place = only_place(find_places(frame_of(depth), np.ones_like(halves()), NOWHERE))
     assert place.kind == "jump"
     assert place.labels == (1,)
     assert place.reason == "Depth jumps by 0.50 m inside Block 1."
@@ -74,7 +74,7 @@ def test_depth_jumps_inside_a_block():
 def test_moved_border_leaves_a_jump_beside_it():
     depth = two_walls()
     depth[30:50, 61:71] = np.nan
-    place = only_place(suspicious_places(frame_of(depth), halves(75), NOWHERE))
+    place = only_place(find_places(frame_of(depth), halves(75), NOWHERE))
     assert place.labels == (1,)
     assert abs(place.point[0] - 60) <= 8
 
@@ -84,7 +84,7 @@ def test_two_surfaces_that_missing_depth_parts():
     depth[:, 52:68] = np.nan
     edge = NOWHERE.copy()
     edge[:, 60] = 1
-    place = only_place(suspicious_places(frame_of(depth), np.ones_like(halves()), edge))
+    place = only_place(find_places(frame_of(depth), np.ones_like(halves()), edge))
     assert place.kind == "surfaces"
     assert place.reason == "Block 1 contains two surfaces, at 1.59 m and 2.09 m."
     assert 52 <= place.point[0] < 68
@@ -95,7 +95,7 @@ def test_doubt_grows_where_no_edge_is_seen():
     depth[:, 52:68] = np.nan
     edge = NOWHERE.copy()
     edge[:, 60] = 1
-    seen, unseen = (suspicious_places(frame_of(depth), np.ones_like(halves()), one)[0] for one in (edge, NOWHERE))
+    seen, unseen = (find_places(frame_of(depth), np.ones_like(halves()), one)[0] for one in (edge, NOWHERE))
     assert unseen.score < 0.5 * seen.score
 
 
@@ -103,7 +103,7 @@ def test_one_plane_behind_a_gap_is_one_surface():
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     depth = 1 / (0.3 + 0.002 * columns + 0.001 * rows)  # a plane, steep enough to differ by metres
     depth[:, 40:80] = np.nan
-    assert suspicious_places(frame_of(depth), np.ones_like(halves()), NOWHERE) == []
+    assert find_places(frame_of(depth), np.ones_like(halves()), NOWHERE) == []
 
 
 def test_border_beside_its_edge_in_missing_depth():
@@ -113,7 +113,7 @@ def test_border_beside_its_edge_in_missing_depth():
     edge[:, 60] = 1
     labels = halves()
     labels[30:60, 60:76] = 1
-    place = only_place(suspicious_places(frame_of(depth), labels, edge))
+    place = only_place(find_places(frame_of(depth), labels, edge))
     assert place.kind == "border"
     assert set(place.labels) == {1, 2}
     assert "0.50 m apart" in place.reason
@@ -126,8 +126,8 @@ def test_high_expected_error_counts_where_it_is_given():
     edge = NOWHERE.copy()
     edge[:, 60] = 1
     error = np.where(np.isnan(depth), np.float32(0.24), np.float32(np.nan))
-    assert suspicious_places(frame_of(depth), halves(), edge) == []
-    place = only_place(suspicious_places(frame_of(depth), halves(), edge, error))
+    assert find_places(frame_of(depth), halves(), edge) == []
+    place = only_place(find_places(frame_of(depth), halves(), edge, error))
     assert (place.kind, place.labels) == ("error", (1,))
     assert place.reason == "Expected error 240 mm over 1,600 px of Block 1."
 
@@ -139,7 +139,7 @@ def test_islands_holes_and_slivers():
     labels[10:20, 20:30] = 2
     labels[40:45, 90:100] = 0
     labels[70:72, 80:110] = 3
-    found = {place.reason for place in suspicious_places(frame_of(two_walls()), labels, edge)}
+    found = {place.reason for place in find_places(frame_of(two_walls()), labels, edge)}
     assert found == {
         "An island of 100 px of Block 2 lies in Block 1, apart from the rest.",
         "A hole of 50 px in Block 2 belongs to no block.",
@@ -152,10 +152,10 @@ def test_block_inside_another_counts_if_nothing_parts_them():
     labels[30:40, 20:30] = 3
     edge = NOWHERE.copy()
     edge[:, 59:61] = 1
-    place = only_place(suspicious_places(frame_of(two_walls()), labels, edge))
+    place = only_place(find_places(frame_of(two_walls()), labels, edge))
     assert place.reason == "Block 3, 100 px, lies inside Block 1 without an edge between them."
     edge[29:41, 19:31] = 1
-    assert suspicious_places(frame_of(two_walls()), labels, edge) == []
+    assert find_places(frame_of(two_walls()), labels, edge) == []
 
 
 def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
@@ -164,7 +164,7 @@ def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
     depth[60:62, 61:63] = np.nan
     labels = np.ones_like(halves())
     labels[45:] = 2
-    places = suspicious_places(frame_of(depth), labels, NOWHERE)
+    places = find_places(frame_of(depth), labels, NOWHERE)
     assert [place.labels for place in places] == [(1,), (2,)]
     # half of the missing pixels in reach count, at half a metre
     assert 0.5 * 25 * 19 * 0.3 < places[0].score < 0.5 * 25 * 19
@@ -173,27 +173,27 @@ def test_worst_place_comes_first_and_scores_are_metres_times_pixels():
 def test_shapes_must_fit():
     frame = frame_of(two_walls())
     with pytest.raises(InputError, match="label map has shape"):
-        suspicious_places(frame, np.ones((3, 4), np.int32), NOWHERE)
+        find_places(frame, np.ones((3, 4), np.int32), NOWHERE)
     with pytest.raises(InputError, match="edge strength has shape"):
-        suspicious_places(frame, halves(), NOWHERE[1:])
+        find_places(frame, halves(), NOWHERE[1:])
     with pytest.raises(InputError, match="expected error has shape"):
-        suspicious_places(frame, halves(), NOWHERE, NOWHERE[1:])
+        find_places(frame, halves(), NOWHERE, NOWHERE[1:])
 
 
 def test_block_without_known_depth_and_no_block_at_all():
     depth = two_walls()
     depth[:, 60:] = np.nan
-    assert suspicious_places(frame_of(depth), halves(), NOWHERE) == []
-    assert suspicious_places(frame_of(depth), np.zeros_like(halves()), NOWHERE) == []
+    assert find_places(frame_of(depth), halves(), NOWHERE) == []
+    assert find_places(frame_of(depth), np.zeros_like(halves()), NOWHERE) == []
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_faults_in_the_sample_come_first(seed):
     source = load_bench_frame(asset_path("samples/room"))
-    truth, frame = source.truth, source.frame
-    assert truth is not None
-    whole = RGBDFrame(frame.rgb, np.where(np.isfinite(truth), truth, frame.depth))
-    labels, faults = spoil(
+    ground_truth, frame = source.ground_truth, source.frame
+    assert ground_truth is not None
+    whole = RGBDFrame(frame.rgb, np.where(np.isfinite(ground_truth), ground_truth, frame.depth))
+    labels, faults = make_faults(
         extract_blocks(whole, BlockParameters(min_size=0.1)),
         whole.depth,
         ~frame.known,
@@ -201,7 +201,7 @@ def test_faults_in_the_sample_come_first(seed):
         np.random.default_rng(seed),
     )
     assert len(faults) >= 5
-    places = suspicious_places(frame, labels, edge_strength(frame))
+    places = find_places(frame, labels, edge_strength(frame))
     hit = {
         number
         for place in places[:20]

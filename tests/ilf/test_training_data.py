@@ -54,14 +54,14 @@ def test_samples_keep_boundaries_thin_and_on_the_edge(seed: int) -> None:
 
 
 def test_every_tenth_image_is_held_out(tmp_path: Path) -> None:
-    truth = np.empty((1, 1), object)
-    truth[0, 0] = {"Segmentation": np.ones((4, 5), np.uint16)}
+    ground_truth = np.empty((1, 1), object)
+    ground_truth[0, 0] = {"Segmentation": np.ones((4, 5), np.uint16)}
     for number in range(1, 22):
         split = "train" if number % 2 else "val"
         for folder in ("images", "groundTruth"):
             (tmp_path / folder / split).mkdir(parents=True, exist_ok=True)
         cv2.imwrite(str(tmp_path / "images" / split / f"{number}.jpg"), np.zeros((4, 5, 3), np.uint8))
-        savemat(tmp_path / "groundTruth" / split / f"{number}.mat", {"groundTruth": truth})
+        savemat(tmp_path / "groundTruth" / split / f"{number}.mat", {"groundTruth": ground_truth})
     learnt, held_out = load_examples(tmp_path)
     assert [example.name for example in held_out] == ["1", "11", "21"]
     assert len(learnt) == 18

@@ -55,27 +55,27 @@ def test_exact_or_hardly_any_depth_has_no_noise() -> None:
 @pytest.mark.parametrize("kind", ["plane", "quadric"])
 def test_a_shape_comes_back_under_scattered_outliers(kind: str, shape: tuple[int, int]) -> None:
     rng = np.random.default_rng(1)
-    truth = _surface(kind, shape)
-    depth = truth.copy()
+    ground_truth = _surface(kind, shape)
+    depth = ground_truth.copy()
     outliers = rng.random(shape) < 0.18
     depth[outliers] *= rng.uniform(1.2, 2.0, np.count_nonzero(outliers)).astype(np.float32)
     trend = trend_of(depth, np.ones(shape, bool), 0.0)
     assert trend is not None
     assert trend.surface.dtype == np.float32
-    assert np.abs(trend.surface - truth).max() < 1e-4
+    assert np.abs(trend.surface - ground_truth).max() < 1e-4
 
 
 @pytest.mark.parametrize("kind", ["plane", "quadric"])
 def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind: str) -> None:
-    truth = _surface(kind)
-    depth = truth.copy()
+    ground_truth = _surface(kind)
+    depth = ground_truth.copy()
     depth[25:60, 20:100] = np.nan
     mask = ALL.copy()
     mask[65:85, 50:80] = False
     depth[65:85, 50:80] = 5.0
     trend = trend_of(depth, mask, 0.0)
     assert trend is not None
-    assert np.abs(trend.surface - truth).max() < 1e-4
+    assert np.abs(trend.surface - ground_truth).max() < 1e-4
     assert trend.spread < 1e-4
 
 

@@ -16,8 +16,8 @@ import pytest
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks import network as onnx_network
 from ilf._runtime.networks.models import models_folder
-from ilf._runtime.sandbox import in_child
-from ilf._runtime.temporary_files import discard_unfinished
+from ilf._runtime.sandbox import run_in_sandbox
+from ilf._runtime.temporary_files import remove_temporary_files
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import EdgeNetwork
@@ -48,32 +48,32 @@ def crash() -> None:
 @pytest.fixture
 def forked(monkeypatch: pytest.MonkeyPatch) -> None:
     """No interpreter is started for each trial."""
-    monkeypatch.setattr("ilf._runtime.sandbox.run_apart", run_forked)
+    monkeypatch.setattr("ilf._runtime.sandbox.run_in_child", run_forked)
 
 
 def test_a_child_gives_what_the_function_gives() -> None:
-    assert in_child(divmod, 7, 2, file="seven") == [3, 1]
+    assert run_in_sandbox(divmod, 7, 2, file="seven") == [3, 1]
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
-        in_child(time.sleep, 60, file="a.file", seconds=0.1)
+        run_in_sandbox(time.sleep, 60, file="a.file", seconds=0.1)
 
 
 @fork
 @pytest.mark.usefixtures("forked")
 def test_a_child_raises_what_the_function_raises() -> None:
     with pytest.raises(InputError, match=r"^Not this one\.$"):
-        in_child(refuse, file="a.file")
+        run_in_sandbox(refuse, file="a.file")
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
-        in_child(divmod, 1, 0, file="a.file")
+        run_in_sandbox(divmod, 1, 0, file="a.file")
 
 
 @fork
 @pytest.mark.usefixtures("forked")
 def test_what_ends_a_child_is_told() -> None:
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
-        in_child(crash, file="a.file")
+        run_in_sandbox(crash, file="a.file")
     if os.path.exists("/proc/self/statm"):
         with pytest.raises(FormatError, match=r"a\.file is damaged: reading it needs more than 1 GiB"):
-            in_child(exhaust, file="a.file", memory=2**30)
+            run_in_sandbox(exhaust, file="a.file", memory=2**30)
 
 
 def tensor(external: bytes) -> bytes:
@@ -112,7 +112,7 @@ def test_weights_in_other_files_are_refused_wherever_they_are_named(external: by
 
 def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried = []
-    monkeypatch.setattr(onnx_network, "in_child", lambda function, *arguments, file: tried.append(file))
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", lambda function, *arguments, file: tried.append(file))
     for line in asset_path("models/SHA256SUMS").read_text().splitlines():
         sha256, name = line.split()
         assert hashlib.sha256(asset_path(f"models/{name}").read_bytes()).hexdigest() == sha256, f"SHA256SUMS: {name}"
@@ -123,7 +123,7 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, mo
     for _ in range(2):
         EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"]
-    monkeypatch.setattr("ilf._runtime.networks.network._proven", set())
+    monkeypatch.setattr("ilf._runtime.networks.network._tested", set())
     EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"], "later processes know it, too"
 
@@ -159,7 +159,7 @@ def test_a_network_that_crashes_with_larger_images_is_refused_at_the_next_start(
                 EdgeNetwork.load(path)
     # what was killed for another reason is no longer suspected
     network = EdgeNetwork.load(path)
-    monkeypatch.setattr(onnx_network, "in_child", None)
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
     monkeypatch.setattr(onnx_network, "_networks", {})
     assert EdgeNetwork.load(path) is not network
 
@@ -171,11 +171,11 @@ def test_a_program_that_ends_by_itself_while_a_network_looks_does_not_suspect_it
     path = write_network(tmp_path / "own.onnx", OWN)
 
     def end() -> None:
-        discard_unfinished()
+        remove_temporary_files()
         os._exit(0)
 
     _look_and_end(path, end, monkeypatch)
-    monkeypatch.setattr(onnx_network, "in_child", None)
+    monkeypatch.setattr(onnx_network, "run_in_sandbox", None)
     EdgeNetwork.load(path)
 
 

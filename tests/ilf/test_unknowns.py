@@ -8,17 +8,17 @@ import pytest
 
 from ilf import preset
 from ilf.errors import Cancelled
-from ilf.lab.experiments import readings as claims
+from ilf.lab.experiments import interpretations as claims
 from ilf.lab.experiments import unknowns
 from ilf.lab.experiments.experiment import Settings
 from ilf.lab.experiments.files import write_result
-from ilf.lab.experiments.readings import JUDGED, PAPER_PRS, PRESET, UNKNOWNS, Errors, Reading, in_words
+from ilf.lab.experiments.interpretations import EVALUATED, PAPER_PRS, PRESET, UNKNOWNS, Errors, Interpretation, to_text
 from ilf.lab.experiments.registry import EXPERIMENTS, run_experiment
 from ilf.lab.experiments.report import write_report
 from ilf.lab.experiments.surfaces import run_case
-from ilf.lab.experiments.unknowns import compare_unknowns, readings_of
+from ilf.lab.experiments.unknowns import compare_unknowns, interpretations_of
 
-START_OF_TEXT = Reading("1 / shortest", 0.5, 15.0, "taken off", 2.0, "weighted")
+START_OF_TEXT = Interpretation("1 / shortest", 0.5, 15.0, "taken off", 2.0, "weighted")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def timeless(tried):
 
 def test_the_preset_is_one_of_the_readings():
     assert PRESET.parameters((54, 96), 1) == preset("paper", mode="fill+denoise")
-    assert PRESET in readings_of(UNKNOWNS)
+    assert PRESET in interpretations_of(UNKNOWNS)
     wide = START_OF_TEXT.parameters((54, 96), 5)
     assert wide.staged_start == pytest.approx(96 / 54), "in basebands, 1 / longest length"
     assert wide.centred
@@ -46,7 +46,7 @@ def test_the_preset_is_one_of_the_readings():
 
 
 def test_every_combination_is_tried_but_for_padding():
-    readings = readings_of(UNKNOWNS)
+    readings = interpretations_of(UNKNOWNS)
     assert len(set(readings)) == len(readings)
     usual = [reading for reading in readings if reading.padding == PRESET.padding]
     assert len(usual) == math.prod(len(values) for name, values in UNKNOWNS.items() if name != "padding")
@@ -68,9 +68,9 @@ def test_as_much_of_a_cylinder_is_seen_as_is_said():
 
 def test_the_largest_radius_with_the_printed_prs_is_found():
     # falls through 10.28 mm at 12.3 cm, rises through it at 33.3 cm
-    assert claims.fourth_radius(lambda radius: PAPER_PRS * (1 + abs(radius - 0.228) - 0.105) ** 9) == 0.33
-    assert claims.fourth_radius(lambda radius: 100 * radius) == pytest.approx(0.1)
-    assert claims.fourth_radius(lambda radius: 50 + 10 * radius) == 0.05, "the nearest, where none gives it"
+    assert claims.radius_of_fig_4(lambda radius: PAPER_PRS * (1 + abs(radius - 0.228) - 0.105) ** 9) == 0.33
+    assert claims.radius_of_fig_4(lambda radius: 100 * radius) == pytest.approx(0.1)
+    assert claims.radius_of_fig_4(lambda radius: 50 + 10 * radius) == 0.05, "the nearest, where none gives it"
 
 
 def test_orders_are_beaten_one_after_the_other(monkeypatch):
@@ -92,7 +92,7 @@ def test_errors_are_those_of_the_other_experiments():
     case = claims.case_of(claims.cylinder("480 x 480", "lying", 0.6, 0.5, 15), 0.0065, 0.4, 15, 3)
     assert case.noise == pytest.approx(0.0065 / 15)
     paper, peer = run_case(case, ["paper", "polynomial-2"])
-    rescaled = Reading(**{**vars(PRESET), "wavelength_px": 15.0 * 15})  # as the preset has it on this grid
+    rescaled = Interpretation(**{**vars(PRESET), "wavelength_px": 15.0 * 15})  # as the preset has it on this grid
     mine = claims.filtered(rescaled, case, 15)
     assert (mine.acc, mine.prs, mine.whole, mine.hole) == pytest.approx(
         tuple(paper[name] for name in ("acc_mm", "prs_mm", "rmse_mm", "hole_rmse_mm"))
@@ -104,13 +104,13 @@ def test_a_reading_is_as_good_as_its_best_cylinder_and_sphere():
     def cylinder(prs, order, fig4):
         return {
             "pixels": "480 x 480", "axis": "lying", "seen": 1.0, "radius_m": 0.1, "acc_mm": 0.0, "prs_mm": prs,
-            "fig4": fig4, **dict.fromkeys(JUDGED, order),
+            "fig4": fig4, **dict.fromkeys(EVALUATED, order),
         }  # fmt: skip
 
     def sphere(order, with_noise):
         return {
-            "sphere_radius_m": 2.0, **dict.fromkeys(JUDGED, order),
-            **{f"{judged}, noise": with_noise for judged in JUDGED},
+            "sphere_radius_m": 2.0, **dict.fromkeys(EVALUATED, order),
+            **{f"{evaluated}, noise": with_noise for evaluated in EVALUATED},
         }  # fmt: skip
 
     spheres = [sphere(4, 1), sphere(3, 3)]
@@ -138,7 +138,7 @@ def test_the_search_runs_is_written_and_reported(tiny, tmp_path):
 
 
 def test_the_same_seed_gives_the_same_numbers(tiny):
-    first, again, other = (timeless(unknowns.try_reading(PRESET, True, seed)) for seed in (3, 3, 4))
+    first, again, other = (timeless(unknowns.try_interpretation(PRESET, True, seed)) for seed in (3, 3, 4))
     assert first == again != other
 
 
@@ -158,7 +158,7 @@ def test_what_is_said_follows_from_the_rows():
             **vars(reading), "preset": reading == PRESET, "pixels": "480 x 480", "axis": "lying", "seen": 1.0,
             "radius_m": 0.1, "acc_mm": -3.0, "prs_mm": 10.3, "fig4": True, "fig6_order": fig6,
             "fig6_apart_order": fig6, "fig5_order": fig5, "fig5_noise_order": fig5,
-            **{f"order{kind}, {judged}": order for kind in ("", " apart") for judged in JUDGED},
+            **{f"order{kind}, {evaluated}": order for kind in ("", " apart") for evaluated in EVALUATED},
         }  # fmt: skip
 
     apart = [row(PRESET, 3, 1), row(START_OF_TEXT, 1, 3)]
@@ -176,6 +176,6 @@ def test_what_is_said_follows_from_the_rows():
 
 
 def test_readings_are_named_as_a_reader_knows_them():
-    assert in_words(vars(PRESET)).startswith(
+    assert to_text(vars(PRESET)).startswith(
         "start mean, step [basebands] 0.5, shortest wave [px] 15, mean depth left in"
     )

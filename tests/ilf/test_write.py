@@ -14,7 +14,7 @@ import ilf
 from ilf._runtime import staging
 from ilf._runtime.formatting import counted
 from ilf.cli import main
-from ilf.completion.confidence.expected_error import expected_error, unvouched
+from ilf.completion.confidence.expected_error import expected_error, unsupported
 from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
@@ -26,7 +26,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write
 from ilf.sources.frames import load_frame
 
-from .small_runs import contents, distrusting, drawn, small_run
+from .small_runs import contents, drawn, small_run, with_invalid_mask
 from .space_formats import read_pcd, read_ply
 
 ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
@@ -135,12 +135,14 @@ def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud)
         np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
         np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
         np.testing.assert_array_equal(found["scalar_block"], run.blocks[pixels])
-        np.testing.assert_array_equal(found["scalar_unvouched"], unvouched(completion)[pixels])
+        np.testing.assert_array_equal(found["scalar_unsupported"], unsupported(completion)[pixels])
         assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
     np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
     write(out, run, completion, replace(options, cloud="ply", expected_error=False))
     assert "scalar_filled" in read_ply(out / "cloud.ply")[0].dtype.names
-    assert not {"quality", "scalar_expected_error", "scalar_unvouched"} & {*read_ply(out / "cloud.ply")[0].dtype.names}
+    assert not {"quality", "scalar_expected_error", "scalar_unsupported"} & {
+        *read_ply(out / "cloud.ply")[0].dtype.names
+    }
 
 
 def _pixels_of(vertices, run, completion):
@@ -174,24 +176,24 @@ def test_a_format_without_place_for_normals_is_noted(run, completion, tmp_path):
 
 
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
-    dense = replace(distrusting(run), dense=True, only=frozenset({2}))
-    found = write(tmp_path / "out", dense, dense.complete(), BARE)
+    extrapolate = replace(with_invalid_mask(run), extrapolate=True, only=frozenset({2}))
+    found = write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE)
     depth = np.load(tmp_path / "out" / "depth.npy")
-    guessed, distrusted = (
-        read_colour(tmp_path / "out" / f"{name}.png")[..., 0] == 255 for name in ("guessed", "distrusted")
+    extrapolated, invalid_mask = (
+        read_colour(tmp_path / "out" / f"{name}.png")[..., 0] == 255 for name in ("extrapolated", "invalid_mask")
     )
     assert np.isfinite(depth).all()
-    np.testing.assert_array_equal(distrusted, dense.frame.distrusted)
-    np.testing.assert_array_equal(guessed, ~dense.frame.known & (dense.blocks == 1))
-    assert f"{guessed.sum()} pixels" in found.remarks[0]
-    assert {"guessed.png", "distrusted.png"} <= set(filenames(dense, BARE))
+    np.testing.assert_array_equal(invalid_mask, extrapolate.frame.invalid_mask)
+    np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks == 1))
+    assert f"{extrapolated.sum()} pixels" in found.remarks[0]
+    assert {"guessed.png", "distrusted.png"} <= set(filenames(extrapolate, BARE))
     assert not {"guessed.png", "distrusted.png"} & set(filenames(run, BARE))
 
 
 def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
     assert np.isfinite(completion.depth).all()
-    dense = replace(run, dense=True)
-    assert write(tmp_path / "out", dense, dense.complete(), BARE).remarks == ()
+    extrapolate = replace(run, extrapolate=True)
+    assert write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE).remarks == ()
     assert not read_colour(tmp_path / "out" / "guessed.png").any()
 
 
@@ -205,7 +207,7 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(stored > 0, completion.filled)
     wanted = np.maximum(expected[completion.filled], 1 / 1100)
     np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
-    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, unvouched(completion))
+    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, unsupported(completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
     assert write(out, run, outside, BARE).remarks == (
@@ -248,7 +250,7 @@ def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, mon
     write(out, run, completion, ALL)
     (out / "depth.tiff").unlink()
     before = contents(out)
-    real_replace, real_move_in = os.replace, staging.move_in
+    real_replace, real_move_in = os.replace, staging.move_into_place
     moves = []
 
     def fails_once(source, target):
@@ -257,11 +259,11 @@ def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, mon
             raise PermissionError(13, "in use by another program")
         real_replace(source, target)
 
-    def move_in(*arguments):
+    def move_into_place(*arguments):
         monkeypatch.setattr(os, "replace", fails_once)
         real_move_in(*arguments)
 
-    monkeypatch.setattr(module, "move_in", move_in)
+    monkeypatch.setattr(module, "move_into_place", move_into_place)
     with pytest.raises(ExportError, match="in use by another program"):
         write(out, run, replace(completion, depth=completion.depth + 1), ALL)
     assert contents(out) == before

@@ -17,7 +17,7 @@ from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.data.surface import Mesh
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
-from ilf.io.depth import DEPTH_SUFFIXES, UINT16_MAX, coarser_units, png_fit, read_depth_values, write_depth
+from ilf.io.depth import DEPTH_SUFFIXES, UINT16_MAX, png_fit, precision_loss, read_depth_values, write_depth
 from ilf.io.labels import read_labels, write_labels
 from ilf.io.meshes import MESH_SUFFIXES, write_mesh
 from ilf.run.writing import write_curves
@@ -186,22 +186,22 @@ def test_clipping_is_told_with_the_largest_scale_that_fits(tmp_path):
 def test_what_becomes_of_depth_in_a_png_is_foretold_as_it_comes_out(tmp_path):
     depth = np.array([[1.0, 65.5, 65.6], [70.0, np.nan, 0.0002]], np.float32)
     fit = png_fit(depth, 1000)
-    assert (fit.deepest, fit.largest, fit.clipped, fit.vanished) == (70.0, 70_000, 2, 1)
+    assert (fit.deepest, fit.largest, fit.clipped, fit.rounded_to_zero) == (70.0, 70_000, 2, 1)
     write_depth(tmp_path / "d.png", depth, 1000)
     values = read_depth_values(tmp_path / "d.png")
     assert np.count_nonzero(values == UINT16_MAX) == fit.clipped
-    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == fit.vanished
+    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == fit.rounded_to_zero
     nothing = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
     assert math.isnan(nothing.deepest)
-    assert (nothing.largest, nothing.clipped, nothing.vanished) == (0, 0, 0)
+    assert (nothing.largest, nothing.clipped, nothing.rounded_to_zero) == (0, 0, 0)
 
 
 def test_units_coarser_than_the_inputs_are_told():
-    said = coarser_units(10_000, 1000)
+    said = precision_loss(10_000, 1000)
     assert "steps of 1 mm, the input has 0.1 mm" in said
     assert "10000 units per metre" in said
     for given, written in ((1000, 1000), (1000, 5000), (1, 1000)):
-        assert coarser_units(given, written) == ""
+        assert precision_loss(given, written) == ""
 
 
 def test_missing_in_any_form_is_written_as_missing(tmp_path):

@@ -15,7 +15,7 @@ from ilf.completion.pass_band.iteration import LinearSchedule, Schedule, StagedS
 from ilf.data.blocks import Block
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
-from ilf.data.results import PassBandRecord, deviation, held_out_of, l1_norm
+from ilf.data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 
 
 class FullGridIteration(Iterator[PassBandRecord]):
@@ -47,7 +47,7 @@ class FullGridIteration(Iterator[PassBandRecord]):
 
         raw = frame.depth[block.box].astype(np.float64)
         known = block.mask & np.isfinite(raw)
-        self._held_out = held_out_of(known, parameters.validation_share)
+        self._held_out = hold_out_mask(known, parameters.validation_share)
         self._known = known & ~self._held_out
         self._mean = float(raw[self._known].mean()) if parameters.centred else 0.0
         self._raw, self._held_out_raw = raw[self._known] - self._mean, raw[self._held_out] - self._mean

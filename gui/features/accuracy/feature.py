@@ -8,27 +8,27 @@ from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
 from ...base.commands import Command
-from ...state.results import HIDDEN_DEPTH, TRUTH, BlockErrors
+from ...state.results import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.session import Session
-from ...work.latest_question import LatestQuestion
-from ..context import Desk, Part, UnderWay
-from .ground_truth import TruthDialog, TruthPresenter, TruthSource, frame_with
-from .hold_out import HiddenPresenter
+from ...work.latest_request import LatestRequest
+from ..context import Context, Feature, PendingWork
+from .ground_truth import GroundTruthDialog, GroundTruthPresenter, GroundTruthSource, frame_with
+from .hold_out import HoldOutPresenter
 from .panel import AccuracyPanel
 
 # Commands for ground truth, and for evaluation without it.
 
 COMMANDS = (
     Command(
-        "load_truth",
+        "load_ground_truth",
         "Load ground &truth…",
         "ph.check-circle",
         "",
         "Load the true depth of the frame, to evaluate results against it",
     ),
-    Command("remove_truth", "Remove ground truth", "ph.x-circle", "", "Remove the ground truth of the frame"),
+    Command("remove_ground_truth", "Remove ground truth", "ph.x-circle", "", "Remove the ground truth of the frame"),
     Command(
-        "test_hidden",
+        "hold_out_test",
         "&Hold-out test…",
         "ph.test-tube",
         "",
@@ -40,113 +40,128 @@ COMMANDS = (
 _TITLE = "Accuracy"
 
 
-class AccuracyPart(Part):
+class AccuracyFeature(Feature):
     """The panel *Accuracy* and its commands."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        desk.actions.add(COMMANDS)
-        actions = desk.actions
-        self.panel = AccuracyPanel([actions[name] for name in ("load_truth", "test_hidden", "remove_truth")])
-        self.truth = TruthPresenter(desk, self.panel)
-        self.hidden = HiddenPresenter(desk, self.panel)
-        self._reader = LatestQuestion[TruthSource, RGBDFrame](frame_with, self)
-        desk.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
-        actions["load_truth"].triggered.connect(lambda _=False: self.ask_truth())
-        actions["remove_truth"].triggered.connect(lambda _=False: self.remove_truth())
-        actions["test_hidden"].triggered.connect(lambda _=False: self.ask_test())
-        workspace, panel = desk.workspace, self.panel
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(COMMANDS)
+        actions = context.actions
+        self.panel = AccuracyPanel(
+            [actions[name] for name in ("load_ground_truth", "hold_out_test", "remove_ground_truth")]
+        )
+        self.ground_truth = GroundTruthPresenter(context, self.panel)
+        self.hidden = HoldOutPresenter(context, self.panel)
+        self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
+        context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
+        actions["load_ground_truth"].triggered.connect(lambda _=False: self.ask_ground_truth())
+        actions["remove_ground_truth"].triggered.connect(lambda _=False: self.remove_ground_truth())
+        actions["hold_out_test"].triggered.connect(lambda _=False: self.ask_test())
+        workspace, panel = context.workspace, self.panel
         changed = workspace.session_changed, workspace.labels_changed, workspace.results_changed
-        shown = workspace.truth_changed, workspace.infos_changed, workspace.selection_changed, panel.looked_at
-        desk.refresh.add(
+        shown = (
+            workspace.ground_truth_changed,
+            workspace.infos_changed,
+            workspace.selection_changed,
+            panel.became_visible,
+        )
+        context.refresh.add(
             "accuracy",
-            self.truth.show,
+            self.ground_truth.show,
             (*changed, *shown, workspace.region_changed, workspace.compared_changed, panel.pixels_changed),
             (workspace.results_added,),
         )
-        desk.refresh.add(
+        context.refresh.add(
             "hold-out",
             self.hidden.show,
             (
                 *(*changed, *shown, workspace.parameters_changed, panel.part_changed),
-                *(workspace.distrusted_changed, workspace.guide_changed),
+                *(workspace.invalid_mask_changed, workspace.guide_changed),
             ),
         )
-        desk.refresh.add(
+        context.refresh.add(
             "block errors",
-            self._tell_errors,
-            (*changed, workspace.truth_changed, workspace.parameters_changed, self.truth.judged, self.hidden.tested),
+            self._update_block_errors,
+            (
+                *changed,
+                workspace.ground_truth_changed,
+                workspace.parameters_changed,
+                self.ground_truth.evaluated,
+                self.hidden.tested,
+            ),
         )
-        workspace.session_changed.connect(self._turn_page)
-        workspace.truth_changed.connect(self._turn_page)
-        self._turn_page()
+        workspace.session_changed.connect(self._select_page)
+        workspace.ground_truth_changed.connect(self._select_page)
+        self._select_page()
 
-    def ask_truth(self) -> None:
+    def ask_ground_truth(self) -> None:
         """Open the dialog that loads ground truth for the current frame."""
-        session = self.desk.workspace.session
-        dialog = TruthDialog(session.frame, self._reader, self.desk.window)
+        session = self.context.workspace.session
+        dialog = GroundTruthDialog(session.frame, self._reader, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_truth(session, dialog.found()))
+        dialog.accepted.connect(lambda: self._take_ground_truth(session, dialog.found()))
         dialog.open()
 
-    def load_truth(self, path: str, units: float | None = None) -> bool:
+    def load_ground_truth(self, path: str, units: float | None = None) -> bool:
         """Load the ground truth of the current frame from a file; False, with a message, if that fails."""
-        session = self.desk.workspace.session
+        session = self.context.workspace.session
         try:
-            frame = frame_with(TruthSource(session.frame, path, units))
+            frame = frame_with(GroundTruthSource(session.frame, path, units))
         except IlfError as error:
-            self.desk.notes.report("Load ground truth", error)
+            self.context.notes.report("Load ground truth", error)
             return False
-        self._take_truth(session, frame)
+        self._take_ground_truth(session, frame)
         return True
 
-    def remove_truth(self) -> None:
+    def remove_ground_truth(self) -> None:
         """Remove the ground truth of the current frame."""
-        self.desk.workspace.set_truth(None)
-        self.desk.notes.tell("Ground truth removed.")
+        self.context.workspace.set_ground_truth(None)
+        self.context.notes.show_message("Ground truth removed.")
 
     def ask_test(self) -> None:
         """Open the dialog of the hold-out test, and the panel for its results."""
-        self.desk.panels.reveal(_TITLE)
-        self.panel.turn_to(hidden=True)
+        self.context.panels.reveal(_TITLE)
+        self.panel.show_page(hidden=True)
         self.hidden.ask()
 
-    def under_way(self) -> list[UnderWay]:
+    def pending_work(self) -> list[PendingWork]:
         """The hold-out test in progress, if any."""
         session = self.hidden.testing
-        return [] if session is None else [UnderWay(f"a hold-out test of {session.name}", session)]
+        return [] if session is None else [PendingWork(f"a hold-out test of {session.name}", session)]
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
-        return all([self.truth.shutdown(), self.hidden.shutdown(), self._reader.shutdown()])
+        return all([self.ground_truth.shutdown(), self.hidden.shutdown(), self._reader.shutdown()])
 
-    def _take_truth(self, session: Session, frame: RGBDFrame) -> None:
-        workspace = self.desk.workspace
+    def _take_ground_truth(self, session: Session, frame: RGBDFrame) -> None:
+        workspace = self.context.workspace
         if session not in workspace.sessions:
             return
         workspace.show_session(session)  # another frame may have been opened meanwhile
-        workspace.set_truth(frame.truth, None if frame.inputs is None else frame.inputs.truth)
-        self.desk.panels.reveal(_TITLE)
+        workspace.set_ground_truth(frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth)
+        self.context.panels.reveal(_TITLE)
 
-    def _turn_page(self) -> None:
+    def _select_page(self) -> None:
         """Select the page of the panel, and enable the commands."""
-        workspace = self.desk.workspace
-        has_truth = workspace.has_session and workspace.session.frame.truth is not None
-        self.panel.turn_to(hidden=workspace.has_session and not has_truth)
+        workspace = self.context.workspace
+        has_ground_truth = workspace.has_session and workspace.session.frame.ground_truth is not None
+        self.panel.show_page(hidden=workspace.has_session and not has_ground_truth)
         no_frame = "" if workspace.has_session else "Open a frame first."
-        self.desk.actions.allow(no_frame, "load_truth", "test_hidden")
-        self.desk.actions.allow(no_frame or ("" if has_truth else "This frame has no ground truth."), "remove_truth")
+        self.context.actions.allow(no_frame, "load_ground_truth", "hold_out_test")
+        self.context.actions.allow(
+            no_frame or ("" if has_ground_truth else "This frame has no ground truth."), "remove_ground_truth"
+        )
 
-    def _tell_errors(self) -> None:
+    def _update_block_errors(self) -> None:
         """Update the errors in the table of blocks."""
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         if not workspace.has_session:
             return
         session, outcome = workspace.session, self.hidden.outcome
-        if session.frame.truth is not None:
-            errors = BlockErrors(TRUTH, self.truth.blocks)
+        if session.frame.ground_truth is not None:
+            errors = BlockErrors(GROUND_TRUTH, self.ground_truth.blocks)
         elif outcome is not None:
-            errors = BlockErrors(HIDDEN_DEPTH, outcome.errors_of(session))
+            errors = BlockErrors(HOLD_OUT, outcome.errors_of(session))
         else:
             errors = BlockErrors()
         workspace.set_block_errors(session, errors)

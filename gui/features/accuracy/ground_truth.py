@@ -13,26 +13,26 @@ from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.drawing.colours import sample
 from ilf.errors import InputError
-from ilf.io.companions import with_truth_file
+from ilf.io.frame_additions import with_ground_truth_file
 from ilf.sources.frames import DEPTH_FILE_SUFFIXES
 
 from ...state.session import Session
 from ...widgets.basics import PlainLabel, last_folder
-from ...work.latest_question import LatestQuestion
-from ..context import Desk
-from ..documents.file_dialogs import ReadingDialog
+from ...work.latest_request import LatestRequest
+from ..context import Context
+from ..documents.file_dialogs import PreviewDialog
 from .panel import NO_FRAME, AccuracyPanel
-from .rows import Answer, Entry, Judge, Question, truth_rows
+from .rows import EvaluatedResult, EvaluationRequest, EvaluationResult, Evaluator, ground_truth_rows
 
 # The dialog that loads ground truth: file, units and preview.
 
 _FOLDER_KEY = "truth/folder"
 _AUTOMATIC = "Automatic (those of the depth, if both are whole numbers)"
 _UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "256 (KITTI)")
-_NOTHING_CHOSEN = "Select the true depth of the same pixels: a 16-bit or float image, or NPY."
+_NOTHING_SELECTED = "Select the true depth of the same pixels: a 16-bit or float image, or NPY."
 
 
-class TruthSource(NamedTuple):
+class GroundTruthSource(NamedTuple):
     """A file with the ground truth of a frame, and its units per metre if given."""
 
     frame: RGBDFrame
@@ -40,27 +40,27 @@ class TruthSource(NamedTuple):
     units: float | None = None
 
 
-def frame_with(source: TruthSource) -> RGBDFrame:
+def frame_with(source: GroundTruthSource) -> RGBDFrame:
     """Return the frame with the ground truth of the file; called in a worker thread."""
-    return with_truth_file(source.frame, source.path, source.units)
+    return with_ground_truth_file(source.frame, source.path, source.units)
 
 
-class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
+class GroundTruthDialog(PreviewDialog[GroundTruthSource, RGBDFrame]):
     """Dialog to select a ground truth file, with a preview.
 
     Parameters
     ----------
     frame : RGBDFrame
-    questions : LatestQuestion
-        Reads a `TruthSource`.
+    questions : LatestRequest
+        Reads a `GroundTruthSource`.
     """
 
     def __init__(
-        self, frame: RGBDFrame, questions: LatestQuestion[TruthSource, RGBDFrame], parent: QWidget | None = None
+        self, frame: RGBDFrame, questions: LatestRequest[GroundTruthSource, RGBDFrame], parent: QWidget | None = None
     ) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
         title = f"Load Ground Truth for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_CHOSEN, "Ground truth", _FOLDER_KEY, questions, parent)
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Ground truth", _FOLDER_KEY, questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the true depth")
         self.load_button.setToolTip("Evaluate the frame's results against this ground truth")
@@ -75,14 +75,14 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
         self.setMinimumWidth(600)
         self.ask(self._form())
 
-    def source(self, path: str) -> TruthSource:
+    def source(self, path: str) -> GroundTruthSource:
         units = _units(self.units.currentText())
-        return TruthSource(self._frame, str(Path(path).expanduser().absolute()), units)
+        return GroundTruthSource(self._frame, str(Path(path).expanduser().absolute()), units)
 
     def show_found(self, found: RGBDFrame) -> None:
-        if found.truth is not None:
-            self.preview.show_depth(found.truth)
-        self.message.say(described(found), "good")
+        if found.ground_truth is not None:
+            self.preview.show_depth(found.ground_truth)
+        self.message.show_message(described(found), "good")
 
     def _form(self) -> QGridLayout:
         self.file_button.setToolTip("Select the file with the true depth")
@@ -108,16 +108,16 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
 
 def described(frame: RGBDFrame) -> str:
     """Describe the coverage and deviation of a frame's ground truth, from a sample of its pixels."""
-    if frame.truth is None:
+    if frame.ground_truth is None:
         return "There is no ground truth."
-    truth, depth = sample(frame.truth), sample(frame.depth)
-    known, missing = np.isfinite(truth), np.isnan(depth)
+    ground_truth, depth = sample(frame.ground_truth), sample(frame.depth)
+    known, missing = np.isfinite(ground_truth), np.isnan(depth)
     share = known[missing].mean() if missing.any() else known.mean()
     text = f"Known at {share:.0%} of the pixels{' without depth' if missing.any() else ''}"
     both = known & ~missing
     if not both.any():
         return f"{text}."
-    off = float(np.median(np.abs(truth[both] - depth[both])))
+    off = float(np.median(np.abs(ground_truth[both] - depth[both])))
     return f"{text}; median deviation from the known depth: {1000 * off:.1f} mm."
 
 
@@ -134,12 +134,12 @@ def _units(text: str) -> float | None:
     return units
 
 
-_NO_TRUTH = "No ground truth: load it, or run a hold-out test."
+_NO_GROUND_TRUTH = "No ground truth: load it, or run a hold-out test."
 _NO_RESULT = "No result to evaluate yet: run the filter."
-_JUDGING = "Evaluating…"
+_EVALUATING = "Evaluating…"
 
 
-class TruthPresenter(QObject):
+class GroundTruthPresenter(QObject):
     """Presenter of the ground truth page.
 
     Signals
@@ -148,17 +148,17 @@ class TruthPresenter(QObject):
         The errors of the blocks changed.
     """
 
-    judged = Signal()
+    evaluated = Signal()
 
-    def __init__(self, desk: Desk, panel: AccuracyPanel) -> None:
+    def __init__(self, context: Context, panel: AccuracyPanel) -> None:
         super().__init__(panel)
-        self._desk = desk
+        self._context = context
         self._panel = panel
-        self._questions = LatestQuestion[Question, Answer](Judge(), self)
+        self._questions = LatestRequest[EvaluationRequest, EvaluationResult](Evaluator(), self)
         self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: desk.notes.report("Evaluation against ground truth", error))
+        self._questions.failed.connect(lambda _, error: context.notes.report("Evaluation against ground truth", error))
         self._answered: Session | None = None
-        self._told: RGBDFrame | None = None
+        self._shown_frame: RGBDFrame | None = None
         """The frame whose ground truth source is shown."""
         self.blocks: dict[int, float] = {}
         """Label -> RMSE [m] of the current results."""
@@ -170,34 +170,34 @@ class TruthPresenter(QObject):
 
     def show(self) -> None:
         """Evaluate the current results, if there is ground truth."""
-        workspace = self._desk.workspace
+        workspace = self._context.workspace
         session = workspace.session if workspace.has_session else None
         if session is not self._answered:
             self._forget()
         if session is None:
-            self._told = None
-            self._panel.say_source(NO_FRAME)
-            self._panel.show_truth([], "")
+            self._shown_frame = None
+            self._panel.show_source(NO_FRAME)
+            self._panel.show_ground_truth([], "")
             return
         frame, completion = session.frame, session.completion()
-        self._say_source(session)
-        if frame.truth is None or completion is None:
+        self._show_source(session)
+        if frame.ground_truth is None or completion is None:
             self._forget()
-            self._panel.show_truth([], _NO_TRUTH if frame.truth is None else _NO_RESULT)
+            self._panel.show_ground_truth([], _NO_GROUND_TRUTH if frame.ground_truth is None else _NO_RESULT)
             return
-        entries = [Entry("Current", completion, frame)]
+        entries = [EvaluatedResult("Current", completion, frame)]
         areas = self._areas(session)
         if self._panel.isVisible():
             for kept in session.compared:
-                entries.append(Entry(kept.name, kept.completion, kept.run.frame, kept.colour))
+                entries.append(EvaluatedResult(kept.name, kept.completion, kept.run.frame, kept.colour))
         else:
             areas = {}
-        running = session in self._desk.runs.running
-        question = Question(
-            session, frame.truth, tuple(entries), session.labels.copy(), areas, self._panel.every, not running
+        running = session in self._context.runs.running
+        question = EvaluationRequest(
+            session, frame.ground_truth, tuple(entries), session.labels.copy(), areas, self._panel.every, not running
         )
-        if not self._panel.truth_table.rows:
-            self._panel.show_truth([], _JUDGING)
+        if not self._panel.ground_truth_table.rows:
+            self._panel.show_ground_truth([], _EVALUATING)
         self._answered = session
         self._questions.ask(question)
 
@@ -214,29 +214,29 @@ class TruthPresenter(QObject):
             areas["Rectangle"] = session.region
         return areas
 
-    def _say_source(self, session: Session) -> None:
+    def _show_source(self, session: Session) -> None:
         frame = session.frame
-        if frame is not self._told:
-            self._told = frame
-            file = None if frame.inputs is None else frame.inputs.truth
+        if frame is not self._shown_frame:
+            self._shown_frame = frame
+            file = None if frame.inputs is None else frame.inputs.ground_truth
             name = "given" if file is None else Path(file.path).name
             text = f"{session.name} has no ground truth."
-            if frame.truth is not None:
+            if frame.ground_truth is not None:
                 text = f"Ground truth: {name}. {described(frame)}"
-            self._panel.say_source(text, "" if file is None else file.path)
+            self._panel.show_source(text, "" if file is None else file.path)
 
-    def _take(self, question: Question, answer: Answer) -> None:
+    def _take(self, question: EvaluationRequest, answer: EvaluationResult) -> None:
         if question.session is not self._answered:
             return
-        self.blocks = {label: judged.rmse for label, judged in answer.blocks.items() if judged.pixels}
+        self.blocks = {label: evaluated.rmse for label, evaluated in answer.blocks.items() if evaluated.pixels}
         if answer.areas:
-            self._panel.show_truth(truth_rows(answer, question.entries), "")
-        self.judged.emit()
+            self._panel.show_ground_truth(ground_truth_rows(answer, question.entries), "")
+        self.evaluated.emit()
 
     def _forget(self) -> None:
         self._answered = None
         self._questions.forget()
         if self.blocks:
             self.blocks = {}
-            self.judged.emit()
-        self._panel.show_truth([], "")
+            self.evaluated.emit()
+        self._panel.show_ground_truth([], "")

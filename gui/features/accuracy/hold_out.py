@@ -22,26 +22,26 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import counted
 from ilf.data.parameters import PRESETS
 from ilf.evaluation.evaluation import Step
-from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ilf.run.preset_files import list_presets
 from ilf.run.run import Run
 
 from ...state.session import Session
 from ...widgets.basics import Message, PlainLabel
 from ...work.jobs import Worker
-from ..context import Desk
-from .hold_out_tests import PRESENT, Candidate, HiddenOutcome, outcome_steps
+from ..context import Context
+from .hold_out_tests import CURRENT, Candidate, HoldOutOutcome, outcome_steps
 from .panel import AccuracyPanel
-from .rows import hidden_rows
+from .rows import hold_out_rows
 
 # The dialog that starts a hold-out test: pattern, seeds and candidates.
 
-_PATTERN_KEY, _SEEDS_KEY = "hidden_test/pattern", "hidden_test/seeds"
-_SEEDS, _MOST_SEEDS = 3, 20
-_ABOUT = {"areas": "Areas, like holes in sensor depth", "random": "Random pixels"}
+_PATTERN_KEY, _SEEDS_KEY = "hold_out_test/pattern", "hold_out_test/seeds"
+_SEEDS, _MAX_SEEDS = 3, 20
+_PATTERN_TEXTS = {"areas": "Areas, like holes in sensor depth", "random": "Random pixels"}
 
 
-class HiddenTestDialog(QDialog):
+class HoldOutDialog(QDialog):
     """Dialog of the hold-out test: pattern, number of seeds, and candidates with a tick each.
 
     Parameters
@@ -55,19 +55,17 @@ class HiddenTestDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(f"Hold-out Test of {frame_name}")
         about = Message(lines=2)
-        about.say(
+        about.show_message(
             "Hides some known depth, completes the blocks without it, and compares the result with it. All ticked "
             "candidates are evaluated on the same pixels."
         )
         self.pattern = QComboBox()
         self.pattern.setToolTip("Which known depth is hidden")
-        for name in sorted(HIDDEN_PATTERNS):
-            self.pattern.addItem(_ABOUT.get(name, name), name)
-            self.pattern.setItemData(self.pattern.count() - 1, HIDDEN_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
+        for name in sorted(HOLD_OUT_PATTERNS):
+            self.pattern.addItem(_PATTERN_TEXTS.get(name, name), name)
+            self.pattern.setItemData(self.pattern.count() - 1, HOLD_OUT_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
         self.pattern.setCurrentIndex(max(self.pattern.findData(QSettings().value(_PATTERN_KEY, "areas")), 0))
-        self.seeds = QSpinBox(
-            minimum=1, maximum=_MOST_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS, int)))
-        )
+        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS, int))))
         self.seeds.setToolTip("Number of random hold-outs; errors are pooled. The same number gives the same pixels.")
         self.candidates = QListWidget()
         self.candidates.setToolTip("Candidates; tick those to test and compare")
@@ -104,9 +102,9 @@ class HiddenTestDialog(QDialog):
         self.resize(430, 440)
         self._describe()
 
-    def test(self) -> HiddenTest:
+    def test(self) -> HoldOutTest:
         """The selected test."""
-        return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
+        return HoldOutTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
 
     def chosen(self) -> list[Candidate]:
         """The ticked candidates."""
@@ -131,7 +129,7 @@ _OUTDATED = "Outdated: blocks or depth have changed. Test again."
 _OTHER_VALUES = "The current values differ from those tested. Test again."
 
 
-class HiddenPresenter(QObject):
+class HoldOutPresenter(QObject):
     """Presenter of the hold-out page.
 
     Signals
@@ -142,11 +140,11 @@ class HiddenPresenter(QObject):
 
     tested = Signal()
 
-    def __init__(self, desk: Desk, panel: AccuracyPanel) -> None:
+    def __init__(self, context: Context, panel: AccuracyPanel) -> None:
         super().__init__(panel)
-        self._desk = desk
+        self._context = context
         self._panel = panel
-        self._outcomes: WeakKeyDictionary[Session, HiddenOutcome] = WeakKeyDictionary()
+        self._outcomes: WeakKeyDictionary[Session, HoldOutOutcome] = WeakKeyDictionary()
         self._testing: Session | None = None
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take_steps)
@@ -154,7 +152,7 @@ class HiddenPresenter(QObject):
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("The hold-out test was cancelled."))
         panel.cancelled.connect(self.worker.cancel)
-        desk.workspace.sessions_changed.connect(self._leave_closed)
+        context.workspace.sessions_changed.connect(self._cancel_closed)
 
     @property
     def testing(self) -> Session | None:
@@ -162,27 +160,27 @@ class HiddenPresenter(QObject):
         return self._testing
 
     @property
-    def outcome(self) -> HiddenOutcome | None:
+    def outcome(self) -> HoldOutOutcome | None:
         """The test outcome of the current frame, if any."""
-        workspace = self._desk.workspace
+        workspace = self._context.workspace
         return self._outcomes.get(workspace.session) if workspace.has_session else None
 
     def ask(self) -> None:
         """Open the dialog, and start the test when it is accepted."""
-        workspace = self._desk.workspace
+        workspace = self._context.workspace
         if not workspace.has_session:
             return
         if self.worker.busy:
-            self._desk.notes.tell("A hold-out test is already in progress.")
+            self._context.notes.show_message("A hold-out test is already in progress.")
             return
         session = workspace.session
         present = session.run(session.common)
-        dialog = HiddenTestDialog(session.name, _candidates(session, present), self._desk.window)
+        dialog = HoldOutDialog(session.name, _candidates(session, present), self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.start(session, dialog.chosen(), present, dialog.test()))
         dialog.open()
 
-    def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HiddenTest) -> None:
+    def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HoldOutTest) -> None:
         """Test some candidates; `present` is the frame with its current blocks and values."""
         if self.worker.busy:
             return
@@ -193,17 +191,17 @@ class HiddenPresenter(QObject):
 
     def show(self) -> None:
         """Show the hold-out errors of the current frame."""
-        workspace, outcome = self._desk.workspace, self.outcome
+        workspace, outcome = self._context.workspace, self.outcome
         chosen = workspace.chosen
         self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
         if outcome is None:
             testing = self.worker.busy and workspace.has_session and workspace.session is self._testing
-            self._panel.show_hidden([], "", "muted", "Testing…" if testing else _NOT_TESTED)
+            self._panel.show_hold_out([], "", "muted", "Testing…" if testing else _NOT_TESTED)
             return
-        text, tone = _described(outcome, workspace.session)
-        label = chosen if self._panel.over_chosen else 0
-        empty = "Select a block to see its errors." if self._panel.over_chosen and not chosen else ""
-        self._panel.show_hidden([] if empty else hidden_rows(outcome, label), text, tone, empty)
+        text, tone = _describe_outcome(outcome, workspace.session)
+        label = chosen if self._panel.over_selected else 0
+        empty = "Select a block to see its errors." if self._panel.over_selected and not chosen else ""
+        self._panel.show_hold_out([] if empty else hold_out_rows(outcome, label), text, tone, empty)
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
@@ -212,53 +210,53 @@ class HiddenPresenter(QObject):
     def _take_steps(self, batch: list[Step]) -> None:
         self._panel.work.show_share(batch[-1].share)
 
-    def _finish(self, outcome: HiddenOutcome) -> None:
+    def _finish(self, outcome: HoldOutOutcome) -> None:
         session = self._testing
-        if session is not None and session in self._desk.workspace.sessions:
+        if session is not None and session in self._context.workspace.sessions:
             self._outcomes[session] = outcome
             for one in outcome.tested:
                 kept = one.candidate.kept
-                if kept in session.kept_runs and kept.run is one.candidate.kept_as:
-                    self._desk.workspace.change_run(
-                        session, kept, hidden_error=one.whole.rmse, hidden_test=outcome.test
+                if kept in session.run_history and kept.run is one.candidate.run_when_selected:
+                    self._context.workspace.change_run(
+                        session, kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test
                     )
         self._end("")
 
     def _fail(self, error: Exception) -> None:
         self._end("")
-        self._desk.notes.report("Hold-out test", error)
+        self._context.notes.report("Hold-out test", error)
 
     def _end(self, text: str) -> None:
         self._testing = None
         self._panel.work.end()
         self.show()
         if text:
-            self._desk.notes.tell(text)
+            self._context.notes.show_message(text)
         self.tested.emit()
 
-    def _leave_closed(self) -> None:
+    def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
-        if self._testing is not None and self._testing not in self._desk.workspace.sessions:
+        if self._testing is not None and self._testing not in self._context.workspace.sessions:
             self.worker.cancel()
 
 
 def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
     """Candidates, and whether they are initially ticked, as the current values and the compared runs are."""
-    found = [(Candidate(PRESENT, present), True)]
-    found += [(Candidate.of(kept), kept in session.compared) for kept in session.kept_runs]
+    found = [(Candidate(CURRENT, present), True)]
+    found += [(Candidate.of(kept), kept in session.compared) for kept in session.run_history]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     for name, parameters in presets.items():
         found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))
     return found
 
 
-def _described(outcome: HiddenOutcome, session: Session) -> tuple[str, str]:
+def _describe_outcome(outcome: HoldOutOutcome, session: Session) -> tuple[str, str]:
     """Describe the test, when it was made and whether it is still valid; and return the tone of the message."""
     seeds = len(outcome.test.seeds)
     pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
     text = f"Held out: {pattern}, {counted(seeds, 'seed')}, at {outcome.when:%H:%M}."
-    if not outcome.holds_for(session):
+    if not outcome.is_valid_for(session):
         return f"{text} {_OUTDATED}", "warning"
-    if outcome.of_present is not None and not outcome.has_values_of(session):
+    if outcome.current_result is not None and not outcome.has_values_of(session):
         return f"{text} {_OTHER_VALUES}", "warning"
     return text, "muted"

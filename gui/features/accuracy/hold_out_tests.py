@@ -9,16 +9,16 @@ from typing import Self
 
 import numpy as np
 
-from ilf.evaluation.evaluation import Judgement, Step
-from ilf.evaluation.hold_out import HiddenResult, HiddenTest, comparison_steps
-from ilf.project.run_history import KeptRun
+from ilf.evaluation.evaluation import Evaluation, Step
+from ilf.evaluation.hold_out import HoldOutResult, HoldOutTest, comparison_steps
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from ...state.results import same_guide, same_mask
 from ...state.session import Session
 from ...work.jobs import spare_cores
 
-PRESENT = "Current values"
+CURRENT = "Current values"
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,63 +29,63 @@ class Candidate:
     ----------
     name : str
     run : Run
-    kept : KeptRun or None
+    kept : StoredRun or None
         Stored run whose row shows the error.
-    kept_as : Run or None
+    run_when_selected : Run or None
         Its run when it was selected: the row of a slider drag changes to other values.
     """
 
     name: str
     run: Run
-    kept: KeptRun | None = None
-    kept_as: Run | None = None
+    kept: StoredRun | None = None
+    run_when_selected: Run | None = None
 
     @classmethod
-    def of(cls, kept: KeptRun) -> Self:
+    def of(cls, kept: StoredRun) -> Self:
         """Candidate of a stored run, with all its blocks."""
-        return cls(kept.name, replace(kept.run, only=None, dense=False), kept, kept.run)
+        return cls(kept.name, replace(kept.run, only=None, extrapolate=False), kept, kept.run)
 
 
 @dataclass(frozen=True, eq=False)
-class Tested:
+class CandidateResult:
     """Result of a candidate: over all blocks, and label of the current map -> Judgement."""
 
     candidate: Candidate
-    whole: Judgement
-    blocks: dict[int, Judgement]
+    whole: Evaluation
+    blocks: dict[int, Evaluation]
     coverage: float
 
 
 @dataclass(frozen=True, eq=False)
-class HiddenOutcome:
+class HoldOutOutcome:
     """Outcome of a hold-out test.
 
     Attributes
     ----------
-    test : HiddenTest
+    test : HoldOutTest
     present : Run
         Frame, blocks and values at the time of the test.
     tested : tuple
     when : datetime
     """
 
-    test: HiddenTest
+    test: HoldOutTest
     present: Run
-    tested: tuple[Tested, ...]
+    tested: tuple[CandidateResult, ...]
     when: datetime
 
-    def holds_for(self, session: Session) -> bool:
+    def is_valid_for(self, session: Session) -> bool:
         """Whether blocks and depth are unchanged since the test."""
         run = self.present
         return (
             np.array_equal(session.labels, run.blocks)
-            and same_mask(session.frame.distrusted, run.frame.distrusted)
+            and same_mask(session.frame.invalid_mask, run.frame.invalid_mask)
             and same_guide(session.frame.guide, run.frame.guide)
             and same_mask(session.notes.drawn, run.drawn)
         )
 
     @property
-    def of_present(self) -> Tested | None:
+    def current_result(self) -> CandidateResult | None:
         """Result of the values at the time of the test; None if they were not tested."""
         return next((one for one in self.tested if one.candidate.run is self.present), None)
 
@@ -98,26 +98,26 @@ class HiddenOutcome:
 
     def errors_of(self, session: Session) -> dict[int, float]:
         """Label -> RMSE [m] of the blocks whose values are unchanged since the test."""
-        found = self.of_present
-        if found is None or not self.holds_for(session):
+        found = self.current_result
+        if found is None or not self.is_valid_for(session):
             return {}
         return {
-            label: judgement.rmse
-            for label, judgement in found.blocks.items()
-            if judgement.pixels and self._has_values_of(session, label)
+            label: evaluation.rmse
+            for label, evaluation in found.blocks.items()
+            if evaluation.pixels and self._has_values_of(session, label)
         }
 
 
 def outcome_steps(
-    candidates: Sequence[Candidate], present: Run, test: HiddenTest
-) -> Generator[Step, None, HiddenOutcome]:
+    candidates: Sequence[Candidate], present: Run, test: HoldOutTest
+) -> Generator[Step, None, HoldOutOutcome]:
     """Test all candidates on the same hold-out, step by step; called in a worker thread."""
     results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
     tested = tuple(_tested(candidate, found, present) for candidate, found in zip(candidates, results, strict=True))
-    return HiddenOutcome(test, present, tested, datetime.now())
+    return HoldOutOutcome(test, present, tested, datetime.now())
 
 
-def _tested(candidate: Candidate, found: HiddenResult, present: Run) -> Tested:
+def _tested(candidate: Candidate, found: HoldOutResult, present: Run) -> CandidateResult:
     # evaluate by the current blocks, also for a run with other blocks
-    judged = replace(found.judged, labels=present.blocks)
-    return Tested(candidate, found.whole, judged.blocks, found.coverage)
+    evaluated = replace(found.evaluated, labels=present.blocks)
+    return CandidateResult(candidate, found.whole, evaluated.blocks, found.coverage)

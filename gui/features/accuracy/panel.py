@@ -8,7 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
-from ...widgets.basics import Message, PlainLabel, as_it_is
+from ...widgets.basics import Message, PlainLabel, literal_text
 from ...widgets.work_row import WorkRow
 from . import rows as texts
 from .rows import NumberTable, Row
@@ -21,7 +21,7 @@ class AccuracyPanel(QWidget):
 
     Signals
     -------
-    looked_at()
+    became_visible()
         The panel became visible: evaluate what changed meanwhile.
     pixels_changed()
         The user selected filled pixels, or all.
@@ -31,7 +31,7 @@ class AccuracyPanel(QWidget):
         The user cancelled the test.
     """
 
-    looked_at = Signal()
+    became_visible = Signal()
     pixels_changed = Signal()
     part_changed = Signal()
     cancelled = Signal()
@@ -52,8 +52,8 @@ class AccuracyPanel(QWidget):
         self.work.cancelled.connect(self.cancelled)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
-        self.tabs.addTab(self._truth_page(), "Ground truth")
-        self.tabs.addTab(self._hidden_page(), "Hold-out")
+        self.tabs.addTab(self._ground_truth_page(), "Ground truth")
+        self.tabs.addTab(self._hold_out_page(), "Hold-out")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 6, 4, 4)
         layout.setSpacing(6)
@@ -63,24 +63,24 @@ class AccuracyPanel(QWidget):
         layout.addWidget(self.tabs, 1)
         self.setMinimumSize(260, 150)
 
-    def _truth_page(self) -> QWidget:
+    def _ground_truth_page(self) -> QWidget:
         self.pixels = QComboBox()
         self.pixels.addItems(["Filled pixels", "All pixels"])
         self.pixels.setToolTip("Evaluate only filled pixels, or also pixels with known depth")
         self.pixels.activated.connect(lambda _: self.pixels_changed.emit())
         columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.WITHIN]
-        self.truth_table = NumberTable("Errors against ground truth", columns)
-        return _page("&Evaluate", self.pixels, None, self.truth_table)
+        self.ground_truth_table = NumberTable("Errors against ground truth", columns)
+        return _page("&Evaluate", self.pixels, None, self.ground_truth_table)
 
-    def _hidden_page(self) -> QWidget:
+    def _hold_out_page(self) -> QWidget:
         self.part = QComboBox()
         self.part.addItems(["All blocks", "Selected block"])
         self.part.setToolTip("Show the errors of all blocks together, or of the selected block")
         self.part.activated.connect(lambda _: self.part_changed.emit())
         self.tested = Message()
         columns = [texts.RMSE, texts.MAE, texts.MEDIAN, texts.PIXELS]
-        self.hidden_table = NumberTable("Hold-out errors", columns)
-        return _page("Errors &of", self.part, self.tested, self.hidden_table)
+        self.hold_out_table = NumberTable("Hold-out errors", columns)
+        return _page("Errors &of", self.part, self.tested, self.hold_out_table)
 
     @property
     def every(self) -> bool:
@@ -88,25 +88,25 @@ class AccuracyPanel(QWidget):
         return self.pixels.currentIndex() == 1
 
     @property
-    def over_chosen(self) -> bool:
+    def over_selected(self) -> bool:
         """Whether the errors of the selected block are shown."""
         return self.part.currentIndex() == 1
 
-    def say_source(self, text: str, path: str = "") -> None:
+    def show_source(self, text: str, path: str = "") -> None:
         """Show the source of the ground truth, or that there is none; `path` is the file."""
-        self.source.say(text)
-        self.source.setToolTip(as_it_is(path))
+        self.source.show_message(text)
+        self.source.setToolTip(literal_text(path))
 
-    def show_truth(self, rows: Sequence[Row], empty: str) -> None:
+    def show_ground_truth(self, rows: Sequence[Row], empty: str) -> None:
         """Show errors against ground truth, or the reason why there are none."""
-        self.truth_table.set_rows(rows, empty)
+        self.ground_truth_table.set_rows(rows, empty)
         self.pixels.setEnabled(bool(rows))
 
-    def show_hidden(self, rows: Sequence[Row], text: str, tone: str, empty: str) -> None:
+    def show_hold_out(self, rows: Sequence[Row], text: str, tone: str, empty: str) -> None:
         """Show hold-out errors and the settings of the test, or the reason why there are none."""
         self.tested.setVisible(bool(text))
-        self.tested.say(text, tone)
-        self.hidden_table.set_rows(rows, empty)
+        self.tested.show_message(text, tone)
+        self.hold_out_table.set_rows(rows, empty)
         self.part.setEnabled(bool(rows))
 
     def set_chosen(self, name: str) -> None:
@@ -114,13 +114,13 @@ class AccuracyPanel(QWidget):
         with QSignalBlocker(self.part):
             self.part.setItemText(1, f"{name} only" if name else "Selected block (none selected)")
 
-    def turn_to(self, hidden: bool) -> None:
+    def show_page(self, hidden: bool) -> None:
         """Show the page of the hold-out test, or of the ground truth."""
         self.tabs.setCurrentIndex(int(hidden))
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.looked_at.emit()
+        self.became_visible.emit()
 
 
 def _page(text: str, choice: QComboBox, message: Message | None, table: NumberTable) -> QWidget:

@@ -18,13 +18,13 @@ from ilf.completion.confidence.expected_error import expected_error
 from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import Completion
-from ilf.evaluation.evaluation import Judgement, judge_blocks, judge_completion
+from ilf.evaluation.evaluation import Evaluation, evaluate_blocks, evaluate_completion
 from ilf.evaluation.ground_truth import shared_pixels
 
 from ...base import theme
 from ...state.session import Session
-from ...widgets.basics import as_it_is, paint_hint
-from .hold_out_tests import HiddenOutcome, Tested
+from ...widgets.basics import literal_text, paint_hint
+from .hold_out_tests import CandidateResult, HoldOutOutcome
 
 # Texts of errors: millimetres and shares, for the tables of the panel.
 
@@ -38,15 +38,15 @@ WITHIN = (
 PIXELS = ("Pixels", "Number of evaluated pixels")
 
 
-def errors(judgement: Judgement) -> tuple[str, str, str]:
+def errors(evaluation: Evaluation) -> tuple[str, str, str]:
     """RMSE, MAE and median."""
-    return millimetres(judgement.rmse), millimetres(judgement.mae), millimetres(judgement.median)
+    return millimetres(evaluation.rmse), millimetres(evaluation.mae), millimetres(evaluation.median)
 
 
-def within(judgement: Judgement) -> str:
+def within(evaluation: Evaluation) -> str:
     """The share within the expected error."""
-    known = judgement.within is not None and math.isfinite(judgement.within)
-    return f"{judgement.within:.0%}" if known else UNKNOWN
+    known = evaluation.within is not None and math.isfinite(evaluation.within)
+    return f"{evaluation.within:.0%}" if known else UNKNOWN
 
 
 def thousands(count: int) -> str:
@@ -60,16 +60,16 @@ def thousands(count: int) -> str:
     return f"{count / 1000:.0f}k" if count >= 10_000 else str(count) if count else UNKNOWN
 
 
-def best_of(judgements: Sequence[Judgement]) -> set[int]:
+def best_of(evaluations: Sequence[Evaluation]) -> set[int]:
     """Indices of the smallest RMSE, if the others differ; those with fewer evaluated pixels are excluded.
 
     Examples
     --------
-    >>> best_of([Judgement(9, rmse=0.2), Judgement(9, rmse=0.1), Judgement(3, rmse=0.05)])
+    >>> best_of([Evaluation(9, rmse=0.2), Evaluation(9, rmse=0.1), Evaluation(3, rmse=0.05)])
     {1}
     """
-    most = max((one.pixels for one in judgements), default=0)
-    known = {number: one.rmse for number, one in enumerate(judgements) if one.pixels == most and most}
+    max_pixels = max((one.pixels for one in evaluations), default=0)
+    known = {number: one.rmse for number, one in enumerate(evaluations) if one.pixels == max_pixels and max_pixels}
     best = {number for number, rmse in known.items() if rmse == min(known.values())}
     return best if len(best) < len(known) else set()
 
@@ -78,7 +78,7 @@ def best_of(judgements: Sequence[Judgement]) -> set[int]:
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class EvaluatedResult:
     """A result to evaluate: the current one, or that of a run.
 
     Attributes
@@ -98,13 +98,13 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class EvaluationRequest:
     """Request for an evaluation.
 
     Attributes
     ----------
     session : Session
-    truth : ndarray of float32, shape (H, W)
+    ground_truth : ndarray of float32, shape (H, W)
         [m], NaN = unknown.
     entries : tuple
         The first is the current result.
@@ -119,8 +119,8 @@ class Question:
     """
 
     session: Session
-    truth: NDArray[np.float32]
-    entries: tuple[Entry, ...]
+    ground_truth: NDArray[np.float32]
+    entries: tuple[EvaluatedResult, ...]
     labels: NDArray[np.int32]
     areas: Mapping[str, tuple[int, ...] | Box | None]
     every: bool
@@ -128,7 +128,7 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class EvaluationResult:
     """Result of an evaluation.
 
     Attributes
@@ -139,32 +139,36 @@ class Answer:
         Label -> Judgement of all pixels that the current result has filled.
     """
 
-    areas: Mapping[str, tuple[Judgement, ...]] = field(default_factory=dict)
-    blocks: Mapping[int, Judgement] = field(default_factory=dict)
+    areas: Mapping[str, tuple[Evaluation, ...]] = field(default_factory=dict)
+    blocks: Mapping[int, Evaluation] = field(default_factory=dict)
 
 
-class Judge:
+class Evaluator:
     """Evaluates requests, one at a time; caches the expected error of each completion as long as that exists."""
 
     def __init__(self) -> None:
         self._expected: WeakKeyDictionary[Completion, NDArray[np.float32]] = WeakKeyDictionary()
 
-    def __call__(self, question: Question) -> Answer:
+    def __call__(self, question: EvaluationRequest) -> EvaluationResult:
         """Evaluate; called in a worker thread."""
         present = question.entries[0]
         areas = {}
         shared = shared_pixels([entry.completion for entry in question.entries], every=question.every)
         for name, area in question.areas.items():
             where = shared & _inside(area, question.labels)
-            areas[name] = tuple(self._judged(question, entry, where) for entry in question.entries)
-        return Answer(areas, judge_blocks(present.frame, present.completion, question.labels))
+            areas[name] = tuple(self._evaluated(question, entry, where) for entry in question.entries)
+        return EvaluationResult(areas, evaluate_blocks(present.frame, present.completion, question.labels))
 
-    def _judged(self, question: Question, entry: Entry, where: NDArray[np.bool_]) -> Judgement:
+    def _evaluated(self, question: EvaluationRequest, entry: EvaluatedResult, where: NDArray[np.bool_]) -> Evaluation:
         expected = self._expected_error(entry) if question.with_expected else self._expected.get(entry.completion)
-        frame = entry.frame if entry.frame.truth is question.truth else entry.frame.with_truth(question.truth)
-        return judge_completion(frame, entry.completion, where, every=question.every, expected=expected)
+        frame = (
+            entry.frame
+            if entry.frame.ground_truth is question.ground_truth
+            else entry.frame.with_ground_truth(question.ground_truth)
+        )
+        return evaluate_completion(frame, entry.completion, where, every=question.every, expected=expected)
 
-    def _expected_error(self, entry: Entry) -> NDArray[np.float32]:
+    def _expected_error(self, entry: EvaluatedResult) -> NDArray[np.float32]:
         found = self._expected.get(entry.completion)
         if found is None:
             found = self._expected[entry.completion] = expected_error(entry.completion)
@@ -283,7 +287,7 @@ class NumberTable(QTreeWidget):
             item = QTreeWidgetItem([row.name, *row.cells])
             item.setSizeHint(0, QSize(0, self.fontMetrics().height() + _ROW_PAD))
             for number in range(self.columnCount()):
-                item.setToolTip(number, as_it_is(row.hint or row.name))
+                item.setToolTip(number, literal_text(row.hint or row.name))
                 if number:
                     item.setTextAlignment(number, _RIGHT)
                 if row.is_best or not row.cells:
@@ -308,45 +312,45 @@ def _swatch(colour: tuple[int, int, int]) -> QIcon:
     return QIcon(pixels)
 
 
-def truth_rows(answer: Answer, entries: Sequence[Entry]) -> list[Row]:
+def ground_truth_rows(answer: EvaluationResult, entries: Sequence[EvaluatedResult]) -> list[Row]:
     """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
     rows = []
-    for name, judged in answer.areas.items():
+    for name, evaluated in answer.areas.items():
         if len(entries) == 1:
-            rows.append(_row(name, judged[0], False, None, name))
+            rows.append(_row(name, evaluated[0], False, None, name))
             continue
         rows.append(Row(name))
-        best = best_of(judged)
-        for number, (entry, one) in enumerate(zip(entries, judged, strict=True)):
+        best = best_of(evaluated)
+        for number, (entry, one) in enumerate(zip(entries, evaluated, strict=True)):
             rows.append(_row(entry.name, one, number in best, entry.colour, f"{name}, {entry.name}"))
     return rows
 
 
-def hidden_rows(outcome: HiddenOutcome, label: int) -> list[Row]:
+def hold_out_rows(outcome: HoldOutOutcome, label: int) -> list[Row]:
     """Rows of the tested candidates, over all blocks or over one."""
-    judged = [one.blocks.get(label, Judgement()) if label else one.whole for one in outcome.tested]
-    best = best_of(judged)
+    evaluated = [one.blocks.get(label, Evaluation()) if label else one.whole for one in outcome.tested]
+    best = best_of(evaluated)
     return [
-        _hidden_row(tested, one, number in best)
-        for number, (tested, one) in enumerate(zip(outcome.tested, judged, strict=True))
+        _hold_out_row(tested, one, number in best)
+        for number, (tested, one) in enumerate(zip(outcome.tested, evaluated, strict=True))
     ]
 
 
-def _row(name: str, judged: Judgement, is_best: bool, colour: tuple[int, int, int] | None, what: str) -> Row:
-    if not judged.pixels:
+def _row(name: str, evaluated: Evaluation, is_best: bool, colour: tuple[int, int, int] | None, what: str) -> Row:
+    if not evaluated.pixels:
         hint = f"{what}: no pixel has both a result and ground truth."
     else:
-        hint = f"{what}: {judged.pixels:,} pixels, mean error {1000 * judged.bias:+.2f} mm."
+        hint = f"{what}: {evaluated.pixels:,} pixels, mean error {1000 * evaluated.bias:+.2f} mm."
         hint += " Smallest RMSE of all." if is_best else ""
-    return Row(name, (*errors(judged), within(judged)), hint, colour, is_best)
+    return Row(name, (*errors(evaluated), within(evaluated)), hint, colour, is_best)
 
 
-def _hidden_row(tested: Tested, judged: Judgement, is_best: bool) -> Row:
+def _hold_out_row(tested: CandidateResult, evaluated: Evaluation, is_best: bool) -> Row:
     came_back = f"{tested.coverage:.1%} of the held-out depth was filled."
-    hint = f"{tested.candidate.name}: {judged.pixels:,} pixels. {came_back}"
+    hint = f"{tested.candidate.name}: {evaluated.pixels:,} pixels. {came_back}"
     hint += " Smallest RMSE of all." if is_best else ""
-    if judged.within is not None:
-        hint += f" {judged.within:.0%} of the errors are within the expected error."
+    if evaluated.within is not None:
+        hint += f" {evaluated.within:.0%} of the errors are within the expected error."
     colour = None if tested.candidate.kept is None else tested.candidate.kept.colour
-    count = thousands(judged.pixels)
-    return Row(tested.candidate.name, (*errors(judged), count), hint, colour, is_best)
+    count = thousands(evaluated.pixels)
+    return Row(tested.candidate.name, (*errors(evaluated), count), hint, colour, is_best)

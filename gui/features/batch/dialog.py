@@ -32,7 +32,7 @@ from ilf.completion.confidence.expected_error import MEDIAN_MEANING, MEDIAN_NAME
 from ilf.run.options import RECORD_FILE
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, as_it_is, paint_hint
+from ...widgets.basics import Message, PlainLabel, literal_text, paint_hint
 from ...widgets.tables import Index, RowModel
 from ...widgets.work_row import WorkRow
 from ...work.jobs import spare_cores
@@ -94,7 +94,7 @@ class OutcomeModel(RowModel[FrameOutcome]):
         if role == Qt.ItemDataRole.DisplayRole:
             return self.look(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return as_it_is(row.message or row.frame)
+            return literal_text(row.message or row.frame)
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ForegroundRole and row.status is FrameStatus.FAILED and column == _STATUS:
@@ -148,7 +148,7 @@ def _missing(row: FrameOutcome) -> str:
     return f"{row.missing_before / row.pixels:.1%} → {row.missing_after / row.pixels:.1%}"
 
 
-ALL_FRAMES, CHOSEN_FRAMES = "all", "chosen"
+ALL_FRAMES, SELECTED_FRAMES = "all", "chosen"
 _KEY = "batch/"
 _SIZE = QSize(760, 620)
 
@@ -163,14 +163,14 @@ class BatchDialog(QDialog):
     cancelled()
     opened(object)
         The user opened the outcome of a frame.
-    results_wished()
+    results_requested()
         The user requested the completed frames in the list.
     """
 
     begun = Signal()
     cancelled = Signal()
     opened = Signal(object)
-    results_wished = Signal()
+    results_requested = Signal()
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -178,7 +178,7 @@ class BatchDialog(QDialog):
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.resize(_SIZE)
         about = Message(lines=3)
-        about.say(
+        about.show_message(
             "Completes frames from their files, each into its own folder, with the current values of Filter and "
             "Extraction and the file types of the last export. Blocks edited in this window are not used. Starting "
             "again resumes the batch; manifest.csv lists the result of each frame."
@@ -188,7 +188,7 @@ class BatchDialog(QDialog):
         self._scopes = QStandardItemModel(self)
         self.scope.setModel(self._scopes)
         self.scope.addItem("", ALL_FRAMES)
-        self.scope.addItem("", CHOSEN_FRAMES)
+        self.scope.addItem("", SELECTED_FRAMES)
         self.folder = QLineEdit()
         self.folder.setToolTip("Each frame gets a subfolder; a batch already in the folder is resumed")
         browse = QPushButton("Browse…", autoDefault=False)
@@ -216,7 +216,7 @@ class BatchDialog(QDialog):
         self.show_button = buttons.addButton("Open &results", QDialogButtonBox.ButtonRole.ActionRole)
         self.show_button.setAutoDefault(False)
         self.show_button.setToolTip("Add the completed frames to the list")
-        self.show_button.clicked.connect(self.results_wished)
+        self.show_button.clicked.connect(self.results_requested)
         buttons.accepted.connect(self.begun)
         buttons.rejected.connect(self.reject)
         self.work.cancelled.connect(self.cancelled)
@@ -260,7 +260,7 @@ class BatchDialog(QDialog):
         self.table.outcomes.set_rows([])
         self.retry.setChecked(False)
         self.anew.setChecked(False)
-        self.state.say("Checking existing results…")
+        self.state.show_message("Checking existing results…")
         self.work.begin()
         self._allow()
 
@@ -268,7 +268,7 @@ class BatchDialog(QDialog):
         """Show that the batch has ended, with a message."""
         self._busy = False
         self.work.end()
-        self.state.say(text, tone)
+        self.state.show_message(text, tone)
         self._allow()
 
     def _allow(self) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-from ilf._runtime.cancellation import heed
+from ilf._runtime.cancellation import set_cancel_events
 from ilf._runtime.formatting import counted
 from ilf.batch.batch import Batch, open_batch
 from ilf.batch.frame_record import FrameOutcome, FrameStatus
@@ -17,16 +17,16 @@ from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import BatchSettings
 from ilf.errors import IlfError
 from ilf.run.options import RECORD_FILE
-from ilf.run.run import Recipe
+from ilf.run.run import RunConfiguration
 from ilf.sources.frame_source import FrameSource
 
 from ...base.commands import Command
 from ...state.entries import Entry
 from ...widgets.notices import error_text
 from ...work.jobs import Worker
-from ..context import Desk, Part, UnderWay
+from ..context import Context, Feature, PendingWork
 from ..documents.export import stored_options
-from .dialog import CHOSEN_FRAMES, BatchDialog
+from .dialog import SELECTED_FRAMES, BatchDialog
 
 # Commands of batches.
 
@@ -45,7 +45,7 @@ COMMANDS = (
 
 
 @dataclass(frozen=True)
-class BatchWish:
+class BatchRequest:
     """Settings of a batch.
 
     Attributes
@@ -77,13 +77,13 @@ class BatchWish:
 
 
 @dataclass(frozen=True)
-class Opened:
+class BatchOpened:
     """An opened batch, before its first frame."""
 
     batch: Batch
 
 
-def batch_steps(wish: BatchWish) -> Generator[Opened | FrameOutcome, None, list[FrameOutcome]]:
+def batch_steps(wish: BatchRequest) -> Generator[BatchOpened | FrameOutcome, None, list[FrameOutcome]]:
     """Complete the frames: yield the opened batch, then the outcome of each frame; return all outcomes.
 
     The manifest is written however the batch ends.
@@ -96,12 +96,12 @@ def batch_steps(wish: BatchWish) -> Generator[Opened | FrameOutcome, None, list[
     batch = open_batch(
         wish.frames, wish.folder, wish.settings, only=wish.only, anew=wish.anew, retry_failed=wish.retry_failed
     )
-    yield Opened(batch)
+    yield BatchOpened(batch)
     try:
         with closing(batch.outcomes(jobs=wish.jobs)) as outcomes:
             yield from outcomes
     except BaseException:
-        heed()  # also when it was cancelled
+        set_cancel_events()  # also when it was cancelled
         batch.write_manifest()
         raise
     found = batch.write_manifest()
@@ -110,17 +110,17 @@ def batch_steps(wish: BatchWish) -> Generator[Opened | FrameOutcome, None, list[
     return found
 
 
-def _pictures(wish: BatchWish) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
+def _pictures(wish: BatchRequest) -> Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]:
     return [write_contact_sheet] * wish.sheet + [write_video] * wish.video
 
 
-class BatchPart(Part):
+class BatchFeature(Feature):
     """The command *File > Batch…*: its dialog and the batch."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        desk.actions.add(COMMANDS)
-        desk.actions["batch"].triggered.connect(lambda _=False: self.ask())
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(COMMANDS)
+        context.actions["batch"].triggered.connect(lambda _=False: self.ask())
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(self._finish)
@@ -128,18 +128,18 @@ class BatchPart(Part):
         self.worker.cancelled.connect(lambda: self._end("Cancelled. Start again to resume."))
         self._folder = Path()
         self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
-        for signal in (desk.workspace.entries.added, desk.workspace.entries.removed):
+        for signal in (context.workspace.entries.added, context.workspace.entries.removed):
             signal.connect(lambda *_: self._allow())
         self._allow()
 
     @cached_property
     def dialog(self) -> BatchDialog:
         """The dialog, created on first use."""
-        dialog = BatchDialog(self.desk.window)
+        dialog = BatchDialog(self.context.window)
         dialog.begun.connect(self.start)
         dialog.cancelled.connect(self.worker.cancel)
         dialog.opened.connect(self._open_outcome)
-        dialog.results_wished.connect(self._open_results)
+        dialog.results_requested.connect(self._open_results)
         return dialog
 
     def ask(self) -> None:
@@ -156,9 +156,9 @@ class BatchPart(Part):
             return
         dialog, entries = self.dialog, self._frames()
         frames = frames_of_files([entry.source for entry in entries if entry.source is not None])
-        chosen = self._chosen() if dialog.scope.currentData() == CHOSEN_FRAMES else entries
+        chosen = self._chosen() if dialog.scope.currentData() == SELECTED_FRAMES else entries
         ids = {entry.id for entry in chosen}
-        wish = BatchWish(
+        wish = BatchRequest(
             tuple(frames),
             tuple(frame for frame, entry in zip(frames, entries, strict=True) if entry.id in ids),
             Path(dialog.folder.text().strip()).expanduser().absolute(),
@@ -174,9 +174,9 @@ class BatchPart(Part):
         dialog.begin()
         self.worker.start(lambda: batch_steps(wish))
 
-    def under_way(self) -> Sequence[UnderWay]:
+    def pending_work(self) -> Sequence[PendingWork]:
         """The batch in progress, if any."""
-        return [UnderWay("a batch of frames")] if self.worker.busy else []
+        return [PendingWork("a batch of frames")] if self.worker.busy else []
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if all threads have ended."""
@@ -186,21 +186,21 @@ class BatchPart(Part):
         return ended
 
     def _settings(self) -> BatchSettings:
-        workspace = self.desk.workspace
-        recipe = Recipe(workspace.parameters, workspace.extraction_parameters)
-        return BatchSettings(recipe, replace(stored_options(), run_record=True))
+        workspace = self.context.workspace
+        configuration = RunConfiguration(workspace.parameters, workspace.extraction_parameters)
+        return BatchSettings(configuration, replace(stored_options(), run_record=True))
 
     def _frames(self) -> list[Entry]:
-        return [entry for entry in self.desk.workspace.entries if entry.source is not None]
+        return [entry for entry in self.context.workspace.entries if entry.source is not None]
 
     def _chosen(self) -> list[Entry]:
-        chosen = {entry.id for entry in self.desk.chosen_frames()}
+        chosen = {entry.id for entry in self.context.selected_frames()}
         return [entry for entry in self._frames() if entry.id in chosen]
 
-    def _take(self, items: list[Opened | FrameOutcome]) -> None:
+    def _take(self, items: list[BatchOpened | FrameOutcome]) -> None:
         outcomes: list[FrameOutcome] = []
         for item in items:
-            if isinstance(item, Opened):
+            if isinstance(item, BatchOpened):
                 outcomes += [*item.batch.finished, *item.batch.failed]
             else:
                 outcomes.append(item)
@@ -211,7 +211,7 @@ class BatchPart(Part):
             self.dialog.table.outcomes.add(outcomes)
         left = self._total - self._done
         self.dialog.work.show_share(self._done / max(self._total, 1), self._completed / max(self._completed + left, 1))
-        self.dialog.state.say(self._text())
+        self.dialog.state.show_message(self._text())
 
     def _text(self) -> str:
         failed = f", {self._failed} failed" if self._failed else ""
@@ -223,25 +223,25 @@ class BatchPart(Part):
     def _end(self, text: str, tone: str = "muted") -> None:
         self.dialog.end(text, tone)
         if not self.dialog.isVisible():
-            self.desk.notes.tell(f"Batch: {text}")
+            self.context.notes.show_message(f"Batch: {text}")
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "error")
         if not isinstance(error, IlfError) or not self.dialog.isVisible():
-            self.desk.notes.report("The batch stopped", error)
+            self.context.notes.report("The batch stopped", error)
 
     def _open_outcome(self, outcome: FrameOutcome) -> None:
         """Open the run of a completed frame; show the message of a failed one."""
         record = self._folder / outcome.folder / RECORD_FILE
         if outcome.status is FrameStatus.COMPLETED and record.exists():
-            self.desk.loader.open_run(record)
+            self.context.loader.open_run(record)
         else:
-            self.dialog.state.say(f"{outcome.frame}: {outcome.message}", "warning")
+            self.dialog.state.show_message(f"{outcome.frame}: {outcome.message}", "warning")
 
     def _open_results(self) -> None:
-        self.desk.documents.open_source(
+        self.context.documents.open_source(
             FrameSource(str(Path(self.dialog.folder.text().strip()).expanduser().absolute()))
         )
 
     def _allow(self) -> None:
-        self.desk.actions.allow("" if self._frames() else "Open a frame first.", "batch")
+        self.context.actions.allow("" if self._frames() else "Open a frame first.", "batch")

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QWidget
 from ilf._runtime.formatting import grouped, millimetres
 
 from ...base import theme
-from ...widgets.basics import as_it_is
+from ...widgets.basics import literal_text
 from ...widgets.tables import ICON_SIZE, Index, RowModel
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
@@ -105,7 +105,7 @@ OPTIONAL = {
     Column.PIXELS: "Pixels",
 }
 """Columns that the user can hide, and their names in the column menu."""
-HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
+HOLD_OUT_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 
 _HEADERS = {
     Column.VISIBLE: ("", "Shown in the views. Click the eye to change it; Show or hide applies to selected blocks."),
@@ -201,10 +201,10 @@ class BlockModel(RowModel[BlockRow]):
             return self._foreground(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
             if column == Column.STATE:
-                return as_it_is("\n".join(filter(None, (_look(row), row.state, row.detail))))
+                return literal_text("\n".join(filter(None, (_look(row), row.state, row.detail))))
             if column == Column.NAME and (row.own or row.look):
                 own = f"Own parameters: {row.own}" if row.own else ""
-                return as_it_is("\n".join(filter(None, (_look(row), own))))
+                return literal_text("\n".join(filter(None, (_look(row), own))))
             return self._hint(column)
         return None
 

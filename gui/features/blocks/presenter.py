@@ -67,18 +67,18 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
                 visible=info.visible,
                 locked=info.locked,
                 error=session.block_errors.rmse.get(label, math.nan),
-                look=_look(session, label),
+                look=_check_reason(session, label),
                 own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
             )
         )
     return rows
 
 
-def _look(session: Session, label: int) -> str:
+def _check_reason(session: Session, label: int) -> str:
     """Why a propagated block needs checking; "" if it does not."""
     if label not in session.to_check:
         return ""
-    return session.notes.reasons.get(label, f"propagated from {session.notes.carried_from or 'another frame'}")
+    return session.notes.reasons.get(label, f"propagated from {session.notes.propagated_from or 'another frame'}")
 
 
 def _detail(result: BlockResult, wanted: Parameters | None) -> str:

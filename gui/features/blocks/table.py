@@ -20,8 +20,8 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEv
 from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QHeaderView, QMenu, QTableView, QVBoxLayout, QWidget
 
 from ...widgets.basics import paint_hint
-from ...widgets.tables import SoftRows, lay_out
-from .model import HIDDEN_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column
+from ...widgets.tables import RowDelegate, set_up_table
+from .model import HOLD_OUT_AT_FIRST, ICON_COLUMNS, OPTIONAL, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column
 
 _WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
@@ -54,7 +54,7 @@ class BlockTable(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._quiet = False
+        self._signals_blocked = False
         self._model = BlockModel(self)
         self._model.renamed.connect(self.renamed)
         self._proxy = QSortFilterProxyModel(self)
@@ -69,7 +69,7 @@ class BlockTable(QWidget):
         layout.addWidget(self.view)
         self.setFocusProxy(self.view)
 
-        self.view.pressed_tool.connect(self._use)
+        self.view.icon_clicked.connect(self._click_icon)
         self.view.shown.connect(lambda index: self.activated.emit(self._row(index).label))
         self.view.selectionModel().selectionChanged.connect(self._report_selection)
         self.view.customContextMenuRequested.connect(
@@ -81,7 +81,7 @@ class BlockTable(QWidget):
 
         `selectionChanged` is not emitted: the caller knows the removed rows.
         """
-        with self._silence():
+        with self._block_selection_signal():
             self._model.set_rows(sorted(rows, key=lambda row: row.label))
 
     def set_error_source(self, source: str) -> None:
@@ -96,7 +96,7 @@ class BlockTable(QWidget):
         for index in found:
             selection.select(index, index)
         flags = QItemSelectionModel.SelectionFlag
-        with self._silence():
+        with self._block_selection_signal():
             self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
             if found:
                 self.view.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
@@ -123,18 +123,18 @@ class BlockTable(QWidget):
         return self._model.rows[self._proxy.mapToSource(index).row()]
 
     @contextmanager
-    def _silence(self) -> Iterator[None]:
-        self._quiet = True
+    def _block_selection_signal(self) -> Iterator[None]:
+        self._signals_blocked = True
         try:
             yield
         finally:
-            self._quiet = False
+            self._signals_blocked = False
 
     def _report_selection(self) -> None:
-        if not self._quiet:
+        if not self._signals_blocked:
             self.selectionChanged.emit(self.selected())
 
-    def _use(self, index: QModelIndex) -> None:
+    def _click_icon(self, index: QModelIndex) -> None:
         row = self._row(index)
         if index.column() == Column.VISIBLE:
             self.visibilityChanged.emit(row.label, not row.visible)
@@ -149,13 +149,13 @@ class BlockTable(QWidget):
 class _BlockView(QTableView):
     """Mouse and keyboard of the table."""
 
-    pressed_tool = Signal(QModelIndex)
+    icon_clicked = Signal(QModelIndex)
     shown = Signal(QModelIndex)
 
     def arrange(self) -> None:
         """Set up columns, selection and style; call once, after the model is set."""
-        lay_out(self, _ICON_WIDTH)
-        self.setItemDelegate(SoftRows(ICON_COLUMNS, self))
+        set_up_table(self, _ICON_WIDTH)
+        self.setItemDelegate(RowDelegate(ICON_COLUMNS, self))
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         header = self.horizontalHeader()
         for column in Column:
@@ -167,7 +167,7 @@ class _BlockView(QTableView):
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(lambda at: self.column_menu().popup(header.mapToGlobal(at)))
         hidden = QSettings().value(_HIDDEN_KEY)
-        names = [column.name for column in HIDDEN_AT_FIRST] if hidden is None else str(hidden).split()
+        names = [column.name for column in HOLD_OUT_AT_FIRST] if hidden is None else str(hidden).split()
         for column in OPTIONAL:
             self.setColumnHidden(column, column.name in names)
 
@@ -198,12 +198,12 @@ class _BlockView(QTableView):
         header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if not self._use_tool(event):
+        if not self._handle_icon_click(event):
             super().mousePressEvent(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         # the second of two quick clicks on an eye toggles it again
-        if self._use_tool(event):
+        if self._handle_icon_click(event):
             return
         super().mouseDoubleClickEvent(event)
         index = self.indexAt(event.position().toPoint())
@@ -226,9 +226,9 @@ class _BlockView(QTableView):
         if self.model().rowCount() == 0:
             paint_hint(self, "No blocks yet. Extract blocks from the frame, or paint one.")
 
-    def _use_tool(self, event: QMouseEvent) -> bool:
+    def _handle_icon_click(self, event: QMouseEvent) -> bool:
         index = self.indexAt(event.position().toPoint())
         if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
             return False
-        self.pressed_tool.emit(index)
+        self.icon_clicked.emit(index)
         return True

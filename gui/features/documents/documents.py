@@ -20,18 +20,18 @@ from ilf.run.options import ExportOptions, output_folder_name
 from ilf.run.writing import Written, write
 from ilf.sources.frame_source import FrameSource
 
-from ...base.paths import sorted_out
+from ...base.paths import sort_paths
 from ...state.entries import Entry
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.notices import Notes
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
-from ...work.latest_question import LatestQuestion
-from ...work.loading import FirstLook, FrameLoader, holds_frames, look_into
-from .blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
+from ...work.latest_request import LatestRequest
+from ...work.loading import FolderPreview, FrameLoader, contains_frames, preview_folder
 from .export import ExportDialog, behind
 from .file_dialogs import save_folder
+from .load_blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
 from .open_frame import OpenFrameDialog
 
 _IMAGES = "PNG image (*.png)"
@@ -50,9 +50,9 @@ class Documents(QObject):
 
     Signals
     -------
-    folder_wished(object)
+    folder_requested(object)
         Request to open the FrameSource of a folder of frames or a recording.
-    project_wished(object)
+    project_requested(object)
         Request to open a project file, by its Path.
     exported(object)
         The Written of an export.
@@ -60,8 +60,8 @@ class Documents(QObject):
         An export has started or ended, or the progress of saving the project has changed.
     """
 
-    folder_wished = Signal(object)
-    project_wished = Signal(object)
+    folder_requested = Signal(object)
+    project_requested = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
 
@@ -79,8 +79,8 @@ class Documents(QObject):
         self._workspace = workspace
         self._loader = loader
         self._notes = notes
-        self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
-        self._looks = LatestQuestion[FrameSource, FirstLook](look_into, self)
+        self._block_questions = LatestRequest[BlockSource, LoadedBlocks](blocks_from, self)
+        self._looks = LatestRequest[FrameSource, FolderPreview](preview_folder, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
@@ -113,9 +113,9 @@ class Documents(QObject):
     def open_paths(self, paths: list[Path]) -> None:
         """Open dropped or given paths: folders of frames and recordings at once, single files with the dialog,
         run.json as a run; a project replaces the current one."""
-        projects, folders, records, files = sorted_out(paths)
+        projects, folders, records, files = sort_paths(paths)
         if projects:
-            self.project_wished.emit(projects[-1])
+            self.project_requested.emit(projects[-1])
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
         for record in records:
@@ -129,8 +129,8 @@ class Documents(QObject):
         """Open a frame, or the frames of a folder or a recording; ask first if that would replace the same frame, read
         with other options, and the work on it."""
         source = source.absolute()
-        if source.depth is None and source.frame is None and holds_frames(source.rgb):
-            self.folder_wished.emit(source)
+        if source.depth is None and source.frame is None and contains_frames(source.rgb):
+            self.folder_requested.emit(source)
             return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
@@ -176,7 +176,7 @@ class Documents(QObject):
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
         self._workspace.replace_labels(blocks.labels, "Load blocks", blocks.names)
         count = len(self._workspace.session.counts())
-        self._notes.tell(f"Loaded: {describe_blocks(count, self._workspace.session.labels)}.")
+        self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.session.labels)}.")
 
     def ask_save_blocks(self) -> None:
         """Write the blocks to a file that the user chooses, in one of the formats."""
@@ -201,7 +201,7 @@ class Documents(QObject):
             self._notes.report("Save blocks", error)
             return False
         names = "" if path.lower().endswith(".json") else " (without names: use COCO or labelme for these)"
-        self._notes.tell(f"Saved {counted(len(session.counts()), 'block')} to {path}{names}")
+        self._notes.show_message(f"Saved {counted(len(session.counts()), 'block')} to {path}{names}")
         return True
 
     # closing
@@ -227,7 +227,7 @@ class Documents(QObject):
         """Export with the dialog."""
         session = self._workspace.session
         completion = session.completion()
-        run = session.run(session.common, dense=session.guessed)
+        run = session.run(session.common, extrapolate=session.extrapolated)
         dialog = ExportDialog(
             run, completion is not None, str(_export_folder(session)), self._window, behind=behind(session)
         )
@@ -236,26 +236,28 @@ class Documents(QObject):
         dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options(), dialog.png_note.text()))
         dialog.open()
 
-    def export(self, folder: Path, options: ExportOptions, told: str = "") -> None:
-        """Write the current frame's results in a worker thread. A note that was `told` before is no warning."""
+    def export(self, folder: Path, options: ExportOptions, known_note: str = "") -> None:
+        """Write the current frame's results in a worker thread. A note that was `known_note` before is no warning."""
         if self._exporter.busy:
-            self._notes.tell("An export is in progress. Wait until it has ended.")
+            self._notes.show_message("An export is in progress. Wait until it has ended.")
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
-        run = session.run(session.common, dense=session.guessed)
+        run = session.run(session.common, extrapolate=session.extrapolated)
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
         def job() -> Generator[None, None, Written]:
             yield None
             written = write(folder, run, completion, options)
-            known = [note for note in written.notes if told and told in note]
+            known = [note for note in written.notes if known_note and known_note in note]
             notes = tuple(note for note in written.notes if note not in known)
             return replace(written, notes=notes, remarks=(*written.remarks, *known))
 
         self._exporter.start(job)
         self.exporting_changed.emit()
-        self._notes.tell(" ".join((f"Exporting to {folder}…", behind(session) if session.results.kept else "")).strip())
+        self._notes.show_message(
+            " ".join((f"Exporting to {folder}…", behind(session) if session.results.kept else "")).strip()
+        )
 
     @property
     def exporting(self) -> bool:
@@ -264,7 +266,9 @@ class Documents(QObject):
 
     def _note_exported(self, written: Written) -> None:
         folder = written.files[0].parent if written.files else ""
-        self._notes.tell(". ".join((f"Exported {counted(len(written.files), 'file')} to {folder}", *written.remarks)))
+        self._notes.show_message(
+            ". ".join((f"Exported {counted(len(written.files), 'file')} to {folder}", *written.remarks))
+        )
         self._notes.warn("Exported, with warnings", written.notes)
         self.exported.emit(written)
 
@@ -278,7 +282,7 @@ class Documents(QObject):
         """Save a picture of the window as PNG; return False, with a message, if the file cannot be written."""
         saved = self._take_picture().save(path, "PNG")
         if saved:
-            self._notes.tell(f"Saved {path}")
+            self._notes.show_message(f"Saved {path}")
         else:
             self._notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
         return saved

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.errors import ParameterError
-from ilf.io.depth import UINT16_MAX, coarser_units, png_fit
+from ilf.io.depth import UINT16_MAX, png_fit, precision_loss
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
@@ -110,7 +110,7 @@ class ExportDialog(QDialog):
             "The expected error of the filled pixels, in the same format and units as each depth file. Over many "
             "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)"
         )
-        self.guess_note = Message()
+        self.extrapolation_note = Message()
         self.cloud = QCheckBox("Write the point cloud")
         self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
         self.cloud_format.addItems(list(_CLOUD_FORMATS))
@@ -144,7 +144,7 @@ class ExportDialog(QDialog):
     def set_depth(self, depth: NDArray[np.floating]) -> None:
         """Set the depth to export [m], (H, W), NaN = missing; used for the note on the range of 16 bits."""
         self._depth = depth
-        self.guess_note.say(self._guess_text(depth))
+        self.extrapolation_note.show_message(self._extrapolation_text(depth))
         self._refresh()
 
     def folder(self) -> str:
@@ -166,13 +166,13 @@ class ExportDialog(QDialog):
             expected_error=self.expected_error.isChecked() and self._has_result,
             labels=self.labels.isChecked(),
             curves=self.curves.isChecked() and self._has_result,
-            cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._makes_cloud() else None,
+            cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._exports_cloud() else None,
             axes=_AXES[self.axes.currentText()],
             cloud_unit=_CLOUD_UNITS[self.cloud_unit.currentText()],
             run_record=self.run_record.isChecked(),
-            mesh=_MESH_FORMATS[self.mesh_format.currentText()] if self._makes_mesh() else None,
-            normals=self.normals.isChecked() and self._makes_space(),
-            drop_flying=self.drop_flying.isChecked() and self._makes_space(),
+            mesh=_MESH_FORMATS[self.mesh_format.currentText()] if self._exports_mesh() else None,
+            normals=self.normals.isChecked() and self._exports_3d(),
+            drop_flying=self.drop_flying.isChecked() and self._exports_3d(),
         )
 
     def accept(self) -> None:
@@ -204,7 +204,7 @@ class ExportDialog(QDialog):
         depth.addWidget(self.depth_tiff)
         depth.addWidget(self.depth_npy)
         depth.addWidget(self.expected_error)
-        depth.addWidget(self.guess_note)
+        depth.addWidget(self.extrapolation_note)
         depth.addStretch(1)
 
         cloud_box, cloud = group("Point cloud and mesh")
@@ -220,7 +220,9 @@ class ExportDialog(QDialog):
         cloud.addWidget(self.drop_flying)
         if not self._has_intrinsics:
             reason = Message()
-            reason.say("The frame has no camera intrinsics. Open it again with a camera preset or numbers.", "warning")
+            reason.show_message(
+                "The frame has no camera intrinsics. Open it again with a camera preset or numbers.", "warning"
+            )
             cloud.addWidget(reason)
         cloud.addStretch(1)
 
@@ -299,17 +301,19 @@ class ExportDialog(QDialog):
         self.curves.setEnabled(self._has_result)
         depth_files = (self.depth_png, self.depth_tiff, self.depth_npy)
         self.expected_error.setEnabled(self._has_result and any(box.isChecked() for box in depth_files))
-        self.cloud_format.setEnabled(self._makes_cloud())
-        self.mesh_format.setEnabled(self._makes_mesh())
+        self.cloud_format.setEnabled(self._exports_cloud())
+        self.mesh_format.setEnabled(self._exports_mesh())
         for field in (self.axes, self.cloud_unit, self.normals, self.drop_flying):
-            field.setEnabled(self._makes_space())
+            field.setEnabled(self._exports_3d())
         try:
             options = self.options()
         except ParameterError as error:
-            self.png_note.say("")
+            self.png_note.show_message("")
             self._refuse(str(error))
             return
-        self.png_note.say(*self._png_note(options.depth_units) if self.depth_png.isChecked() else ("", "muted"))
+        self.png_note.show_message(
+            *self._png_note(options.depth_units) if self.depth_png.isChecked() else ("", "muted")
+        )
         names, folder = filenames(self._run, options), Path(self.folder())
         if not self.folder():
             self._refuse("Choose a target folder.")
@@ -319,7 +323,7 @@ class ExportDialog(QDialog):
             self._refuse("Choose at least one file to write.")
         else:
             self.export_button.setEnabled(True)
-            self.message.say(*self._plan(names, folder))
+            self.message.show_message(*self._plan(names, folder))
 
     def _plan(self, names: tuple[str, ...], folder: Path) -> tuple[str, str]:
         """Return what the export would write, and the tone of the message."""
@@ -335,8 +339,8 @@ class ExportDialog(QDialog):
             lines.append(self._behind)
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
 
-    def _guess_text(self, depth: NDArray[np.floating]) -> str:
-        if self._run.dense:
+    def _extrapolation_text(self, depth: NDArray[np.floating]) -> str:
+        if self._run.extrapolate:
             return "Pixels that no block could complete are extrapolated; guessed.png shows where."
         frame = self._run.frame
         missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
@@ -354,7 +358,7 @@ class ExportDialog(QDialog):
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)
-        if not fit.clipped and (coarser := coarser_units(self._input_units, units)):
+        if not fit.clipped and (coarser := precision_loss(self._input_units, units)):
             return coarser, "warning"
         if np.isnan(fit.deepest):
             return f"Steps of {1000 / units:.3g} mm.", "muted"
@@ -369,16 +373,16 @@ class ExportDialog(QDialog):
 
     def _refuse(self, text: str) -> None:
         self.export_button.setEnabled(False)
-        self.message.say(text, "error")
+        self.message.show_message(text, "error")
 
-    def _makes_cloud(self) -> bool:
+    def _exports_cloud(self) -> bool:
         return self._has_intrinsics and self.cloud.isChecked()
 
-    def _makes_mesh(self) -> bool:
+    def _exports_mesh(self) -> bool:
         return self._has_intrinsics and self.mesh.isChecked()
 
-    def _makes_space(self) -> bool:
-        return self._makes_cloud() or self._makes_mesh()
+    def _exports_3d(self) -> bool:
+        return self._exports_cloud() or self._exports_mesh()
 
     def _chosen_units(self) -> str:
         return self.png_units.currentText().strip().partition(" ")[0]

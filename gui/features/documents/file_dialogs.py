@@ -30,9 +30,9 @@ from ilf.errors import IlfError, InputError
 
 from ...views.colours import depth_table
 from ...views.pixel_items import rgb_image
-from ...widgets.basics import Message, PlainLabel, as_it_is
+from ...widgets.basics import Message, PlainLabel, literal_text
 from ...widgets.notices import Notes, error_text
-from ...work.latest_question import LatestQuestion
+from ...work.latest_request import LatestRequest
 
 # Preview picture of a dialog.
 
@@ -60,10 +60,10 @@ class Preview(QFrame):
         """Show uint8 (H, W, 3), or nothing."""
         if rgb is None:
             self.picture.clear()
-            self._caption.say(self._name)
+            self._caption.show_message(self._name)
             return
         height, width = rgb.shape[:2]
-        self._caption.say(f"{self._name}, {width} x {height}")
+        self._caption.show_message(f"{self._name}, {width} x {height}")
         self.picture.setPixmap(
             QPixmap.fromImage(rgb_image(rgb)).scaled(
                 _SIZE - QSize(4, 4), Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
@@ -96,18 +96,18 @@ Source = TypeVar("Source", bound=FileSource)
 Found = TypeVar("Found")
 
 
-class ReadingDialog(QDialog, Generic[Source, Found]):
+class PreviewDialog(QDialog, Generic[Source, Found]):
     """Base of dialogs to choose a file, with a preview. *Load* is enabled once the chosen file has been read.
 
     The focus is on the button *File*, and moves to *Load* after a file was chosen there.
 
     Parameters
     ----------
-    title, placeholder, nothing_chosen, shown : str
+    title, placeholder, nothing_selected, shown : str
         Title of the window, placeholder of the path, message while the path is empty, and title of the preview.
     folder_key : str
         Settings key of the folder used last.
-    questions : LatestQuestion
+    questions : LatestRequest
         Reads what `source` returns, in a worker thread.
     """
 
@@ -115,15 +115,15 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self,
         title: str,
         placeholder: str,
-        nothing_chosen: str,
+        nothing_selected: str,
         shown: str,
         folder_key: str,
-        questions: LatestQuestion[Source, Found],
+        questions: LatestRequest[Source, Found],
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
-        self._nothing_chosen = nothing_chosen
+        self._nothing_chosen = nothing_selected
         self._folder_key = folder_key
         self._questions = questions
         self._wanted: Source | None = None
@@ -195,14 +195,14 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         self._forget()
         path = self.path.text().strip()
         if not path:
-            self.message.say(self._nothing_chosen)
+            self.message.show_message(self._nothing_chosen)
             return
         try:
             self._wanted = self.source(path)
         except InputError as error:
-            self.message.say(str(error), "error")
+            self.message.show_message(str(error), "error")
             return
-        self.message.say("Reading…")
+        self.message.show_message("Reading…")
         self._questions.ask(self._wanted)
 
     def schedule(self) -> None:
@@ -235,7 +235,7 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
 
     def _fail(self, source: Source, error: Exception) -> None:
         if source is self._wanted:
-            self.message.say(error_text(error).replace(f"{Path(source.path).parent}/", ""), "error")
+            self.message.show_message(error_text(error).replace(f"{Path(source.path).parent}/", ""), "error")
 
 
 # Saving of files.
@@ -256,7 +256,7 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
         path += kind.split("*", 1)[1].rstrip(")")
         if Path(path).exists():  # the dialog asked about the name without the suffix
             text = f"{path} exists already. Overwrite it?"
-            if QMessageBox.question(window, title, as_it_is(text)) != QMessageBox.StandardButton.Yes:
+            if QMessageBox.question(window, title, literal_text(text)) != QMessageBox.StandardButton.Yes:
                 return ""
     return path
 
@@ -268,5 +268,5 @@ def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
     except IlfError as error:
         notes.report("Not saved", error)
         return False
-    notes.tell(f"Saved {path}")
+    notes.show_message(f"Saved {path}")
     return True

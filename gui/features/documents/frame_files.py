@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ilf.io.companions import GUIDE_SUFFIXES
+from ilf.io.frame_additions import GUIDE_SUFFIXES
 from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 
@@ -19,12 +19,12 @@ _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)
 
 
-def depth_beside(colour: Path) -> Path | None:
+def matching_depth_file(colour: Path) -> Path | None:
     """Return the depth file that probably belongs to a colour file; None if there is none."""
     return _partner(colour, _COLOUR_WORDS, _DEPTH_WORDS, DEPTH_FILE_SUFFIXES)
 
 
-def colour_beside(depth: Path) -> Path | None:
+def matching_colour_file(depth: Path) -> Path | None:
     """Return the colour file that probably belongs to a depth file; None if there is none."""
     return _partner(depth, _DEPTH_WORDS, _COLOUR_WORDS, COLOUR_SUFFIXES)
 

@@ -26,8 +26,8 @@ from ilf.data.camera import INTRINSICS
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.io.depth import read_depth_values
-from ilf.io.depth_reading import Doubt
-from ilf.io.encodings import MEANINGS, encoding_of_inputs, is_name
+from ilf.io.depth_reading import PlausibilityWarning
+from ilf.io.encodings import ENCODING_DESCRIPTIONS, encoding_of_inputs, is_name
 from ilf.io.images import read_colour
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, frame_folder
@@ -35,14 +35,14 @@ from ilf.sources.opening import is_recording
 
 from ...widgets.basics import Message, PlainLabel, last_folder
 from ...widgets.notices import error_text
-from ...work.latest_question import LatestQuestion
-from ...work.loading import FirstLook, holds_frames
+from ...work.latest_request import LatestRequest
+from ...work.loading import FolderPreview, contains_frames
 from .file_dialogs import Preview
-from .frame_files import GUIDE_FILES, RECORDING_FILES, colour_beside, depth_beside
+from .frame_files import GUIDE_FILES, RECORDING_FILES, matching_colour_file, matching_depth_file
 
 _Result = TypeVar("_Result")
 
-_NOTHING_CHOSEN = "Choose a colour file and its depth file, a folder of frames, or a recording."
+_NOTHING_SELECTED = "Choose a colour file and its depth file, a folder of frames, or a recording."
 _NO_DEPTH = "Choose the depth file that belongs to this colour image."
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
@@ -62,17 +62,17 @@ class OpenFrameDialog(QDialog):
 
     Parameters
     ----------
-    looks : LatestQuestion
-        Computes the `FirstLook` of a folder of frames or a recording in a worker thread.
+    looks : LatestRequest
+        Computes the `FolderPreview` of a folder of frames or a recording in a worker thread.
     """
 
-    def __init__(self, looks: LatestQuestion[FrameSource, FirstLook], parent: QWidget | None = None) -> None:
+    def __init__(self, looks: LatestRequest[FrameSource, FolderPreview], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._looks = looks
         self._wanted: FrameSource | None = None
-        """Source whose `FirstLook` is pending."""
+        """Source whose `FolderPreview` is pending."""
         looks.answered.connect(self._show_first)
-        looks.failed.connect(self._refuse_several)
+        looks.failed.connect(self._refuse_source)
         self.setWindowTitle("Open Frame")
         self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._reading_delay.timeout.connect(self.read)
@@ -81,7 +81,9 @@ class OpenFrameDialog(QDialog):
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.encoding = QComboBox(editable=True)
-        self.encoding.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in MEANINGS.items())])
+        self.encoding.addItems(
+            [_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in ENCODING_DESCRIPTIONS.items())]
+        )
         self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.encoding.setToolTip(
             "How the values of the file become metres: a name, or the number of file units per metre. Automatic: from "
@@ -101,13 +103,13 @@ class OpenFrameDialog(QDialog):
         self.camera_text.setAccessibleName("Intrinsics: numbers or file")
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.message = Message(lines=7)
-        self.follow_button = QPushButton("Apply suggestion", autoDefault=False)
-        self.follow_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
-        policy = self.follow_button.sizePolicy()
+        self.apply_button = QPushButton("Apply suggestion", autoDefault=False)
+        self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
+        policy = self.apply_button.sizePolicy()
         policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
-        self.follow_button.setSizePolicy(policy)
-        self.follow_button.clicked.connect(self._follow)
-        self._doubts: tuple[Doubt, ...] = ()
+        self.apply_button.setSizePolicy(policy)
+        self.apply_button.clicked.connect(self._apply_suggestions)
+        self._doubts: tuple[PlausibilityWarning, ...] = ()
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
         self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
@@ -124,7 +126,7 @@ class OpenFrameDialog(QDialog):
         previews.addWidget(self.depth_preview)
         layout.addLayout(previews)
         layout.addWidget(self.message)
-        layout.addWidget(self.follow_button, alignment=Qt.AlignmentFlag.AlignLeft)
+        layout.addWidget(self.apply_button, alignment=Qt.AlignmentFlag.AlignLeft)
         layout.addStretch(1)
         layout.addWidget(buttons)
 
@@ -160,15 +162,15 @@ class OpenFrameDialog(QDialog):
             the intrinsics are not numbers.
         """
         colour, depth = self._paths()
-        is_whole = _is_whole(colour)
+        is_whole = _needs_no_depth(colour)
         if not colour or not (depth or is_whole):
-            raise InputError(_NOTHING_CHOSEN)
+            raise InputError(_NOTHING_SELECTED)
         guide = self.guide_path.text().strip() or None
         pair = (colour, None if is_whole else depth)
         units, name = self._encoding()
-        invalid, least = self._invalid(), self._min_confidence()
+        invalid, minimum = self._invalid(), self._min_confidence()
         return FrameSource(
-            *(*pair, units, self._intrinsics()), guide=guide, encoding=name, invalid=invalid, min_confidence=least
+            *(*pair, units, self._intrinsics()), guide=guide, encoding=name, invalid=invalid, min_confidence=minimum
         )
 
     def read(self) -> None:
@@ -177,31 +179,31 @@ class OpenFrameDialog(QDialog):
         self._wanted = None
         self._looks.forget()
         colour, depth = self._paths()
-        self.depth_path.setEnabled(not _is_whole(colour))
+        self.depth_path.setEnabled(not _needs_no_depth(colour))
         if not colour and not depth:
-            self._refuse(_NOTHING_CHOSEN, "muted")
+            self._refuse(_NOTHING_SELECTED, "muted")
             return
         try:
-            if not (depth or _is_whole(colour)):
+            if not (depth or _needs_no_depth(colour)):
                 read_colour(colour)  # reports an error of this file before asking for the other one
                 self._refuse(_NO_DEPTH, "muted")
                 return
             source = self.request()
-            if holds_frames(colour):
+            if contains_frames(colour):
                 self._look_into(source)
                 return
             frame = source.load()
         except IlfError as error:
             self._refuse(str(error), "error")
         else:
-            text = " ".join(filter(None, (_reading(frame), source.beside())))
-            self._show(frame, text, source.read_depth().doubts if frame.notes else ())
+            text = " ".join(filter(None, (_describe_frame(frame), source.beside())))
+            self._show(frame, text, source.read_depth().plausibility_warnings if frame.notes else ())
 
-    def _show(self, frame: RGBDFrame, text: str, doubts: Iterable[Doubt]) -> None:
+    def _show(self, frame: RGBDFrame, text: str, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         self.colour_preview.show_rgb(frame.rgb)
         self.depth_preview.show_depth(frame.depth)
-        self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
-        self._propose(doubts)
+        self.message.show_message("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+        self._propose(plausibility_warnings)
         self.open_button.setEnabled(True)
 
     def _look_into(self, source: FrameSource) -> None:
@@ -209,22 +211,22 @@ class OpenFrameDialog(QDialog):
         if source.guide is not None:
             raise InputError("A guide belongs to a single frame. Clear it here, and load a guide for each frame later.")
         self._show_nothing()
-        self.message.say("Listing frames…", "text")
+        self.message.show_message("Listing frames…", "text")
         self.open_button.setEnabled(True)
         self._wanted = source
         self._looks.ask(source)
 
-    def _show_first(self, source: FrameSource, look: FirstLook) -> None:
+    def _show_first(self, source: FrameSource, look: FolderPreview) -> None:
         if source != self._wanted:
             return
         frames = f"{counted(len(look.listing.sources), 'frame')} found."
         text = " ".join((frames, *look.listing.notes))
         if look.frame is None:
-            self.message.say(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")
+            self.message.show_message(f"{text}\nThe first frame cannot be read: {look.problem}", "warning")
         else:
-            self._show(look.frame, f"{text} First frame:\n{_reading(look.frame)}", look.doubts)
+            self._show(look.frame, f"{text} First frame:\n{_describe_frame(look.frame)}", look.plausibility_warnings)
 
-    def _refuse_several(self, source: FrameSource, error: Exception) -> None:
+    def _refuse_source(self, source: FrameSource, error: Exception) -> None:
         if source == self._wanted:
             self._refuse(error_text(error), "error")
 
@@ -279,12 +281,14 @@ class OpenFrameDialog(QDialog):
         grid.addWidget(guide_file, 7, 2)
         return grid
 
-    def _propose(self, doubts: Iterable[Doubt]) -> None:
+    def _propose(self, plausibility_warnings: Iterable[PlausibilityWarning]) -> None:
         """Offer to apply the suggestions of plausibility warnings."""
-        self._doubts = tuple(doubt for doubt in doubts if doubt.encoding is not None or doubt.invalid is not None)
-        self.follow_button.setVisible(bool(self._doubts))
+        self._doubts = tuple(
+            doubt for doubt in plausibility_warnings if doubt.encoding is not None or doubt.invalid is not None
+        )
+        self.apply_button.setVisible(bool(self._doubts))
 
-    def _follow(self) -> None:
+    def _apply_suggestions(self) -> None:
         for doubt in self._doubts:
             if doubt.encoding is not None:
                 row = self.encoding.findText(f"{doubt.encoding} (", Qt.MatchFlag.MatchStartsWith)
@@ -341,10 +345,10 @@ class OpenFrameDialog(QDialog):
         if path.is_dir():
             self._set_paths(str(path), "")
         elif is_depth:
-            partner = colour_beside(path)
+            partner = matching_colour_file(path)
             self._set_paths(str(partner) if partner else self.colour_path.text(), str(path))
         else:
-            partner = depth_beside(path)
+            partner = matching_depth_file(path)
             self._set_paths(str(path), str(partner) if partner else self.depth_path.text())
 
     def _set_paths(self, colour: str, depth: str) -> None:
@@ -400,16 +404,18 @@ class OpenFrameDialog(QDialog):
         files = colour, depth, self.guide_path.text().strip()
         for path in {str(Path(file).parent) for file in files} - {"."}:
             text = text.replace(f"{path}/", "")
-        self.message.say(text, tone)
-        self._propose(_attempt(lambda: self.request().read_depth().doubts) or () if tone == "error" else ())
+        self.message.show_message(text, tone)
+        self._propose(
+            _try_read(lambda: self.request().read_depth().plausibility_warnings) or () if tone == "error" else ()
+        )
         if _is_folder(colour):
-            found = _attempt(lambda: frame_folder(colour))
+            found = _try_read(lambda: frame_folder(colour))
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
-        self.colour_preview.show_rgb(_attempt(lambda: read_colour(colour)) if colour else None)
-        self.depth_preview.show_depth(_attempt(lambda: read_depth_values(depth)) if depth else None)
+        self.colour_preview.show_rgb(_try_read(lambda: read_colour(colour)) if colour else None)
+        self.depth_preview.show_depth(_try_read(lambda: read_depth_values(depth)) if depth else None)
 
 
-def _reading(frame: RGBDFrame) -> str:
+def _describe_frame(frame: RGBDFrame) -> str:
     """Describe a frame: depth, size and encoding in the first line, then guide and intrinsics."""
     known = frame.depth[frame.known]
     height, width = frame.shape
@@ -419,8 +425,8 @@ def _reading(frame: RGBDFrame) -> str:
         f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, {encoding}."
     )
     if frame.guide is not None:
-        said = np.isfinite(frame.guide.values[~frame.known])
-        first += f"\nThe guide covers {100 * said.mean() if said.size else 100:.0f} % of the missing pixels."
+        covered = np.isfinite(frame.guide.values[~frame.known])
+        first += f"\nThe guide covers {100 * covered.mean() if covered.size else 100:.0f} % of the missing pixels."
     if frame.intrinsics is None:
         return f"{first}\nNo intrinsics: a point cloud is not possible."
     camera = frame.intrinsics
@@ -431,7 +437,7 @@ def _outside(frame: RGBDFrame) -> str:
     return f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
 
 
-def _attempt(read: Callable[[], _Result]) -> _Result | None:
+def _try_read(read: Callable[[], _Result]) -> _Result | None:
     """Return what can be read for a preview, else None; the message contains the error already."""
     try:
         return read()
@@ -452,7 +458,7 @@ def _is_folder(path: str) -> bool:
     return bool(path) and Path(path).is_dir()
 
 
-def _is_whole(path: str) -> bool:
+def _needs_no_depth(path: str) -> bool:
     """Whether a path needs no second file."""
     return _is_folder(path) or is_recording(path)
 

@@ -22,28 +22,32 @@ class ReplayPresenter(QObject):
 
     def show_differences(self, session: Session) -> None:
         """Report which input, network, version or output of a session opened from a record differs, if any."""
-        if session.again is not None:
-            self._notes.warn(f"{session.name}: differences to the run record", session.again.differences)
+        if session.record_replay is not None:
+            self._notes.warn(f"{session.name}: differences to the run record", session.record_replay.differences)
 
     def show_verdict(self, session: Session) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""
         completion = session.completion()
-        if session.again is None or completion is None or not _is_again(session, session.again.run, completion):
+        if (
+            session.record_replay is None
+            or completion is None
+            or not _is_recorded_run(session, session.record_replay.run, completion)
+        ):
             return
-        verdict = session.again.verdict(completion)
+        verdict = session.record_replay.verdict(completion)
         if verdict:
             self._notes.warn(f"{session.name}: the result differs from the run record", verdict)
         else:
-            self._notes.tell(f"{session.name}: the result equals the run record.")
+            self._notes.show_message(f"{session.name}: the result equals the run record.")
 
 
-def _is_again(session: Session, recorded: Run, completion: Completion) -> bool:
+def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the recorded run: the same blocks with drawn borders, invalid mask, guide and
     parameters."""
-    if session.guessed != recorded.dense or not np.array_equal(session.labels, recorded.blocks):
+    if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks):
         return False
-    drawn, distrusted = session.notes.drawn, session.frame.distrusted
-    if not (same_mask(drawn, recorded.drawn) and same_mask(distrusted, recorded.frame.distrusted)):
+    drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
+    if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
         return False
     if not same_guide(session.frame.guide, recorded.frame.guide):
         return False

@@ -59,7 +59,7 @@ class ExperimentOptions(QWidget):
         self.limit.setToolTip("Maximum number of frames, from the first")
         self.seed = QSpinBox(maximum=2**31 - 1)
         self.seed.setToolTip("Seed of noise and held-out pixels: the same seed gives the same numbers")
-        self.folder = QLineEdit(str(QSettings().value(_FOLDER_KEY, "")) or _usual_folder())
+        self.folder = QLineEdit(str(QSettings().value(_FOLDER_KEY, "")) or _default_folder())
         self.folder.setAccessibleName("Folder for the results")
         self.folder.setToolTip(f"Folder for the results; quick runs use its subfolder '{QUICK_FOLDER}'")
         self.folder.editingFinished.connect(self._take_folder)
@@ -103,7 +103,7 @@ class ExperimentOptions(QWidget):
 
     def _take_folder(self) -> None:
         if not self.folder.text().strip():
-            self.folder.setText(_usual_folder())
+            self.folder.setText(_default_folder())
         if self.folder.text() != self._known_folder:
             self._known_folder = self.folder.text()
             QSettings().setValue(_FOLDER_KEY, self._known_folder)
@@ -128,7 +128,7 @@ class ExperimentOptions(QWidget):
             QSettings().setValue(_DATA_KEY, str(Path(path).parent))
 
 
-def _usual_folder() -> str:
+def _default_folder() -> str:
     place = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppLocalDataLocation)
     return str(Path(place) / "experiments")
 

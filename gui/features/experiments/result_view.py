@@ -37,7 +37,7 @@ from ilf.lab.experiments.registry import EXPERIMENTS
 from ilf.lab.experiments.report import inline, paragraphs, shown
 
 from ...base import theme
-from ...widgets.basics import Message, PlainLabel, as_it_is
+from ...widgets.basics import Message, PlainLabel, literal_text
 
 # A figure on white paper, fitted to the width, with its caption below.
 
@@ -45,7 +45,7 @@ _PAPER = QColor("#ffffff")
 _EDGE = 10
 """Margin around the figure [px]."""
 
-_NARROWEST = 200
+_MIN_WIDTH = 200
 
 
 class FigureView(QScrollArea):
@@ -53,20 +53,20 @@ class FigureView(QScrollArea):
 
     Signals
     -------
-    zoom_wished()
+    zoom_requested()
         A double-click: actual size instead of fitted, or back.
     """
 
-    zoom_wished = Signal()
+    zoom_requested = Signal()
 
     def __init__(self, path: Path, caption: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.path = path
         self._whole = False
         self.paper = _Paper(QImage(str(path)))
-        self.paper.double_clicked.connect(self.zoom_wished)
+        self.paper.double_clicked.connect(self.zoom_requested)
         self._caption = Message()
-        self._caption.say(caption)
+        self._caption.show_message(caption)
         self._caption.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         content = QWidget()
         self._column = QVBoxLayout(content)
@@ -99,7 +99,7 @@ class FigureView(QScrollArea):
         margins = self._column.contentsMargins()
         # always leave room for the scroll bar: otherwise showing it would change the fit, and so whether it is needed
         room = self.width() - self.verticalScrollBar().sizeHint().width() - margins.left() - margins.right()
-        self.paper.fit(None if self._whole else max(room, _NARROWEST))
+        self.paper.fit(None if self._whole else max(room, _MIN_WIDTH))
         self._column.invalidate()  # its cached heights are for the old width; a fixed size does not invalidate them
 
 
@@ -152,7 +152,7 @@ class _Paper(QWidget):
 
 # The table of an experiment's rows.
 
-_WIDEST = 220
+_MAX_COLUMN_WIDTH = 220
 
 _SHARES = ("defect_rate",)
 """Columns of shares, shown as percentages."""
@@ -177,7 +177,7 @@ class RowTable(QTableView):
         header = self.horizontalHeader()
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         header.setSortIndicatorClearable(True)
-        header.setMaximumSectionSize(_WIDEST)
+        header.setMaximumSectionSize(_MAX_COLUMN_WIDTH)
         header.setHighlightSections(False)
         self.setSortingEnabled(True)
         self.resizeColumnsToContents()
@@ -200,7 +200,7 @@ class _RowModel(QAbstractTableModel):
         value = self._rows[index.row()].get(name)
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
             text = f"{shown(100.0 * value)} %" if name in _SHARES and value is not None else shown(value)
-            return text if role == Qt.ItemDataRole.DisplayRole else as_it_is(text)
+            return text if role == Qt.ItemDataRole.DisplayRole else literal_text(text)
         if role == Qt.ItemDataRole.UserRole:
             return value
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -243,11 +243,11 @@ class ResultView(QWidget):
 
     Signals
     -------
-    save_wished(object)
+    save_requested(object)
         Path of the PNG file of the visible figure.
     """
 
-    save_wished = Signal(object)
+    save_requested = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -267,7 +267,7 @@ class ResultView(QWidget):
         self._zoom.setCheckable(True)
         self._zoom.toggled.connect(self._set_whole)
         self._save = self._tool("Save this figure as PNG or SVG…")
-        self._save.clicked.connect(self._wish_save)
+        self._save.clicked.connect(self._request_save)
         corner = QWidget()
         row = QHBoxLayout(corner)
         row.setContentsMargins(0, 0, 8, 2)
@@ -300,7 +300,7 @@ class ResultView(QWidget):
         kept = self.tabs.currentIndex() if self._result and self._result.experiment == experiment.name else 0
         self._result = result
         self._title.setText(f"{experiment.title} ({experiment.source})")
-        self._about.say(experiment.about)
+        self._about.show_message(experiment.about)
         self._clear()
         self.tabs.setVisible(result is not None)
         self.empty.setVisible(result is None)
@@ -318,9 +318,9 @@ class ResultView(QWidget):
         self.tabs.setCurrentIndex(min(kept, self.tabs.count() - 1))
         self._show_tools()
 
-    def say(self, state: str) -> None:
+    def show_message(self, state: str) -> None:
         """Set the text shown without a result."""
-        self.empty.say(state)
+        self.empty.show_message(state)
 
     def _add_figure(self, path: Path, caption: str, name: str) -> None:
         view = FigureView(path, caption)
@@ -328,17 +328,17 @@ class ResultView(QWidget):
             view.deleteLater()
             missing = Message()
             missing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-            missing.say(f"{path} cannot be read. Run the experiment again.", "error")
+            missing.show_message(f"{path} cannot be read. Run the experiment again.", "error")
             self.tabs.addTab(missing, "Figure")
             return
         view.set_whole(self._zoom.isChecked())
-        view.zoom_wished.connect(self._zoom.toggle)
+        view.zoom_requested.connect(self._zoom.toggle)
         self.tabs.addTab(view, name)
 
-    def _wish_save(self) -> None:
+    def _request_save(self) -> None:
         view = self.tabs.currentWidget()
         if isinstance(view, FigureView):
-            self.save_wished.emit(view.path)
+            self.save_requested.emit(view.path)
 
     def _clear(self) -> None:
         self._text = None

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from ilf._runtime.files import made_folder
-from ilf._runtime.processes import ProcessContext, live_by
+from ilf._runtime.files import ensure_folder
+from ilf._runtime.processes import ProcessContext, exit_with_parent
 from ilf.errors import ExportError, IlfError, cause
 from ilf.lab.experiments.experiment import Progress, Settings
 from ilf.lab.experiments.files import write_result
@@ -44,7 +44,7 @@ class Written:
 Message = Progress | Writing | Written
 
 
-def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generator[Message | None, None, None]:
+def run_in_process(names: Sequence[str], settings: Settings, folder: Path) -> Generator[Message | None, None, None]:
     """Run experiments one after the other in another process, which writes their files into a folder.
 
     Closing the generator stops the process; files that are being written are finished first.
@@ -69,11 +69,11 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
     """
     context = ProcessContext()
     receiving, sending = context.Pipe(duplex=False)
-    lifeline, held = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(tuple(names), settings, folder, sending, lifeline), daemon=True)
+    parent_watch, held = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(tuple(names), settings, folder, sending, parent_watch), daemon=True)
     process.start()
     sending.close()
-    lifeline.close()
+    parent_watch.close()
     writing = False
     try:
         while True:
@@ -104,14 +104,14 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
 
 
 def _work(
-    names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection, lifeline: Connection
+    names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection, parent_watch: Connection
 ) -> None:
-    live_by(lifeline.recv_bytes)
+    exit_with_parent(parent_watch.recv_bytes)
     try:
         # report errors of data or folder before any run
         if any(EXPERIMENTS[name].needs_frames for name in names):
             find_sources(settings)
-        _check_writable(made_folder(folder))
+        _check_writable(ensure_folder(folder))
         for name in names:
             connection.send(Progress(name, 0, 0))
             result = run_experiment(name, settings, connection.send)
@@ -156,7 +156,7 @@ class ExperimentRunner(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._worker = Worker(self, finishes=True)  # it ends with the process
+        self._worker = Worker(self, must_finish=True)  # it ends with the process
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._end("finished"))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
@@ -170,7 +170,7 @@ class ExperimentRunner(QObject):
         """The running experiment."""
         self.progress: Progress | None = None
         self.writing = False
-        self.stopping = False
+        self.cancelling = False
         self._done: set[str] = set()
 
     @property
@@ -185,7 +185,7 @@ class ExperimentRunner(QObject):
 
     def start(self, names: Sequence[str], settings: Settings, folder: Path) -> None:
         """Run experiments; RuntimeError if a run is in progress."""
-        self._worker.start(lambda: run_apart(names, settings, folder))
+        self._worker.start(lambda: run_in_process(names, settings, folder))
         self._forget()
         self.names = tuple(names)
         self.changed.emit()
@@ -193,7 +193,7 @@ class ExperimentRunner(QObject):
     def cancel(self) -> None:
         """Stop immediately; completed experiments keep their files."""
         if self.busy:
-            self.stopping = True
+            self.cancelling = True
             self._worker.cancel()
             self.changed.emit()
 

@@ -30,7 +30,7 @@ from ilf.lab.experiments.registry import EXPERIMENTS
 from ilf.lab.experiments.report import REPORT_FILE, write_report
 
 from ...base import theme
-from ...widgets.basics import Message, as_it_is
+from ...widgets.basics import Message, literal_text
 from ...widgets.notices import error_details, error_text, warn
 from ...work.jobs import Pace
 from .options import ExperimentOptions
@@ -62,12 +62,12 @@ class ExperimentsWindow(QWidget):
         self.runner = ExperimentRunner(self)
         self.runner.changed.connect(self._show_state)
         self.runner.written.connect(self._take_written)
-        self.runner.ended.connect(self._tell_end)
+        self.runner.ended.connect(self._show_end)
         self.runner.failed.connect(self._report_failure)
         self.options = ExperimentOptions()
         self.options.folder_changed.connect(self.refresh)
         self.view = ResultView()
-        self.view.save_wished.connect(self._ask_save_figure)
+        self.view.save_requested.connect(self._ask_save_figure)
         self._make_list()
         splitter = QSplitter(Qt.Orientation.Horizontal)
         splitter.addWidget(self._left_side())
@@ -124,9 +124,9 @@ class ExperimentsWindow(QWidget):
         return side
 
     def _right_side(self) -> QWidget:
-        self.told = QLabel()
-        self.told.setOpenExternalLinks(True)
-        self.told.setMinimumWidth(0)
+        self.message_label = QLabel()
+        self.message_label.setOpenExternalLinks(True)
+        self.message_label.setMinimumWidth(0)
         self.open_button = _button("Open results folder", "Open the folder with the result files", self._open_folder)
         self.report_button = _button("Write report…", "Write all results shown here as one HTML page", self._ask_report)
         side = QWidget()
@@ -137,7 +137,7 @@ class ExperimentsWindow(QWidget):
         foot = QHBoxLayout()
         foot.setContentsMargins(14, 8, 10, 10)
         foot.setSpacing(8)
-        foot.addWidget(self.told, 1)
+        foot.addWidget(self.message_label, 1)
         foot.addWidget(self.open_button)
         foot.addWidget(self.report_button)
         column.addLayout(foot)
@@ -170,7 +170,7 @@ class ExperimentsWindow(QWidget):
 
     def _run(self, names: Sequence[str]) -> None:
         if not self.runner.busy:
-            self._tell("")
+            self._show_message("")
             self.runner.start(names, self.options.settings(), self.options.results_folder())
 
     def _take_written(self, name: str) -> None:
@@ -178,8 +178,8 @@ class ExperimentsWindow(QWidget):
         if name == self.chosen:
             self._show_chosen()
 
-    def _tell_end(self, how: str) -> None:
-        self._tell({"finished": "", "cancelled": "Cancelled.", "failed": "Stopped by an error."}[how])
+    def _show_end(self, how: str) -> None:
+        self._show_message({"finished": "", "cancelled": "Cancelled.", "failed": "Stopped by an error."}[how])
         if not self.isVisible():
             self.message.emit(f"Experiments: {how}.")
 
@@ -198,7 +198,7 @@ class ExperimentsWindow(QWidget):
         found = self._results.get(self.chosen)
         result = found if isinstance(found, StoredResult) else None
         self.view.show_experiment(EXPERIMENTS[self.chosen], result, self.options.results_folder())
-        self.view.say(self._without_result())
+        self.view.show_message(self._without_result())
 
     def _without_result(self) -> str:
         """Text of the selected experiment while it has no result."""
@@ -216,14 +216,14 @@ class ExperimentsWindow(QWidget):
         """Show the progress and the state of every experiment."""
         runner, busy = self.runner, self.runner.busy
         for name, item in self._items.items():
-            icon, tone, state = self._standing(name)
+            icon, tone, state = self._state_of(name)
             experiment = EXPERIMENTS[name]
             item.setText(f"{experiment.title}\n{experiment.source} · {state}")
             item.setIcon(self._icon(icon, tone))
-        self.view.say(self._without_result())
+        self.view.show_message(self._without_result())
         for widget in (self.options, self.run_button, self.run_all_button):
             widget.setEnabled(not busy)
-        self.cancel_button.setEnabled(busy and not runner.stopping)
+        self.cancel_button.setEnabled(busy and not runner.cancelling)
         self.report_button.setEnabled(any(isinstance(found, StoredResult) for found in self._results.values()))
         self.open_button.setEnabled(self.options.results_folder().is_dir())
         progress = runner.progress
@@ -232,11 +232,11 @@ class ExperimentsWindow(QWidget):
         self.progress.setRange(0, progress.total if progress is not None and not runner.writing else 0)
         self.progress.setValue(progress.done if progress is not None else 0)
         self.state.setVisible(busy)
-        self.state.say(self._activity() if busy else "")
+        self.state.show_message(self._activity() if busy else "")
 
     def _activity(self) -> str:
         runner = self.runner
-        if runner.stopping:
+        if runner.cancelling:
             return "Stopping…"
         if not runner.present:
             return "Starting…"
@@ -253,7 +253,7 @@ class ExperimentsWindow(QWidget):
         self._pace.note(progress.done / progress.total)
         return ", ".join(filter(None, (f"{progress.done} of {progress.total}", self._pace.text())))
 
-    def _standing(self, name: str) -> tuple[str, str, str]:
+    def _state_of(self, name: str) -> tuple[str, str, str]:
         """Icon, tone and text of an experiment's state."""
         found = self._results.get(name)
         if name == self.runner.present:
@@ -296,7 +296,7 @@ class ExperimentsWindow(QWidget):
         except IlfError as error:
             self._report("Write report", error)
         else:
-            self._tell_written(path)
+            self._show_written(path)
 
     def _ask_save_figure(self, source: Path) -> None:
         # without suffix, so that the selected file type decides
@@ -313,7 +313,7 @@ class ExperimentsWindow(QWidget):
         self.save_figure(source, path)
 
     def _may_replace(self, path: Path) -> bool:
-        answer = QMessageBox.question(self, "Save figure", as_it_is(f"{path} already exists. Replace it?"))
+        answer = QMessageBox.question(self, "Save figure", literal_text(f"{path} already exists. Replace it?"))
         return answer == QMessageBox.StandardButton.Yes
 
     def save_figure(self, source: Path, path: Path) -> None:
@@ -324,17 +324,17 @@ class ExperimentsWindow(QWidget):
         except (IlfError, OSError) as error:
             self._report("Save figure", error)
         else:
-            self._tell_written(path)
+            self._show_written(path)
 
     # messages
 
-    def _tell(self, text: str) -> None:
-        self.told.setText(text)
+    def _show_message(self, text: str) -> None:
+        self.message_label.setText(text)
 
-    def _tell_written(self, path: Path) -> None:
+    def _show_written(self, path: Path) -> None:
         url = QUrl.fromLocalFile(str(path)).toString()
-        self._tell(f'Written: <a href="{url}">{html.escape(path.name)}</a>')
-        self.told.setToolTip(as_it_is(str(path)))
+        self._show_message(f'Written: <a href="{url}">{html.escape(path.name)}</a>')
+        self.message_label.setToolTip(literal_text(str(path)))
 
     def _report(self, what: str, error: Exception) -> None:
         warn(self, what, error_text(error), error_details(error))
@@ -344,7 +344,7 @@ class ExperimentsWindow(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         """Update icons for another theme."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "told"):
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "message_label"):
             self._show_state()
 
     def shutdown(self) -> bool:

@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
-from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, likeness
+from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, nearest_preset
 
 from ...base import theme
 from ...widgets.parameter_form import ParameterForm
@@ -32,7 +32,7 @@ _HINTS = {
 }
 
 
-class FramesRow(QWidget):
+class SharingRow(QWidget):
     """Row that shows which frames the parameters apply to, and changes it.
 
     Parameters
@@ -149,7 +149,7 @@ class PresetBox(QWidget):
     def show_parameters(self, parameters: Parameters, base: str) -> str:
         """Show the preset of these parameters, or else `base` as changed; return the name of the preset."""
         known = {**PRESETS, **self._own}
-        base = base if base in known else likeness(parameters, known).preset
+        base = base if base in known else nearest_preset(parameters, known).preset
         # of presets with the same values, the selected one
         same = [name for name, values in known.items() if values == parameters]
         shown = base if base in same or not same else same[0]
@@ -194,7 +194,7 @@ class FilterPanel(QWidget):
     ) -> None:
         super().__init__(parent)
         self.presets = PresetBox()
-        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
+        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_selected
         self.presets.chosen.connect(self._choose_preset)
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Selected blocks"])
@@ -215,7 +215,7 @@ class FilterPanel(QWidget):
             button.setDefaultAction(action)
             scope.addWidget(button)
         choices.addRow("Parameters for", scope)
-        self.frames = FramesRow(frame_actions)
+        self.frames = SharingRow(frame_actions)
         choices.addRow("Frames", self.frames)
         buttons = QHBoxLayout()
         buttons.setSpacing(4)
@@ -235,7 +235,7 @@ class FilterPanel(QWidget):
         layout.addWidget(self.form, 1)
 
     @property
-    def for_chosen(self) -> bool:
+    def for_selected(self) -> bool:
         """Whether the parameters are those of the selected blocks."""
         return self._scope.currentIndex() == 1
 
@@ -259,7 +259,7 @@ class FilterPanel(QWidget):
         self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} selected blocks"))
         if not chosen:
             self._scope.setCurrentIndex(0)
-        scope = self.for_chosen
+        scope = self.for_selected
         for button in self._own_buttons:
             button.setVisible(scope)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
@@ -271,10 +271,10 @@ class FilterPanel(QWidget):
             self.form.set_base(self.presets.parameters(self._bases[scope]))
         self.form.set_parameters(parameters)
 
-    def note_base(self, name: str) -> None:
+    def set_base_preset(self, name: str) -> None:
         """Set the preset that the shown parameters are based on."""
-        self._bases[self.for_chosen] = name
+        self._bases[self.for_selected] = name
 
     def _choose_preset(self, name: str) -> None:
-        self.note_base(name)
+        self.set_base_preset(name)
         self.preset_chosen.emit(self.presets.parameters(name))

@@ -45,7 +45,7 @@ class FilterPresenter(QObject):
     def shown(self) -> Parameters:
         """The parameters that the panel shows: those of all blocks, or of the first selected one."""
         common = self._workspace.parameters
-        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_chosen else common
+        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_selected else common
 
     def show(self) -> None:
         """Show the parameters of all blocks, or of the first selected one."""
@@ -58,7 +58,7 @@ class FilterPresenter(QObject):
 
     def take(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
-        if self._for_chosen:
+        if self._for_selected:
             self._workspace.set_own(own_values(parameters, self.shown), self._workspace.session.selected)
         else:
             self._workspace.set_parameters(parameters)
@@ -77,11 +77,11 @@ class FilterPresenter(QObject):
 
     def take_preset(self, parameters: Parameters) -> None:
         """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
-        if self._for_chosen:
+        if self._for_selected:
             self._workspace.set_parameters(parameters, self._workspace.session.selected)
         else:
             self._workspace.set_parameters(parameters)
-            left = _left_alone(self._workspace.session) if self._workspace.has_session else ""
+            left = _describe_own(self._workspace.session) if self._workspace.has_session else ""
             if left:
                 self.message.emit(f"Per-block parameters are kept: {left}.")
         self._resolve()
@@ -98,8 +98,8 @@ class FilterPresenter(QObject):
         self._resolve()
 
     @property
-    def _for_chosen(self) -> bool:
-        return bool(self._workspace.chosen) and self._panel.for_chosen
+    def _for_selected(self) -> bool:
+        return bool(self._workspace.chosen) and self._panel.for_selected
 
     def _resolve(self) -> None:
         if self._workspace.chosen and self._live.isChecked():
@@ -109,7 +109,7 @@ class FilterPresenter(QObject):
                 self._runs.resolve(wanted)
 
 
-def _left_alone(session: Session) -> str:
+def _describe_own(session: Session) -> str:
     """Describe which blocks have which per-block parameters."""
     there = session.counts()
     return "; ".join(

@@ -10,7 +10,7 @@ from ilf._runtime.formatting import counted
 
 from ...base.actions import Actions
 from ...state.workspace import Workspace
-from .panel import FramesRow, Sharing
+from .panel import Sharing, SharingRow
 
 
 class SharingPresenter(QObject):
@@ -24,7 +24,7 @@ class SharingPresenter(QObject):
 
     message = Signal(str)
 
-    def __init__(self, workspace: Workspace, row: FramesRow, actions: Actions) -> None:
+    def __init__(self, workspace: Workspace, row: SharingRow, actions: Actions) -> None:
         super().__init__(row)
         self._workspace = workspace
         self._row = row
@@ -50,14 +50,17 @@ class SharingPresenter(QObject):
         allow = self._actions.allow
         allow(
             no_frame or ("" if sharing is not Sharing.ALL else "The parameters are shared by all frames already."),
-            "share_values",
+            "share_parameters",
         )
-        allow(shared or ("" if sharing is Sharing.ALL else "This frame has its own parameters already."), "keep_values")
+        allow(
+            shared or ("" if sharing is Sharing.ALL else "This frame has its own parameters already."),
+            "keep_own_parameters",
+        )
         allow(
             shared or ("" if sharing is Sharing.ALONE else "This frame uses the shared parameters already."),
-            "reset_values",
+            "reset_to_shared",
         )
-        allow(shared, "part_values")
+        allow(shared, "separate_parameters")
 
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""
@@ -65,7 +68,7 @@ class SharingPresenter(QObject):
         if wanted is present:
             return
         do: dict[Sharing, Callable[[], None]] = {
-            Sharing.EACH: self.part,
+            Sharing.EACH: self.separate,
             Sharing.ALL: self.reset if present is Sharing.ALONE else self.share,
             Sharing.ALONE: self.keep,
         }
@@ -91,8 +94,8 @@ class SharingPresenter(QObject):
         if changed:
             self.message.emit(f"{name} uses the shared parameters again; undo restores its own.")
 
-    def part(self) -> None:
+    def separate(self) -> None:
         """Give every frame its own parameters."""
-        self._workspace.part_parameters()
+        self._workspace.separate_parameters()
         if any(entry.session is None and entry.has_state for entry in self._workspace.entries):
             self.message.emit("Frames that are not open keep their last parameters.")

@@ -23,7 +23,7 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.basics import last_folder
-from ..context import Desk, Part
+from ..context import Context, Feature
 from ..documents.frame_files import RECORDING_FILES
 from .model import counts
 from .panel import FramesPanel
@@ -68,13 +68,13 @@ COMMANDS = (
 
 # How many frames stay open: the least recently shown ones are closed once their state is stored.
 
-MOST_OPEN = 8
+MAX_OPEN_FRAMES = 8
 _KEY = "frames/most_open"
 
 Then = Callable[[Exception | None], None]
 
 
-class OpenFrames(QObject):
+class OpenFrameLimiter(QObject):
     """Closes frames to limit the memory for long lists. They are reopened in the same state, without undo history.
 
     A frame is closed only if its current state is stored, or if nothing has been done to it; never while it is shown
@@ -89,7 +89,7 @@ class OpenFrames(QObject):
         Returns whether another frame was shown before a session had blocks, so that there is nothing to store.
     is_stored : callable
         Returns whether a state of the frame with an id is stored.
-    settle : callable
+    flush : callable
         Stores all changes, then calls its argument: with None on success, or with the exception.
     """
 
@@ -99,63 +99,63 @@ class OpenFrames(QObject):
         is_busy: Callable[[Session], bool],
         is_left: Callable[[Session], bool],
         is_stored: Callable[[str], bool],
-        settle: Callable[[Then], None],
+        flush: Callable[[Then], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self.most = max(int(str(QSettings().value(_KEY, MOST_OPEN, int))), 0) or MOST_OPEN
+        self.max_open = max(int(str(QSettings().value(_KEY, MAX_OPEN_FRAMES, int))), 0) or MAX_OPEN_FRAMES
         self._workspace = workspace
         self._is_busy = is_busy
         self._is_left = is_left
         self._is_stored = is_stored
-        self._settle = settle
-        self._looked_at: list[Session] = []
+        self._settle = flush
+        self._recently_shown: list[Session] = []
         """In the order in which they were shown; the current one is the last."""
         workspace.session_changed.connect(self._look)
-        workspace.touched.connect(self._tidy_behind)
+        workspace.touched.connect(self._close_surplus_after)
         workspace.sessions_changed.connect(self._forget_closed)
 
     def _forget_closed(self) -> None:
-        self._looked_at = [session for session in self._looked_at if session in self._workspace.sessions]
+        self._recently_shown = [session for session in self._recently_shown if session in self._workspace.sessions]
 
     def _look(self) -> None:
         workspace = self._workspace
         if workspace.has_session:
             present = workspace.session
-            self._looked_at = [*(one for one in self._looked_at if one is not present), present]
-            self.tidy()
+            self._recently_shown = [*(one for one in self._recently_shown if one is not present), present]
+            self.close_surplus()
 
-    def _tidy_behind(self, session: Session) -> None:
+    def _close_surplus_after(self, session: Session) -> None:
         """Tidy after work on a frame that is not shown, such as propagation through a list."""
-        if session not in self._looked_at and len(self._workspace.sessions) > self.most:
-            self.tidy()
+        if session not in self._recently_shown and len(self._workspace.sessions) > self.max_open:
+            self.close_surplus()
 
-    def tidy(self) -> None:
+    def close_surplus(self) -> None:
         """Close surplus frames as far as possible."""
-        for session in self._too_many():
+        for session in self._surplus():
             if self._is_left(session) and not session.unsaved and not session.counts():
-                self._workspace.put_away(session, stored=False)
-        going = [(session, session.stamp) for session in self._too_many()]
+                self._workspace.unload(session, stored=False)
+        going = [(session, session.stamp) for session in self._surplus()]
         if going:
             self._settle(lambda error: self._put_away(going) if error is None else None)
 
-    def _too_many(self) -> list[Session]:
+    def _surplus(self) -> list[Session]:
         """Return the frames beyond the maximum number, the least recently shown first."""
         sessions = self._workspace.sessions
-        never = [session for session in sessions if session not in self._looked_at]
+        never = [session for session in sessions if session not in self._recently_shown]
         idle = [
             session
-            for session in (*never, *self._looked_at)
-            if session in sessions and not self._workspace.is_present(session) and not self._is_busy(session)
+            for session in (*never, *self._recently_shown)
+            if session in sessions and not self._workspace.is_current(session) and not self._is_busy(session)
         ]
-        return idle[: max(len(sessions) - self.most, 0)]
+        return idle[: max(len(sessions) - self.max_open, 0)]
 
     def _put_away(self, going: Sequence[tuple[Session, tuple[int, ...]]]) -> None:
         """Close the stored frames that have not changed since."""
-        still = self._too_many()
+        still = self._surplus()
         for session, stamp in going:
             if session in still and session.stamp == stamp and self._is_stored(session.id):
-                self._workspace.put_away(session)
+                self._workspace.unload(session)
 
 
 _FOLDER_KEY = "open/frames"
@@ -163,28 +163,28 @@ _SOON_MS = 120
 """Delay of updates of the whole list [ms]."""
 
 
-class FramesPart(Part):
+class FramesFeature(Feature):
     """Shows the frames in their panel, and applies the user's choices to the workspace."""
 
-    def __init__(self, desk: Desk, panel: FramesPanel) -> None:
-        super().__init__(desk)
+    def __init__(self, context: Context, panel: FramesPanel) -> None:
+        super().__init__(context)
         self.panel = panel
-        store, loader = desk.store, desk.loader
+        store, loader = context.store, context.loader
         loader.stored = store
         panel.thumbnails.stored = partial(_stored_picture, store)
-        self.open_frames = OpenFrames(
-            desk.workspace,
+        self.open_frames = OpenFrameLimiter(
+            context.workspace,
             self._is_busy,
-            loader.is_waiting,
+            loader.is_postponed,
             store.has,
-            desk.recorder.settle,
+            context.recorder.flush,
             self,
         )
         self._wanted: Entry | None = None
         """The frame that is being opened; *Next frame* continues from it."""
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self.show)
-        desk.actions.add(COMMANDS)
+        context.actions.add(COMMANDS)
         self._connect_commands()
         self._connect_list()
         self._follow()
@@ -192,7 +192,7 @@ class FramesPart(Part):
         self._allow()
 
     def _connect_commands(self) -> None:
-        actions = self.desk.actions
+        actions = self.context.actions
         handlers: dict[str, Callable[[], object]] = {
             "open_folder": self.ask_folder,
             "open_recording": self.ask_recording,
@@ -205,24 +205,24 @@ class FramesPart(Part):
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
 
     def _connect_list(self) -> None:
-        panel, desk = self.panel, self.desk
-        panel.sieve_changed.connect(self.show)
-        panel.noted.connect(desk.workspace.set_note)
+        panel, context = self.panel, self.context
+        panel.filter_changed.connect(self.show)
+        panel.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
-        panel.view.note_wished.connect(panel.write_note)
-        panel.view.removal_wished.connect(self.remove)
+        panel.view.note_requested.connect(panel.write_note)
+        panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
-        desk.loader.listed.connect(self._tell_listed)
+        context.loader.listed.connect(self._tell_listed)
 
     def _follow(self) -> None:
         """Connect the signals that change the list or its rows."""
-        workspace, desk = self.desk.workspace, self.desk
+        workspace, context = self.context.workspace, self.context
         entries = workspace.entries
         for signal in (entries.added, entries.removed):
             signal.connect(lambda *_: self._note_listed())
         entries.changed.connect(self._note_changed)
         workspace.touched.connect(self._note_touched)
-        desk.refresh.add(
+        context.refresh.add(
             "frames",
             self._show_present,
             (
@@ -236,11 +236,11 @@ class FramesPart(Part):
 
     def _is_busy(self, session: Session) -> bool:
         """Whether work on a frame is in progress."""
-        desk = self.desk
+        context = self.context
         return (
-            session in desk.runs.running
-            or desk.loader.is_at(session)
-            or any(way.session is session for way in desk.under_way())
+            session in context.runs.running
+            or context.loader.is_extracting(session)
+            or any(way.session is session for way in context.pending_work())
         )
 
     # display
@@ -248,14 +248,14 @@ class FramesPart(Part):
     def show(self) -> None:
         """Update the whole list: frames, order, and counts of the states."""
         self._soon.stop()
-        entries = self.desk.workspace.entries
+        entries = self.context.workspace.entries
         present, model = self._present(), self.panel.model
         self.panel.show_counts(counts(entries))
         row = model.row_of(present)
-        model.set_entries(self.panel.sieve.shown(entries, present))
+        model.set_entries(self.panel.frame_filter.shown(entries, present))
         self._show_present()
         if model.row_of(present) != row:
-            self.panel.bring_in_sight(present)
+            self.panel.scroll_to_present(present)
 
     def _show_present(self) -> None:
         """Update the row of the current frame."""
@@ -269,7 +269,7 @@ class FramesPart(Part):
             self.panel.model.note_changed(present)
 
     def _present(self) -> Entry | None:
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         return workspace.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _note_listed(self) -> None:
@@ -277,7 +277,7 @@ class FramesPart(Part):
         self._allow()
 
     def _note_touched(self, session: Session) -> None:
-        entry = self.desk.workspace.entries.of(session.id)
+        entry = self.context.workspace.entries.of(session.id)
         if entry is not None:
             self._note_changed(entry)
 
@@ -287,7 +287,7 @@ class FramesPart(Part):
             self._soon.start()
 
     def _allow(self) -> None:
-        entries, actions = self.desk.workspace.entries, self.desk.actions
+        entries, actions = self.context.workspace.entries, self.context.actions
         no_other = "" if len(entries) > 1 else "The list has no other frame: open more frames, or a folder of frames."
         actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
         actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
@@ -298,7 +298,7 @@ class FramesPart(Part):
         """Show a frame of the list."""
         if entry is not self._present():
             self._wanted = entry
-        self.desk.loader.open_entry(entry)
+        self.context.loader.open_entry(entry)
 
     def turn(self, steps: int) -> None:
         """Show the next or previous frame in the order of the list; the first follows the last."""
@@ -312,7 +312,7 @@ class FramesPart(Part):
         following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
         entry = next(following, None)
         if entry is None:
-            self.desk.notes.tell("All frames shown in the list have been worked on.")
+            self.context.notes.show_message("All frames shown in the list have been worked on.")
         else:
             self._go_to(entry)
 
@@ -330,26 +330,28 @@ class FramesPart(Part):
 
     def ask_folder(self) -> None:
         """Open a folder of frames that the user chooses."""
-        chosen = QFileDialog.getExistingDirectory(self.desk.window, "Open folder of frames", last_folder(_FOLDER_KEY))
+        chosen = QFileDialog.getExistingDirectory(
+            self.context.window, "Open folder of frames", last_folder(_FOLDER_KEY)
+        )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.desk.documents.open_source(FrameSource(chosen))
+            self.context.documents.open_source(FrameSource(chosen))
 
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
         chosen, _ = QFileDialog.getOpenFileName(
-            self.desk.window, "Open recording", last_folder(_FOLDER_KEY), RECORDING_FILES
+            self.context.window, "Open recording", last_folder(_FOLDER_KEY), RECORDING_FILES
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.desk.documents.open_source(FrameSource(chosen))
+            self.context.documents.open_source(FrameSource(chosen))
 
     def write_note(self) -> None:
         """Edit the note on the selected frame."""
         index = self.panel.view.currentIndex()
         entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
         if entry is not None:
-            self.desk.panels.reveal("Frames")
+            self.context.panels.reveal("Frames")
             self.panel.write_note(entry)
 
     def remove(self, entries: Sequence[Entry]) -> None:
@@ -359,30 +361,30 @@ class FramesPart(Part):
         def go_on() -> None:
             self.show()
             shown = self.panel.model.entries
-            if shown and not self.desk.workspace.has_session:
+            if shown and not self.context.workspace.has_session:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
-        self.desk.documents.remove_entries(entries, go_on)
+        self.context.documents.remove_entries(entries, go_on)
 
     def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
         count = len(listing.sources)
-        self.desk.panels.offer("Frames")
-        said = f"{how.name}: {counted(count, 'frame')}."
-        self.desk.notes.tell(" ".join((said, *listing.notes)))
+        self.context.panels.offer("Frames")
+        text = f"{how.name}: {counted(count, 'frame')}."
+        self.context.notes.show_message(" ".join((text, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:
         chosen = self.panel.view.chosen()
         if not chosen:
             return
         menu = QMenu(self.panel)
-        for icon, text, do in self._deeds(chosen):
+        for icon, text, do in self._commands_on(chosen):
             action = QAction(theme.icon(icon, menu.palette()), text, menu)
             action.triggered.connect(lambda _=False, do=do: do())
             menu.addAction(action)
         menu.aboutToHide.connect(menu.deleteLater)
         menu.popup(self.panel.view.viewport().mapToGlobal(at))
 
-    def _deeds(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
+    def _commands_on(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
         """Return the commands on the selected frames: icon, text, handler."""
         first, several = chosen[0], len(chosen) > 1
         paths = "\n".join(entry.key for entry in chosen)

@@ -15,14 +15,14 @@ from ilf.project.project import FrameSummary, Stage
 from ilf.sources.pairing import natural
 
 from ...state.entries import Entry
-from ...widgets.basics import as_it_is
+from ...widgets.basics import literal_text
 
 # Texts of a frame in the list.
 
 STAGE_WORDS: dict[str, str] = {
     Stage.UNTOUCHED: "Untouched",
     Stage.EXTRACTED: "Extracted",
-    Stage.CARRIED: "Propagated",
+    Stage.PROPAGATED: "Propagated",
     Stage.EDITED: "Edited",
     Stage.RUN: "Run",
     Stage.FAILED: "Failed",
@@ -57,7 +57,7 @@ def last_line(entry: Entry) -> str:
     return summary.note.partition("\n")[0] or problem or size_line(summary)
 
 
-def whole_text(entry: Entry) -> str:
+def tooltip_text(entry: Entry) -> str:
     """Return the whole description of a frame, a line each."""
     summary = entry.summary
     lines = (
@@ -79,7 +79,7 @@ def _blocks(count: int) -> str:
 Index = QModelIndex | QPersistentModelIndex
 
 ENTRY, PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(2))
-_MOST_STEPS = 40
+_MAX_RANGES = 40
 """Maximum number of separate row ranges to insert or remove; beyond, the whole list is reset."""
 
 
@@ -132,11 +132,11 @@ class FrameListModel(QAbstractListModel):
         if wanted == self.entries:
             return
         ids = {entry.id for entry in wanted}
-        going = _stretches([row for row, entry in enumerate(self.entries) if entry.id not in ids])
-        coming = _stretches([row for row, entry in enumerate(wanted) if entry.id not in self._rows])
+        going = _row_ranges([row for row, entry in enumerate(self.entries) if entry.id not in ids])
+        coming = _row_ranges([row for row, entry in enumerate(wanted) if entry.id not in self._rows])
         staying = [entry for entry in self.entries if entry.id in ids]
         in_order = staying == [entry for entry in wanted if entry.id in self._rows]
-        if not in_order or len(going) + len(coming) > _MOST_STEPS or not self.entries:
+        if not in_order or len(going) + len(coming) > _MAX_RANGES or not self.entries:
             self.beginResetModel()
             self._take(wanted)
             self.endResetModel()
@@ -164,7 +164,7 @@ class FrameListModel(QAbstractListModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.name
         if role == Qt.ItemDataRole.ToolTipRole:
-            return as_it_is(whole_text(entry))
+            return literal_text(tooltip_text(entry))
         if role == Qt.ItemDataRole.AccessibleTextRole:
             marks = [entry.note] * bool(entry.note) + ["unsaved"] * entry.unsaved
             return ", ".join((entry.name, state_line(entry), *marks))
@@ -175,7 +175,7 @@ class FrameListModel(QAbstractListModel):
         return entry is self._present if role == PRESENT else None
 
 
-def _stretches(rows: Sequence[int]) -> list[tuple[int, int]]:
+def _row_ranges(rows: Sequence[int]) -> list[tuple[int, int]]:
     """Group ascending rows into ranges (first, last) of consecutive ones."""
     found: list[tuple[int, int]] = []
     for row in rows:
@@ -216,7 +216,7 @@ _KEYS: dict[str, Callable[[Entry], object]] = {
 
 
 @dataclass(frozen=True)
-class Sieve:
+class FrameFilter:
     """Filter and order of the list, chosen by the user.
 
     Attributes

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from ...base import theme
 from ...state.entries import Entry
 from ...widgets.basics import paint_hint
-from .model import ENTRY, ORDERS, STATES, FrameListModel, Sieve
+from .model import ENTRY, ORDERS, STATES, FrameFilter, FrameListModel
 from .row_painter import RowPainter, close_box, row_height
 from .thumbnails import Thumbnails
 
@@ -39,15 +39,15 @@ class FrameView(QTableView):
     -------
     opened(object)
         The entry was clicked, or Enter was pressed on it.
-    note_wished(object)
+    note_requested(object)
         Request to edit the note on the entry (F2).
-    removal_wished(list)
+    removal_requested(list)
         Request to remove entries from the list.
     """
 
     opened = Signal(object)
-    note_wished = Signal(object)
-    removal_wished = Signal(list)
+    note_requested = Signal(object)
+    removal_requested = Signal(list)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -109,9 +109,9 @@ class FrameView(QTableView):
         """Remove the selected frames by Delete; edit the note by F2."""
         plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
         if event.key() == Qt.Key.Key_Delete and plain and self.chosen():
-            self.removal_wished.emit(self.chosen())
+            self.removal_requested.emit(self.chosen())
         elif event.key() == Qt.Key.Key_F2 and plain and self.currentIndex().isValid():
-            self.note_wished.emit(self.currentIndex().data(ENTRY))
+            self.note_requested.emit(self.currentIndex().data(ENTRY))
         else:
             super().keyPressEvent(event)
 
@@ -125,7 +125,7 @@ class FrameView(QTableView):
         if not pressed.isValid():
             super().mouseReleaseEvent(event)
         elif self._cross_at(event) == pressed:
-            self.removal_wished.emit([pressed.data(ENTRY)])
+            self.removal_requested.emit([pressed.data(ENTRY)])
 
     def _cross_at(self, event: QMouseEvent) -> QModelIndex:
         """Return the row whose cross is under the mouse at a left click; invalid for none."""
@@ -152,13 +152,13 @@ class FramesPanel(QWidget):
 
     Signals
     -------
-    sieve_changed()
+    filter_changed()
         The filter or the order has changed.
     noted(object, str)
         An entry, and the user's note on it.
     """
 
-    sieve_changed = Signal()
+    filter_changed = Signal()
     noted = Signal(object, str)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -181,17 +181,17 @@ class FramesPanel(QWidget):
         self._lay_out()
         self.setFocusProxy(self.view)
         self.thumbnails.arrived.connect(self.view.viewport().update)
-        self.text.textChanged.connect(lambda _: self.sieve_changed.emit())
-        self.state.currentIndexChanged.connect(lambda _: self.sieve_changed.emit())
-        self.order.changed.connect(self.sieve_changed)
+        self.text.textChanged.connect(lambda _: self.filter_changed.emit())
+        self.state.currentIndexChanged.connect(lambda _: self.filter_changed.emit())
+        self.order.changed.connect(self.filter_changed)
         self.note.editingFinished.connect(self._take_note)
         self.note.returnPressed.connect(self.view.setFocus)
         self.note.given_up.connect(self._give_up_note)
-        self.view.selectionModel().currentChanged.connect(lambda *_: self._turn_note())
+        self.view.selectionModel().currentChanged.connect(lambda *_: self._switch_note())
 
     def _lay_out(self) -> None:
-        self.sieve_row = QWidget()
-        row = QHBoxLayout(self.sieve_row)
+        self.filter_row = QWidget()
+        row = QHBoxLayout(self.filter_row)
         row.setContentsMargins(6, 4, 6, 4)
         row.setSpacing(6)
         row.addWidget(self.text, 1)
@@ -200,28 +200,28 @@ class FramesPanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self.sieve_row)
+        layout.addWidget(self.filter_row)
         layout.addWidget(self.view, 1)
         layout.addWidget(self.note)
 
     @property
-    def sieve(self) -> Sieve:
+    def frame_filter(self) -> FrameFilter:
         """Filter and order chosen by the user."""
-        return Sieve(self.text.text(), str(self.state.currentData()), self.order.order)
+        return FrameFilter(self.text.text(), str(self.state.currentData()), self.order.order)
 
     def show_all(self) -> None:
         """Clear the filter."""
         with QSignalBlocker(self.text), QSignalBlocker(self.state):
             self.text.clear()
             self.state.setCurrentIndex(0)
-        self.sieve_changed.emit()
+        self.filter_changed.emit()
 
     def show_counts(self, counts: Mapping[str, int]) -> None:
         """Show the number of frames in each state."""
         for row, (state, text) in enumerate(STATES.items()):
             self.state.setItemText(row, f"{text} ({counts.get(state, 0)})")
         several = counts.get("all", 0) > 1
-        self.sieve_row.setVisible(several)
+        self.filter_row.setVisible(several)
         self.view.hint = _NONE_SHOWN if several else _NOTHING_OPEN
 
     def show_present(self, entry: Entry | None) -> None:
@@ -231,9 +231,9 @@ class FramesPanel(QWidget):
         if index.isValid():
             self.view.setCurrentIndex(index)
             self.view.show_row(index)
-        self._turn_note()
+        self._switch_note()
 
-    def bring_in_sight(self, entry: Entry | None) -> None:
+    def scroll_to_present(self, entry: Entry | None) -> None:
         """Scroll to the current frame after it has moved in the list."""
         index = self.model.index_of(entry)
         if index.isValid():
@@ -252,12 +252,12 @@ class FramesPanel(QWidget):
     def write_note(self, entry: Entry) -> None:
         """Edit the note on a frame."""
         self.view.setCurrentIndex(self.model.index_of(entry))
-        self._turn_note()
+        self._switch_note()
         self.note.show()
         self.note.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.note.selectAll()
 
-    def _turn_note(self) -> None:
+    def _switch_note(self) -> None:
         row = self.view.currentIndex().row()
         entry = self.model.entries[row] if 0 <= row < len(self.model.entries) else self.model.present
         if entry is not self._noting:

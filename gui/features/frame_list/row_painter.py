@@ -105,7 +105,7 @@ def mark_colour(stage: Stage, colours: theme.Colours) -> QColor | None:
     return {
         Stage.UNTOUCHED: None,
         Stage.EXTRACTED: colours.accent,
-        Stage.CARRIED: colours.accent,
+        Stage.PROPAGATED: colours.accent,
         Stage.EDITED: colours.warning,
         Stage.RUN: colours.good,
         Stage.FAILED: colours.error,

@@ -16,7 +16,7 @@ from PySide6.QtGui import QImage, QPixmap
 
 from ilf._runtime.files import read_file
 from ilf.errors import FormatError, IlfError
-from ilf.io.images import check_checksums, check_pixel_count, image_header, quietly
+from ilf.io.images import check_checksums, check_pixel_count, image_header, without_log
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import frame_folder
 from ilf.sources.opening import opened
@@ -57,7 +57,7 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
     if header.kind == "PNG":  # its decoder would allocate the memory that a damaged length field requests
         check_checksums(path, content)
     flag = next((flag for factor, flag in _REDUCED if header.width >= factor * width), cv2.IMREAD_COLOR)
-    image = quietly(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
+    image = without_log(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
     if image is None:
         raise FormatError(
             f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of an unsupported kind."
@@ -78,15 +78,15 @@ def thumbnail_of(rgb: NDArray[Any], width: int = THUMBNAIL_WIDTH) -> NDArray[np.
     return small.astype(np.uint8, copy=False)
 
 
-MOST_KEPT = 600
+MAX_THUMBNAILS = 600
 """Maximum number of thumbnails in memory: about 45 MB."""
 
-_MOST_WAITING = 60
+_MAX_PENDING = 60
 """Maximum number of pending requests; older ones have been scrolled out of view."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Wish:
+class _Request:
     """Request for a thumbnail: of an open frame's colour image, or of its files."""
 
     id: str
@@ -115,7 +115,7 @@ class Thumbnails(QObject):
         super().__init__(parent)
         self.stored: Callable[[str], bytes | None] | None = None
         self._made: OrderedDict[str, QPixmap] = OrderedDict()
-        self._wishes: OrderedDict[str, _Wish] = OrderedDict()
+        self._pending: OrderedDict[str, _Request] = OrderedDict()
         self._asked: set[str] = set()
         """Ids of pending thumbnails and of those being made."""
         self._worker = Worker(self)
@@ -126,7 +126,7 @@ class Thumbnails(QObject):
     @property
     def busy(self) -> bool:
         """Whether thumbnails are pending."""
-        return self._worker.busy or bool(self._wishes)
+        return self._worker.busy or bool(self._pending)
 
     def of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
@@ -136,9 +136,9 @@ class Thumbnails(QObject):
         elif entry.id not in self._asked:
             self._asked.add(entry.id)
             rgb = None if entry.session is None else entry.session.frame.rgb
-            self._wishes[entry.id] = _Wish(entry.id, rgb, entry.source)
-            if len(self._wishes) > _MOST_WAITING:
-                self._asked.discard(self._wishes.popitem(last=False)[0])
+            self._pending[entry.id] = _Request(entry.id, rgb, entry.source)
+            if len(self._pending) > _MAX_PENDING:
+                self._asked.discard(self._pending.popitem(last=False)[0])
             self._start()
         return picture
 
@@ -148,23 +148,23 @@ class Thumbnails(QObject):
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
-        self._wishes.clear()
+        self._pending.clear()
         return self._worker.shutdown()
 
     def _start(self) -> None:
-        if self._wishes and not self._worker.busy:
+        if self._pending and not self._worker.busy:
             self._worker.start(self._make)
 
     def _make(self) -> Generator[tuple[str, QImage], None, None]:
         """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
-                _, wish = self._wishes.popitem()
+                _, wish = self._pending.popitem()
             except KeyError:
                 return
             yield wish.id, self._picture(wish)
 
-    def _picture(self, wish: _Wish) -> QImage:
+    def _picture(self, wish: _Request) -> QImage:
         try:
             if wish.rgb is not None:
                 return rgb_image(thumbnail_of(wish.rgb))
@@ -181,6 +181,6 @@ class Thumbnails(QObject):
         for id, image in batch:
             self._asked.discard(id)
             self._made[id] = QPixmap.fromImage(image)
-        while len(self._made) > MOST_KEPT:
+        while len(self._made) > MAX_THUMBNAILS:
             self._made.popitem(last=False)
         self.arrived.emit()

@@ -17,7 +17,7 @@ from ...state.inspection import Line
 from ...state.session import Point
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
-from ..context import Desk, Part
+from ..context import Context, Feature
 from .measure_panel import MeasurePanel
 from .measuring import MeasurePresenter
 from .profile_panel import ProfilePanel, ProfilePresenter
@@ -136,7 +136,7 @@ class _MarksItem(ViewItem):
         for place, text in marks.lengths:
             self._write(painter, at(place), text)
         for place, other, text in marks.angles:
-            self._write(painter, at(place) + _away(at(other), at(place), _BESIDE), text)
+            self._write(painter, at(place) + _offset(at(other), at(place), _BESIDE), text)
         painter.restore()
 
     def _draw_line(self, painter: QPainter, start: QPointF, end: QPointF) -> None:
@@ -145,8 +145,8 @@ class _MarksItem(ViewItem):
         painter.setBrush(_LINE)
         for place in (start, end):
             painter.drawRect(QRectF(place.x() - _END, place.y() - _END, 2 * _END, 2 * _END))
-        self._write(painter, start + _away(end, start, 14), "A")
-        self._write(painter, end + _away(start, end, 14), "B")
+        self._write(painter, start + _offset(end, start, 14), "A")
+        self._write(painter, end + _offset(start, end, 14), "B")
 
     def _draw_region(self, painter: QPainter, rect: QRectF) -> None:
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -170,7 +170,7 @@ class _MarksItem(ViewItem):
         painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
 
 
-def _away(start: QPointF, end: QPointF, length: float) -> QPointF:
+def _offset(start: QPointF, end: QPointF, length: float) -> QPointF:
     """Return a vector of a length [px] in the direction from one point to another."""
     way = end - start
     return way * (length / max(math.hypot(way.x(), way.y()), 1e-6))
@@ -208,12 +208,12 @@ def _dot(painter: QPainter, place: QPointF, radius: float, colour: QColor) -> No
     painter.drawEllipse(place, radius, radius)
 
 
-class InspectPart(Part):
+class InspectFeature(Feature):
     """Panels *Profile* and *Measure*, with their marks over the views."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        actions, workspace, editor = desk.actions, desk.workspace, desk.editor
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        actions, workspace, editor = context.actions, context.workspace, context.editor
         actions.add(COMMANDS)
         self.profile_panel = ProfilePanel(
             [actions[name] for name in ("tool_profile", "save_profile", "save_profile_picture")]
@@ -225,13 +225,13 @@ class InspectPart(Part):
         )
         self.inspection = editor.inspection
         self.measurements = editor.inspection.measurements
-        self.profile = ProfilePresenter(desk, self.inspection, self.profile_panel)
-        self.measure = MeasurePresenter(desk, self.inspection, self.measure_panel)
-        desk.errors.watch(lambda: self.profile.is_seen and self.inspection.line is not None)
-        self._marks = InspectMarks(desk.views)
+        self.profile = ProfilePresenter(context, self.inspection, self.profile_panel)
+        self.measure = MeasurePresenter(context, self.inspection, self.measure_panel)
+        context.errors.watch(lambda: self.profile.is_seen and self.inspection.line is not None)
+        self._marks = InspectMarks(context.views)
         area = Qt.DockWidgetArea
-        desk.panels.add("Profile", self.profile_panel, area.BottomDockWidgetArea, "ph.chart-line-up", 1.8)
-        desk.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
+        context.panels.add("Profile", self.profile_panel, area.BottomDockWidgetArea, "ph.chart-line-up", 1.8)
+        context.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
         self._connect_refresh()
         for name, act in {
             "remove_marks": self._remove_marks,
@@ -244,11 +244,11 @@ class InspectPart(Part):
             "restore_measurements": self.measure.restore,
         }.items():
             actions[name].triggered.connect(lambda _=False, act=act: act())
-        actions["tool_profile"].triggered.connect(lambda _=False: desk.panels.reveal("Profile"))
+        actions["tool_profile"].triggered.connect(lambda _=False: context.panels.reveal("Profile"))
         for page, tool in enumerate(("rectangle", "measure")):
             actions[f"tool_{tool}"].triggered.connect(lambda _=False, page=page: self._reveal(page))
         workspace.session_changed.connect(self._enable)
-        self.measure.failed.connect(lambda error: desk.notes.report("Statistics", error))
+        self.measure.failed.connect(lambda error: context.notes.report("Statistics", error))
         self._enable()
 
     def shutdown(self) -> bool:
@@ -256,30 +256,30 @@ class InspectPart(Part):
         return self.measure.shutdown()
 
     def _connect_refresh(self) -> None:
-        workspace, add = self.desk.workspace, self.desk.refresh.add
+        workspace, add = self.context.workspace, self.context.refresh.add
         turned, blocks, results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
         coming = workspace.results_added, workspace.previews_changed
-        depth = turned, blocks, results, workspace.distrusted_changed, workspace.past_changed
+        depth = turned, blocks, results, workspace.invalid_mask_changed, workspace.viewed_iteration_changed
         line, measured = self.inspection.line_changed, self.measurements.changed
         seen = self.profile_panel.shown, self.measure_panel.shown
-        compared = workspace.error_changed, workspace.truth_changed, workspace.compared_changed
+        compared = workspace.error_changed, workspace.ground_truth_changed, workspace.compared_changed
         add("profile", self.profile.show, (*depth, *compared, workspace.infos_changed, line, seen[0]), coming)
-        add("profile place", self.profile.follow, (self.desk.views.cursorMoved,))
+        add("profile place", self.profile.follow, (self.context.views.cursorMoved,))
         for signal in (line, seen[0]):
-            signal.connect(lambda: self.desk.refresh.mark("error"))
+            signal.connect(lambda: self.context.refresh.mark("error"))
         chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
         # not updated for previews, to leave the processor to the run
         add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.results_added,))
         add("measurements", self.measure.show, (*depth, measured, seen[1], self.measure.found), coming)
-        tool = self.desk.editor.tool_changed
+        tool = self.context.editor.tool_changed
         drawn = line, measured, workspace.region_changed, self.profile.place_changed, self.measure.found, tool
         add("inspect marks", self._show_marks, (*depth, *drawn, *seen), coming)
         for panel in (self.profile_panel, self.measure_panel):
-            panel.hidden.connect(lambda: self.desk.refresh.mark("inspect marks"))
+            panel.hidden.connect(lambda: self.context.refresh.mark("inspect marks"))
 
     def _show_marks(self) -> None:
         """Draw the marks of the tool and of the open panels over the views."""
-        workspace, tool = self.desk.workspace, self.desk.editor.tool_name
+        workspace, tool = self.context.workspace, self.context.editor.tool_name
         if not workspace.has_session:
             self._show(Marks())
             return
@@ -298,11 +298,11 @@ class InspectPart(Part):
     def _show(self, marks: Marks) -> None:
         """Draw marks over the views, and measurements in the cloud."""
         self._marks.show(marks)
-        self.desk.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
+        self.context.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
 
     def _reveal(self, page: int) -> None:
         """Show the page of the statistics (0) or of the measurements (1)."""
-        self.desk.panels.reveal("Measure")
+        self.context.panels.reveal("Measure")
         self.measure_panel.pages.setCurrentIndex(page)
 
     def _remove_marks(self) -> None:
@@ -310,5 +310,5 @@ class InspectPart(Part):
         self.inspection.set_region(None)
 
     def _enable(self) -> None:
-        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
-        self.desk.actions.allow(no_frame, *(command.name for command in COMMANDS))
+        no_frame = "" if self.context.workspace.has_session else "Open a frame first."
+        self.context.actions.allow(no_frame, *(command.name for command in COMMANDS))

@@ -28,7 +28,7 @@ from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.evaluation.statistics import SurfaceStatistics
 
 from ...base import theme
-from ...widgets.basics import PlainLabel, as_it_is
+from ...widgets.basics import PlainLabel, literal_text
 
 # Statistics of raw depth and of the result, side by side.
 
@@ -139,7 +139,7 @@ def degrees(angle: float) -> str:
     return f"{angle:.1f}°" if math.isfinite(angle) else "–"
 
 
-_LEAST_LIST = 96
+_MIN_LIST_HEIGHT = 96
 _COLUMNS = (
     ("", "Number of the measurement, and of its segment"),
     ("Distance", "Straight-line distance of the end points"),
@@ -183,16 +183,16 @@ class MeasurePanel(QWidget):
     -------
     shown(), hidden()
         The panel has become visible, so that it must be updated; or hidden.
-    subject_wished(bool)
+    subject_requested(bool)
         Whether to show statistics of the rectangle instead of the selected block.
-    reference_wished(bool)
+    reference_requested(bool)
         Whether to measure heights over the selected block's plane instead of along the image's vertical.
     """
 
     shown = Signal()
     hidden = Signal()
-    subject_wished = Signal(bool)
-    reference_wished = Signal(bool)
+    subject_requested = Signal(bool)
+    reference_requested = Signal(bool)
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class MeasurePanel(QWidget):
         self.subject.addItems(["Selected block", "Rectangle"])
         self.subject.setAccessibleName("Region of the statistics")
         self.subject.setToolTip("Statistics of the selected block, or of the rectangle if there is one")
-        self.subject.activated.connect(lambda index: self.subject_wished.emit(index == 1))
+        self.subject.activated.connect(lambda index: self.subject_requested.emit(index == 1))
         self._name = PlainLabel()
         self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.statistics = StatisticsTable()
@@ -219,7 +219,7 @@ class MeasurePanel(QWidget):
             "Heights along the image's vertical, or over the plane of the selected block; "
             "the camera does not measure the direction of gravity"
         )
-        self.reference.activated.connect(lambda index: self.reference_wished.emit(index == 1))
+        self.reference.activated.connect(lambda index: self.reference_requested.emit(index == 1))
 
         for box in (self.subject, self.reference):
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -255,7 +255,7 @@ class MeasurePanel(QWidget):
         with QSignalBlocker(self.subject):
             self.subject.setCurrentIndex(int(of_region))
         self._name.setText(name)
-        self._name.setToolTip(as_it_is(name))
+        self._name.setToolTip(literal_text(name))
 
     def show_statistics(self, raw: SurfaceStatistics | None, result: SurfaceStatistics | None, note: str) -> None:
         """Show statistics and a note."""
@@ -315,7 +315,7 @@ class _MeasuredList(QTableWidget):
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)
         self.setFrameShape(QTableWidget.Shape.NoFrame)
-        self.setMinimumHeight(_LEAST_LIST)
+        self.setMinimumHeight(_MIN_LIST_HEIGHT)
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 4)
         header = self.horizontalHeader()

@@ -16,13 +16,20 @@ from ilf._runtime.files import write_bytes
 from ilf._runtime.formatting import counted
 from ilf.data.camera import CameraIntrinsics
 from ilf.errors import InputError
-from ilf.evaluation.measuring import CAMERA_UP, NEEDS_CAMERA, Measured, angle_between, measure, measurements_csv
+from ilf.evaluation.measuring import (
+    CAMERA_UP,
+    NEEDS_INTRINSICS,
+    MeasuredChain,
+    angle_between,
+    measure,
+    measurements_csv,
+)
 from ilf.evaluation.statistics import PlaneFit, SurfaceStatistics, surface_statistics
 
 from ...state.inspection import Inspection
 from ...state.session import Point, Session
-from ...work.latest_question import LatestQuestion
-from ..context import Desk
+from ...work.latest_request import LatestRequest
+from ..context import Context
 from ..documents.file_dialogs import ask_path, save
 from .measure_panel import MeasuredRow, MeasurePanel, degrees, metres
 
@@ -33,7 +40,9 @@ Length = tuple[Point, str]
 Angle = tuple[Point, Point, str]
 
 
-def measured_rows(chains: Sequence[Chain], found: Sequence[Measured], known: NDArray[np.bool_]) -> list[MeasuredRow]:
+def measured_rows(
+    chains: Sequence[Chain], found: Sequence[MeasuredChain], known: NDArray[np.bool_]
+) -> list[MeasuredRow]:
     """Return a row per segment; `known`, bool (H, W), is True where depth was measured."""
     rows = []
     for number, (chain, measured) in enumerate(zip(chains, found, strict=True)):
@@ -55,7 +64,7 @@ def measured_rows(chains: Sequence[Chain], found: Sequence[Measured], known: NDA
     return rows
 
 
-def texts_of(chains: Sequence[Chain], found: Sequence[Measured]) -> tuple[list[Length], list[Angle]]:
+def texts_of(chains: Sequence[Chain], found: Sequence[MeasuredChain]) -> tuple[list[Length], list[Angle]]:
     """Return the texts at the middle of every segment, and those outside every corner."""
     lengths: list[Length] = []
     angles: list[Angle] = []
@@ -80,7 +89,7 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class StatisticsRequest:
     """Request for statistics: depth and regions; its arrays are not changed any more.
 
     Attributes
@@ -102,7 +111,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class StatisticsResult:
     """Computed statistics.
 
     Attributes
@@ -113,7 +122,7 @@ class Numbers:
         Angle between the planes of both blocks [degrees]; None if not requested or not defined.
     up : (float, float, float) or None
         Normal of the reference plane; None if there is none.
-    why : str
+    reason : str
         Why there is no angle or no normal.
     """
 
@@ -121,10 +130,10 @@ class Numbers:
     result: SurfaceStatistics | None = None
     angle: float | None = None
     up: tuple[float, float, float] | None = None
-    why: str = ""
+    reason: str = ""
 
 
-def find(question: Question) -> Numbers:
+def find(question: StatisticsRequest) -> StatisticsResult:
     """Compute the requested statistics; called in a worker thread."""
     present = question.raw if question.result is None else question.result
 
@@ -132,7 +141,7 @@ def find(question: Question) -> Numbers:
         return surface_statistics(depth, mask, question.intrinsics)
 
     raw = result = angle = up = None
-    why = ""
+    reason = ""
     if question.subject is not None:
         raw = of(question.raw, question.subject)
         result = None if question.result is None else of(question.result, question.subject)
@@ -140,13 +149,13 @@ def find(question: Question) -> Numbers:
         try:
             angle = angle_between(_plane(result or raw), _plane(of(present, question.other)))
         except InputError as error:
-            why = str(error)
+            reason = str(error)
     if question.reference is not None:
         try:
             up = _plane(of(present, question.reference)).normal
         except InputError as error:
-            why = str(error)
-    return Numbers(raw, result, angle, up, why)
+            reason = str(error)
+    return StatisticsResult(raw, result, angle, up, reason)
 
 
 def _plane(found: SurfaceStatistics | None) -> PlaneFit:
@@ -172,21 +181,21 @@ class MeasurePresenter(QObject):
     found = Signal()
     failed = Signal(object)
 
-    def __init__(self, desk: Desk, inspection: Inspection, panel: MeasurePanel) -> None:
+    def __init__(self, context: Context, inspection: Inspection, panel: MeasurePanel) -> None:
         super().__init__(panel)
-        self._desk = desk
-        self._workspace = desk.workspace
+        self._context = context
+        self._workspace = context.workspace
         self._inspection = inspection
         self._measurements = inspection.measurements
         self._panel = panel
         self._of_region = False
-        self._numbers: Numbers | None = None
+        self._numbers: StatisticsResult | None = None
         self._deleted: WeakKeyDictionary[Session, list[tuple[Point, ...]]] = WeakKeyDictionary()
-        self._questions = LatestQuestion[Question, Numbers](find, self)
+        self._questions = LatestRequest[StatisticsRequest, StatisticsResult](find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
-        panel.subject_wished.connect(self._set_subject)
-        panel.reference_wished.connect(self._set_reference)
+        panel.subject_requested.connect(self._set_subject)
+        panel.reference_requested.connect(self._set_reference)
         self._workspace.region_changed.connect(self._turn_to_region)
         self._workspace.session_changed.connect(self._turn_to_frame)
 
@@ -215,7 +224,7 @@ class MeasurePresenter(QObject):
             return
         depth = self._depth(session)
         self._questions.ask(
-            Question(
+            StatisticsRequest(
                 session.frame.depth,
                 None if depth is None else depth.copy(),  # it changes in place
                 session.frame.intrinsics,
@@ -230,14 +239,16 @@ class MeasurePresenter(QObject):
         if self._panel.isVisible() and self._workspace.has_session:
             session = self._workspace.session
             chains, found = self.measured()
-            message = "" if session.frame.intrinsics is not None else NEEDS_CAMERA
-            self._panel.show_measured(measured_rows(chains, found, session.frame.known), message or self._moment())
+            message = "" if session.frame.intrinsics is not None else NEEDS_INTRINSICS
+            self._panel.show_measured(
+                measured_rows(chains, found, session.frame.known), message or self._iteration_text()
+            )
 
     def texts(self) -> tuple[list[Length], list[Angle]]:
         """Return the lengths and angles to write over the views."""
         return texts_of(*self.measured())
 
-    def measured(self) -> tuple[list[Chain], list[Measured]]:
+    def measured(self) -> tuple[list[Chain], list[MeasuredChain]]:
         """Return all measurements with their points, in the depth that the views show."""
         if not self._workspace.has_session or self._workspace.session.frame.intrinsics is None:
             return [], []
@@ -253,44 +264,44 @@ class MeasurePresenter(QObject):
     def copy_statistics(self) -> None:
         """Copy the statistics to the clipboard as a tab-separated table."""
         if self._numbers is None or self._numbers.raw is None:
-            self._desk.notes.tell(f"There are no statistics. {_NO_SUBJECT}.")
+            self._context.notes.show_message(f"There are no statistics. {_NO_SUBJECT}.")
             return
         QApplication.clipboard().setText(self._panel.statistics.as_text())
-        self._desk.notes.tell("Statistics copied.")
+        self._context.notes.show_message("Statistics copied.")
 
     def copy(self) -> None:
         """Copy the measurements to the clipboard as a tab-separated table."""
         table = self._table()
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
-            self._desk.notes.tell(f"Copied {counted(len(self._measurements.chains), 'measurement')}.")
+            self._context.notes.show_message(f"Copied {counted(len(self._measurements.chains), 'measurement')}.")
 
     def save(self) -> None:
         """Write the measurements to a CSV file that the user chooses."""
         table = self._table()
         if table:
             name = f"{self._workspace.session.name}-measurements.csv"
-            path = ask_path(self._desk.window, "Save measurements", name, "Table (*.csv)")
+            path = ask_path(self._context.window, "Save measurements", name, "Table (*.csv)")
             if path:
-                save(self._desk.notes, path, lambda: write_bytes(path, table.encode()))
+                save(self._context.notes, path, lambda: write_bytes(path, table.encode()))
 
     def delete(self) -> None:
         """Delete the measurements selected in the list, or all; they can be restored."""
         chains = self._measurements.chains
         chosen = self._panel.chosen() or set(range(len(chains)))
         if not chains:
-            self._desk.notes.tell("There are no measurements to delete.")
+            self._context.notes.show_message("There are no measurements to delete.")
             return
         self._deleted[self._workspace.session] = chains
         self._measurements.replace([chain for number, chain in enumerate(chains) if number not in chosen])
         text = f"Deleted {counted(len(chosen), 'measurement')}."
-        self._desk.notes.offer(text, self._desk.actions["restore_measurements"])
+        self._context.notes.offer(text, self._context.actions["restore_measurements"])
 
     def restore(self) -> None:
         """Restore the measurements that were deleted last."""
         before = self._deleted.pop(self._workspace.session, None) if self._workspace.has_session else None
         if before is None:
-            self._desk.notes.tell("No measurements of this frame have been deleted.")
+            self._context.notes.show_message("No measurements of this frame have been deleted.")
             return
         self._measurements.replace([*before, *(one for one in self._measurements.chains if one not in before)])
 
@@ -301,32 +312,34 @@ class MeasurePresenter(QObject):
     def _table(self) -> str:
         chains, found = self.measured()
         if not chains:
-            self._desk.notes.tell("There are no measurements. Select the tool Measure (Ctrl+D) and click two points.")
+            self._context.notes.show_message(
+                "There are no measurements. Select the tool Measure (Ctrl+D) and click two points."
+            )
             return ""
         return measurements_csv(zip(chains, found, strict=True))
 
-    def _take(self, question: Question, numbers: Numbers) -> None:
+    def _take(self, question: StatisticsRequest, numbers: StatisticsResult) -> None:
         self._numbers = numbers
         notes = [found.reason for found in (numbers.raw, numbers.result) if found is not None and found.reason]
         if numbers.angle is not None:
             notes.insert(0, f"Angle between the planes of both selected blocks: {numbers.angle:.1f}°")
         if question.subject is None:
             notes.insert(0, _NO_SUBJECT)
-        if numbers.why:
-            notes.append(numbers.why)
-        notes.append(self._moment())
+        if numbers.reason:
+            notes.append(numbers.reason)
+        notes.append(self._iteration_text())
         self._panel.show_statistics(numbers.raw, numbers.result, " ".join(filter(None, dict.fromkeys(notes))))
         self.found.emit()
 
     def _depth(self, session: Session) -> NDArray[np.float32] | None:
         """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
-        past = self._workspace.past
-        return session.present_depth() if past is None else past.depth
+        viewed_iteration = self._workspace.viewed_iteration
+        return session.current_depth() if viewed_iteration is None else viewed_iteration.depth
 
-    def _moment(self) -> str:
+    def _iteration_text(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
-        past = self._workspace.past
-        return "" if past is None else f"The result is {past.text}."
+        viewed_iteration = self._workspace.viewed_iteration
+        return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
     def _subject(self, session: Session) -> Mask | None:
         if self._of_region and session.region is not None:
@@ -359,7 +372,7 @@ class MeasurePresenter(QObject):
     def _set_reference(self, of_block: bool) -> None:
         chosen = self._workspace.chosen
         if of_block and not chosen:
-            self._desk.notes.tell("Select a block first: its plane is the reference of heights.")
+            self._context.notes.show_message("Select a block first: its plane is the reference of heights.")
         self._measurements.set_reference(chosen if of_block else 0)
         self.ask()
 

@@ -19,14 +19,14 @@ from ...state.inspection import Inspection
 from ...state.session import Point
 from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import PlainLabel
-from ..context import Desk
+from ..context import Context
 from ..documents.file_dialogs import ask_path, save
 from .profile_plot import ProfileData, ProfilePlot, profile_data, raw_colour, result_colour
 
 EMPTY_TEXT = "Draw a profile line (Ctrl+I) in a view to see the depth along it"
 
 _DOT, _LINE, _DASHES = "●", "━", "┅"
-_MOST_LINES = 3
+_MAX_LINES = 3
 
 
 class ProfilePanel(QWidget):
@@ -133,7 +133,7 @@ class ProfilePanel(QWidget):
             return []
         there = [("raw", "raw"), *([("result", data.name)] if data.result is not None else [])]
         there += [(str(number), name) for number, (name, _, _) in enumerate(data.runs)]
-        return there + ([("truth", "ground truth")] if data.truth is not None else [])
+        return there + ([("ground_truth", "ground truth")] if data.ground_truth is not None else [])
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -177,7 +177,7 @@ class ProfilePanel(QWidget):
         document.setHtml(text)
         document.setTextWidth(max(self._legend.width(), 100))
         height = self._legend.fontMetrics().lineSpacing()
-        self._lines = min(max(self._lines, round(document.size().height() / height)), _MOST_LINES)
+        self._lines = min(max(self._lines, round(document.size().height() / height)), _MAX_LINES)
         self._legend.setFixedHeight(self._lines * height + 2)
 
     def _entries(self) -> list[str]:
@@ -192,8 +192,8 @@ class ProfilePanel(QWidget):
                 entry += f"&nbsp;±&nbsp;{1000 * data.error[n]:.0f}&nbsp;mm"
             entries.append(entry)
         entries += [_entry(_LINE, QColor(*colour), name, depth, n) for name, colour, depth in data.runs]
-        if data.truth is not None:
-            entries.append(_entry(_DASHES, colours.text, "ground truth", data.truth, n))
+        if data.ground_truth is not None:
+            entries.append(_entry(_DASHES, colours.text, "ground truth", data.ground_truth, n))
         if n is not None:
             x, y, label = int(data.profile.columns[n]), int(data.profile.rows[n]), int(data.labels[n])
             block = html.escape(self._names.get(label, "no block")).replace(" ", "&nbsp;")
@@ -235,16 +235,16 @@ class ProfilePresenter(QObject):
 
     place_changed = Signal()
 
-    def __init__(self, desk: Desk, inspection: Inspection, panel: ProfilePanel) -> None:
+    def __init__(self, context: Context, inspection: Inspection, panel: ProfilePanel) -> None:
         super().__init__(panel)
-        self._desk = desk
+        self._context = context
         self._inspection = inspection
         self._panel = panel
         self._pixel: tuple[int, int] | None = None
         self.place: Point | None = None
         """Place under the mouse, in the plot or on the line in a view, in image coordinates; None for none."""
         panel.pointed.connect(self._point)
-        desk.views.cursorMoved.connect(self._hover)
+        context.views.cursorMoved.connect(self._hover)
 
     @property
     def is_seen(self) -> bool:
@@ -255,12 +255,12 @@ class ProfilePresenter(QObject):
         """Plot the depth along the line if the panel is visible."""
         if not self.is_seen:
             return
-        line, workspace = self._inspection.line, self._desk.workspace
+        line, workspace = self._inspection.line, self._context.workspace
         if line is None:
             self._panel.show_data(None)
         else:
             session = workspace.session
-            data = profile_data(session, line, workspace.past)
+            data = profile_data(session, line, workspace.viewed_iteration)
             names = {label: session.info(label).name for label in set(data.labels.tolist()) if label}
             self._panel.show_data(data, names)
         if self._pixel is None:
@@ -273,7 +273,7 @@ class ProfilePresenter(QObject):
         path = self._ask("Save profile as table", ".csv", "Table (*.csv)")
         data = self._panel.data
         if path and data is not None:
-            save(self._desk.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
+            save(self._context.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
 
     def save_picture(self) -> None:
         """Write the plot to a picture that the user chooses."""
@@ -281,14 +281,14 @@ class ProfilePresenter(QObject):
         if path:
             as_svg = path.lower().endswith(".svg")
             content = self._panel.plot.picture(self._panel.legend_names(), as_svg)
-            save(self._desk.notes, path, lambda: write_bytes(path, content))
+            save(self._context.notes, path, lambda: write_bytes(path, content))
 
     def _ask(self, title: str, suffix: str, kinds: str) -> str:
         if self._panel.data is None:
-            self._desk.notes.tell("There is no profile to write. Draw a profile line first.")
+            self._context.notes.show_message("There is no profile to write. Draw a profile line first.")
             return ""
-        name = f"{self._desk.workspace.session.name}-profile{suffix}"
-        return ask_path(self._desk.window, title, name, kinds)
+        name = f"{self._context.workspace.session.name}-profile{suffix}"
+        return ask_path(self._context.window, title, name, kinds)
 
     def _point(self, sample: int | None) -> None:
         data = self._panel.data
@@ -308,7 +308,7 @@ class ProfilePresenter(QObject):
         sample = None
         if self._pixel is not None:
             at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
-            if off_line(at, *line) <= REACH * self._desk.views.pixel_size:
+            if off_line(at, *line) <= REACH * self._context.views.pixel_size:
                 sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
         self._panel.point_at(sample)
         self._point(sample)

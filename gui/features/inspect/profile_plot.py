@@ -15,18 +15,18 @@ from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QGraphicsPathItem, QStyleOptionGraphicsItem, QWidget
 
 from ilf.evaluation.measuring import DepthProfile, depth_profile
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 
 from ...base import theme
 from ...state.inspection import Line
-from ...state.results import Past
+from ...state.results import ViewedIteration
 from ...state.session import Session
 
 # Data along the profile line: raw depth, result, and what they are compared with.
 
 Colour = tuple[int, int, int]
 
-_RAW, _ERROR, _TRUTH = "raw_m", "expected_error_m", "truth_m"
+_RAW, _ERROR, _GROUND_TRUTH = "raw_m", "expected_error_m", "truth_m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class ProfileData:
     profile : DepthProfile
         Profile of the result, or of the raw depth if there is none, with all other maps.
     raw : ndarray of float32, shape (N,)
-    result, error, truth : ndarray of float32, shape (N,), or None
+    result, error, ground_truth : ndarray of float32, shape (N,), or None
         Completed depth, its expected error, and ground truth.
     name : str
         Name of the completed depth.
@@ -52,7 +52,7 @@ class ProfileData:
     raw: NDArray[np.float32]
     result: NDArray[np.float32] | None
     error: NDArray[np.float32] | None
-    truth: NDArray[np.float32] | None
+    ground_truth: NDArray[np.float32] | None
     runs: list[tuple[str, Colour, NDArray[np.float32]]]
     labels: NDArray[np.int32]
     name: str = "result"
@@ -63,12 +63,12 @@ class ProfileData:
         return np.flatnonzero(np.diff(self.labels)) + 1
 
 
-def profile_data(session: Session, line: Line, past: Past | None = None) -> ProfileData:
-    """Return the data of a frame along a line, with the current result or that of the iteration `past`, which has no
-    expected error."""
-    frame, result = session.frame, session.present_depth() if past is None else past.depth
-    error = session.expected_error() if past is None else None
-    maps = {_RAW: frame.depth, _ERROR: error, _TRUTH: frame.truth}
+def profile_data(session: Session, line: Line, viewed_iteration: ViewedIteration | None = None) -> ProfileData:
+    """Return the data of a frame along a line, with the current result or that of the iteration `viewed_iteration`,
+    which has no expected error."""
+    frame, result = session.frame, session.current_depth() if viewed_iteration is None else viewed_iteration.depth
+    error = session.expected_error() if viewed_iteration is None else None
+    maps = {_RAW: frame.depth, _ERROR: error, _GROUND_TRUTH: frame.ground_truth}
     others = {name: values for name, values in maps.items() if values is not None}
     names = _names(session.compared)
     others |= {name: kept.completion.depth for name, kept in zip(names, session.compared, strict=True)}
@@ -79,14 +79,14 @@ def profile_data(session: Session, line: Line, past: Past | None = None) -> Prof
         found[_RAW],
         None if result is None else profile.depth,
         found.get(_ERROR),
-        found.get(_TRUTH),
+        found.get(_GROUND_TRUTH),
         [(kept.name, kept.colour, found[name]) for name, kept in zip(names, session.compared, strict=True)],
         session.labels[profile.rows, profile.columns],
-        "result" if past is None else f"result {past.text}",
+        "result" if viewed_iteration is None else f"result {viewed_iteration.text}",
     )
 
 
-def _names(runs: Sequence[KeptRun]) -> list[str]:
+def _names(runs: Sequence[StoredRun]) -> list[str]:
     """Return a unique name for each run."""
     names = [kept.name for kept in runs]
     return [kept.name if names.count(kept.name) == 1 else f"{kept.name} #{kept.number}" for kept in runs]
@@ -180,7 +180,7 @@ class ProfilePlot(pg.PlotWidget):
         self._band = QGraphicsPathItem()
         self._raw = Dots(_RAW_SIZE)
         self._result = _curve()
-        self._truth = _curve()
+        self._ground_truth = _curve()
         self._runs: list[pg.PlotCurveItem] = []
         self._borders = pg.VTickGroup(yrange=[0, 1])
         self._cursor = pg.InfiniteLine(angle=90)
@@ -188,7 +188,7 @@ class ProfilePlot(pg.PlotWidget):
         for z, item in ((-20, self._borders), (-10, self._band), (5, self._cursor)):
             item.setZValue(z)
             self.addItem(item, ignoreBounds=True)
-        for z, item in ((0, self._raw), (1, self._truth), (3, self._result)):
+        for z, item in ((0, self._raw), (1, self._ground_truth), (3, self._result)):
             item.setZValue(z)
             self.addItem(item)
         self._cursor.hide()
@@ -210,7 +210,7 @@ class ProfilePlot(pg.PlotWidget):
         known = np.isfinite(data.raw) & np.isfinite(x)
         self._raw.set_points(x[known], data.raw[known])
         _draw(self._result, x, data.result)
-        _draw(self._truth, x, data.truth)
+        _draw(self._ground_truth, x, data.ground_truth)
         for item in self._runs[len(data.runs) :]:
             self.removeItem(item)
         del self._runs[len(data.runs) :]
@@ -229,7 +229,7 @@ class ProfilePlot(pg.PlotWidget):
 
     def clear_data(self) -> None:
         """Clear the plot."""
-        for item in (self._result, self._truth, *self._runs):
+        for item in (self._result, self._ground_truth, *self._runs):
             item.setData([], [])
         self._raw.set_points(np.zeros(0), np.zeros(0))
         self._band.setPath(QPainterPath())
@@ -253,7 +253,7 @@ class ProfilePlot(pg.PlotWidget):
         self.setBackground(colours.background)
         result = result_colour(colours)
         self._result.setPen(pg.mkPen(result, width=2))
-        self._truth.setPen(pg.mkPen(colours.text, width=1.4, style=Qt.PenStyle.DashLine))
+        self._ground_truth.setPen(pg.mkPen(colours.text, width=1.4, style=Qt.PenStyle.DashLine))
         self._raw.set_colour(raw_colour(colours))
         self._raw_sample = pg.ScatterPlotItem(size=2 * _RAW_SIZE, pen=None, brush=raw_colour(colours))
         tint = QColor(result)
@@ -274,7 +274,7 @@ class ProfilePlot(pg.PlotWidget):
     def picture(self, names: list[tuple[str, str]], as_svg: bool) -> bytes:
         """Return the plot as PNG, twice as large as on the screen, or as SVG, with a legend of items ("raw", "result",
         "truth" or the number of a run) and their names."""
-        items = {"raw": self._raw_sample, "result": self._result, "truth": self._truth}
+        items = {"raw": self._raw_sample, "result": self._result, "ground_truth": self._ground_truth}
         items |= {str(number): item for number, item in enumerate(self._runs)}
         legend = pg.LegendItem(offset=(-12, 8), labelTextColor=self._text, verSpacing=-4)
         legend.setParentItem(self.getViewBox())

@@ -14,7 +14,7 @@ from ...base.actions import Actions
 from ...base.commands import Command
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
-from ..context import Desk, Part
+from ..context import Context, Feature
 from ..menus import insert_menu
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
@@ -63,7 +63,7 @@ COMMANDS = (
 
 # Buttons of the layouts at the end of the menu bar.
 
-_MOST_WIDTH = 460
+_MAX_WIDTH = 460
 """Maximum width of the buttons [px]; layouts beyond are only in the menu."""
 
 
@@ -94,7 +94,7 @@ class LayoutBar(QWidget):
         width = 0
         for action, button in self._buttons.items():
             width += button.sizeHint().width() + self._row.spacing()
-            button.setVisible(width <= _MOST_WIDTH or action.isChecked())
+            button.setVisible(width <= _MAX_WIDTH or action.isChecked())
         self.adjustSize()
 
     def _make(self, wanted: list[QAction]) -> None:
@@ -146,19 +146,19 @@ def remember_choices(actions: Actions) -> None:
 _NOT_OWN = "The current layout is built in: only your own layouts can be renamed or deleted."
 
 
-class LayoutsPart(Part):
+class LayoutsFeature(Feature):
     """Switches between layouts of the window. Changes by the user are stored with the layout."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        desk.actions.add(COMMANDS)
-        self.store = LayoutStore(desk.panels.remembers)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(COMMANDS)
+        self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._views, self._lasting = desk.views.layout_name, desk.views.lasting_layout
+        self._views, self._lasting = context.views.layout_name, context.views.lasting_layout
         self._turning = False
         self._deleted: Layout | None = None
         names = [*(layout.name for layout in BUILT_IN), *OWN]
-        self._actions: dict[str, QAction] = {name: desk.actions[f"layout_{name}"] for name in names}
+        self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
         for name, action in self._actions.items():
             action.triggered.connect(lambda _=False, name=name: self.toggle(name))
         for name, do in {
@@ -168,18 +168,18 @@ class LayoutsPart(Part):
             "restore_layout": self.restore,
             "reset_layout": self.reset,
         }.items():
-            desk.actions[name].triggered.connect(lambda _=False, do=do: do())
-        desk.views.layoutChanged.connect(self._follow_views)
-        self.menu = QMenu("&Layout", desk.window)
+            context.actions[name].triggered.connect(lambda _=False, do=do: do())
+        context.views.layoutChanged.connect(self._follow_views)
+        self.menu = QMenu("&Layout", context.window)
         self.bar = LayoutBar()
 
     def begin(self) -> None:
         """Insert the menu, and restore the layout of the last program start."""
-        insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["full_screen"])
-        self._take(self.store.left(self.store.present))
+        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["full_screen"])
+        self._apply(self.store.left(self.store.present))
         self._show()
-        if self.desk.panels.remembers:
-            remember_choices(self.desk.actions)
+        if self.context.panels.persistent:
+            remember_choices(self.context.actions)
 
     @property
     def present(self) -> str:
@@ -194,14 +194,14 @@ class LayoutsPart(Part):
         """Switch to a layout in its last state."""
         if name != self.present and name in self.store.layouts:
             self._leave(name)
-            self._take(self.store.left(name))
+            self._apply(self.store.left(name))
         self._show()
 
     def reset(self) -> None:
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
-        self.desk.panels.forget_folded()
-        self._take(self.store.layouts[self.present].arrangement)
+        self.context.panels.allow_hidden()
+        self._apply(self.store.layouts[self.present].arrangement)
 
     def save(self, text: str) -> bool:
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not
@@ -212,10 +212,10 @@ class LayoutsPart(Part):
         if not text:
             return False
         if known is not None and not self.store.is_own(known.name):
-            self.desk.notes.tell(f"{known.text} is built in and cannot be replaced: choose another name.")
+            self.context.notes.show_message(f"{known.text} is built in and cannot be replaced: choose another name.")
             return False
         if name is None:
-            self.desk.notes.tell(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
+            self.context.notes.show_message(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
             return False
         now = self._arrangement()
         if name != self.present:
@@ -223,7 +223,7 @@ class LayoutsPart(Part):
         self.store.put(name, text, now)
         self._show()
         keys = self._actions[name].shortcut().toString()
-        self.desk.notes.tell(f"Layout {text} saved" + (f"; {keys} switches to it." if keys else "."))
+        self.context.notes.show_message(f"Layout {text} saved" + (f"; {keys} switches to it." if keys else "."))
         return True
 
     def rename(self, text: str) -> bool:
@@ -233,7 +233,7 @@ class LayoutsPart(Part):
         if not text or not self.store.is_own(self.present):
             return False
         if known is not None and known.name != self.present:
-            self.desk.notes.tell(f"A layout {known.text} exists already: choose another name.")
+            self.context.notes.show_message(f"A layout {known.text} exists already: choose another name.")
             return False
         self.store.put(self.present, text, self.store.layouts[self.present].arrangement)
         self._show()
@@ -247,7 +247,7 @@ class LayoutsPart(Part):
         self.turn(self._back())
         self._deleted = self.store.delete(name)
         self._show()
-        self.desk.notes.offer(f"Layout {self._deleted.text} deleted.", self.desk.actions["restore_layout"])
+        self.context.notes.offer(f"Layout {self._deleted.text} deleted.", self.context.actions["restore_layout"])
 
     def restore(self) -> None:
         """Restore the layout that was deleted last, if a place is free."""
@@ -275,7 +275,7 @@ class LayoutsPart(Part):
         self._ask("Rename layout", "New name:", self.store.layouts[self.present].text, self.rename)
 
     def _ask(self, title: str, label: str, proposed: str, then: Callable[[str], bool]) -> None:
-        dialog = QInputDialog(self.desk.window)
+        dialog = QInputDialog(self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setWindowTitle(title)
         dialog.setLabelText(label)
@@ -296,19 +296,19 @@ class LayoutsPart(Part):
 
     def _arrangement(self) -> Arrangement:
         """Return the current arrangement of the window."""
-        panels, views = self.desk.panels, self.desk.views
+        panels, views = self.context.panels, self.context.views
         return Arrangement(
             self._views,
             views.contents(),
             tuple(panels.open),
             panels.places(),
             views.sides.chosen,
-            self.desk.actions["cloud_beside"].isChecked(),
+            self.context.actions["cloud_beside"].isChecked(),
         )
 
-    def _take(self, arrangement: Arrangement) -> None:
+    def _apply(self, arrangement: Arrangement) -> None:
         """Apply an arrangement to the window."""
-        views = self.desk.views
+        views = self.context.views
         self._turning = True
         try:
             if arrangement.views in LAYOUTS:
@@ -319,22 +319,22 @@ class LayoutsPart(Part):
                     views.set_content(cell, content)
             with contextlib.suppress(ValueError):
                 views.sides.choose(*arrangement.sides)
-            self.desk.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
+            self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         finally:
             self._turning = False
-        self.desk.panels.take(arrangement.panels, arrangement.places)
+        self.context.panels.take(arrangement.panels, arrangement.places)
 
     def _follow_views(self, name: str) -> None:
         """Switch the panels with the views when the views enter or leave the arrangement for correcting; but not in an
         own layout, which may have any views, nor while a single view or a comparison is shown temporarily."""
-        lasting = self.desk.views.lasting_layout
+        lasting = self.context.views.lasting_layout
         if not self._turning and not self.store.is_own(self.present):
             comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
             if comes != goes:
                 self._views = self._lasting
                 self._leave(CORRECT if comes else self._back())
                 there = self.store.left(self.present)
-                self.desk.panels.take(there.panels, there.places)
+                self.context.panels.take(there.panels, there.places)
                 self._show()
         self._views, self._lasting = name, lasting
 
@@ -347,7 +347,7 @@ class LayoutsPart(Part):
                 action.setVisible(name in own)
                 action.setText(own.get(name, name).replace("&", "&&"))
         shown = [self._actions[name] for name in self.store.layouts]
-        actions = self.desk.actions
+        actions = self.context.actions
         self.menu.clear()
         self.menu.addActions(shown)
         self.menu.addSeparator()
@@ -355,6 +355,6 @@ class LayoutsPart(Part):
         self.menu.addSeparator()
         self.menu.addAction(actions["reset_layout"])
         self.bar.set_actions(shown)
-        self.desk.window.menuBar().setCornerWidget(self.bar)  # updates its width
+        self.context.window.menuBar().setCornerWidget(self.bar)  # updates its width
         actions.allow("" if self.store.is_own(self.present) else _NOT_OWN, "rename_layout", "delete_layout")
         actions.allow("" if self._deleted is not None else "No layout has been deleted.", "restore_layout")

@@ -131,17 +131,17 @@ class LayoutStore:
 
     Parameters
     ----------
-    remembers : bool
+    persistent : bool
         Whether layouts are stored between program starts.
     """
 
-    def __init__(self, remembers: bool) -> None:
-        self._remembers = remembers
+    def __init__(self, persistent: bool) -> None:
+        self._persistent = persistent
         self.layouts: dict[str, Layout] = {layout.name: layout for layout in BUILT_IN}
         self.changed: dict[str, Arrangement] = {}
         """Last state of layouts, if known."""
         self.present = STANDARD
-        if remembers:
+        if persistent:
             self._read()
 
     @property
@@ -181,7 +181,7 @@ class LayoutStore:
 
     def write(self) -> None:
         """Store all layouts."""
-        if not self._remembers:
+        if not self._persistent:
             return
         settings = QSettings()
         own = [(layout.name, layout.text, layout.arrangement.packed()) for layout in self.own]

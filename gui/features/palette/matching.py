@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QSettings
 
-from ...base.commands import Entry
+from ...base.commands import ActionEntry
 
 _WORD_START, _RUN, _LETTER = 12.0, 6.0, 1.0
 _GAP = 0.4
@@ -81,19 +81,19 @@ class RecentCommands:
 
     Parameters
     ----------
-    remembers : bool
+    persistent : bool
         Whether they are stored between program starts.
     """
 
-    def __init__(self, remembers: bool) -> None:
-        self._remembers = remembers
-        kept = QSettings().value(_KEY) if remembers else None
+    def __init__(self, persistent: bool) -> None:
+        self._persistent = persistent
+        kept = QSettings().value(_KEY) if persistent else None
         self._keys = [kept] if isinstance(kept, str) else [str(key) for key in kept or []]
 
     def note(self, key: str) -> None:
         """Add a command as the latest."""
         self._keys = [key, *(other for other in self._keys if other != key)][:_MOST]
-        if self._remembers:
+        if self._persistent:
             QSettings().setValue(_KEY, self._keys)
 
     def rank(self, key: str) -> int:
@@ -117,11 +117,11 @@ _DISABLED = -8.0
 class Offer(NamedTuple):
     """A command, and the positions of the matched letters in its text."""
 
-    entry: Entry
+    entry: ActionEntry
     letters: tuple[int, ...]
 
 
-def offers(entries: Iterable[Entry], query: str, recent: RecentCommands) -> list[Offer]:
+def offers(entries: Iterable[ActionEntry], query: str, recent: RecentCommands) -> list[Offer]:
     """Return the matching commands, best first; all commands for an empty query, recently used ones first."""
     if not query.strip():
         return [Offer(entry, ()) for entry in sorted(entries, key=lambda entry: recent.rank(entry.key))]
@@ -136,7 +136,7 @@ def offers(entries: Iterable[Entry], query: str, recent: RecentCommands) -> list
     return [offer for _, offer in sorted(fitting, key=lambda fit: -fit[0])]
 
 
-def _score(entry: Entry, query: str) -> tuple[float, tuple[int, ...]] | None:
+def _score(entry: ActionEntry, query: str) -> tuple[float, tuple[int, ...]] | None:
     """Return the score by the text, by text and menu, or, for whole words only, by the tooltip."""
     found = match(query, entry.text)
     if found is not None:

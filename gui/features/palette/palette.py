@@ -31,9 +31,9 @@ from PySide6.QtWidgets import (
 )
 
 from ...base import theme
-from ...base.commands import Entry, entries_of
+from ...base.commands import ActionEntry, action_entries
 from ...widgets.basics import PlainLabel
-from ..context import Desk, Part
+from ..context import Context, Feature
 from .matching import Offer, RecentCommands, offers
 
 # Painting of a row: icon, name with the matched letters in bold, menu or reason, keys.
@@ -123,18 +123,18 @@ class CommandPalette(QFrame):
     ----------
     window : QMainWindow
         The window with the actions.
-    remembers : bool
+    persistent : bool
         Whether recently used commands are stored between program starts.
     """
 
-    def __init__(self, window: QMainWindow, remembers: bool) -> None:
+    def __init__(self, window: QMainWindow, persistent: bool) -> None:
         super().__init__(window)
         self.setObjectName("palette")
         self.setAccessibleName("Command palette")
         self.hide()
         self._window = window
-        self._recent = RecentCommands(remembers)
-        self._entries: list[Entry] = []
+        self._recent = RecentCommands(persistent)
+        self._entries: list[ActionEntry] = []
         self._before: QWidget | None = None
         self.field = _Field(self)
         self.field.setPlaceholderText("Type a command")
@@ -150,7 +150,7 @@ class CommandPalette(QFrame):
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setAccessibleName("Commands")
-        self.list.clicked.connect(self._give)
+        self.list.clicked.connect(self._run_command)
         self.list.selectionModel().currentChanged.connect(self._explain)
         self.hint = PlainLabel()
         self.hint.setWordWrap(True)
@@ -168,7 +168,7 @@ class CommandPalette(QFrame):
             self.leave()
             return
         self._before = QApplication.focusWidget()
-        self._entries = entries_of(self._window)
+        self._entries = action_entries(self._window)
         self.field.clear()
         self._offer()
         self._place()
@@ -197,7 +197,7 @@ class CommandPalette(QFrame):
         elif event.key() in _MOVES:
             self._move(Qt.Key(event.key()))
         else:
-            self._give(self.list.currentIndex())
+            self._run_command(self.list.currentIndex())
 
     def changeEvent(self, event: QEvent) -> None:
         """Apply the colours of another theme."""
@@ -230,7 +230,7 @@ class CommandPalette(QFrame):
         why_not, hint = entry.why_not, entry.action.toolTip()
         self.hint.setText(f"{why_not} {hint}" if why_not else hint)
 
-    def _give(self, index: QModelIndex) -> None:
+    def _run_command(self, index: QModelIndex) -> None:
         offer = index.data(OFFER_ROLE)
         if offer is None or not offer.entry.action.isEnabled():
             return
@@ -310,10 +310,10 @@ class _Offers(QAbstractListModel):
 # The feature of the window.
 
 
-class PalettePart(Part):
+class PaletteFeature(Feature):
     """Opens the palette on request."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        self.palette = CommandPalette(desk.window, desk.panels.remembers)
-        desk.actions["palette"].triggered.connect(self.palette.toggle)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.palette = CommandPalette(context.window, context.panels.persistent)
+        context.actions["palette"].triggered.connect(self.palette.toggle)

@@ -27,21 +27,21 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted
-from ilf.project.journals import LeftWork, journal_folder, left_work
 from ilf.project.project import Stage
+from ilf.project.recovery import RecoverableWork, find_recoverable_work, journal_folder
 
 from ...base import theme
 from ...widgets.basics import Message, PlainLabel
 from ...widgets.notices import error_details, error_text
 from ...work.jobs import Worker
-from ..context import Desk, Part
+from ..context import Context, Feature
 from .opening import Opening
 from .restoring import Restoring, name_of
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
 _PICTURE = 160
-_MOST_ROWS_SHOWN = 3
+_MAX_ROWS_SHOWN = 3
 _ABOUT = (
     "ILF Studio or the computer closed unexpectedly. This work is not in a project file yet. It is kept until you "
     "discard it."
@@ -50,7 +50,7 @@ _ADDED = "This window has a project: restored frames are added to it."
 
 
 @dataclass(frozen=True)
-class OfferedWork:
+class UnsavedWorkInfo:
     """Description of unsaved work.
 
     Attributes
@@ -79,18 +79,18 @@ class RecoveryDialog(QDialog):
 
     Signals
     -------
-    restore_wished(int), discard_wished(int)
+    restore_requested(int), discard_requested(int)
         The number of the work.
     """
 
-    restore_wished = Signal(int)
-    discard_wished = Signal(int)
+    restore_requested = Signal(int)
+    discard_requested = Signal(int)
 
-    def __init__(self, works: Sequence[OfferedWork], parent: QWidget) -> None:
+    def __init__(self, works: Sequence[UnsavedWorkInfo], parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
-        about.say(_ABOUT, "text")
+        about.show_message(_ABOUT, "text")
         self.added = Message()
         self.rows = {number: _Row(work) for number, work in enumerate(works)}
         inside = QWidget()
@@ -99,7 +99,7 @@ class RecoveryDialog(QDialog):
         column.setSpacing(8)
         for number, row in self.rows.items():
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
-            row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_wished.emit(number))
+            row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_requested.emit(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
             row.later_button.setVisible(len(works) > 1)  # with a single row, the dialog's own button does the same
             column.addWidget(row)
@@ -109,7 +109,7 @@ class RecoveryDialog(QDialog):
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         area.setWidget(inside)
-        shown = list(self.rows.values())[:_MOST_ROWS_SHOWN]
+        shown = list(self.rows.values())[:_MAX_ROWS_SHOWN]
         area.setMinimumHeight(sum(row.sizeHint().height() + 8 for row in shown))
         buttons = QDialogButtonBox()
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
@@ -123,12 +123,12 @@ class RecoveryDialog(QDialog):
         outer.addWidget(area, 1)
         outer.addWidget(buttons)
         self.setMinimumWidth(600)
-        self.say_added(False)
+        self.show_added(False)
 
-    def say_added(self, on: bool) -> None:
+    def show_added(self, on: bool) -> None:
         """Show whether restored frames are added to an existing project."""
         self.added.setVisible(on)
-        self.added.say(_ADDED if on else "")
+        self.added.show_message(_ADDED if on else "")
 
     def remove(self, number: int) -> None:
         """Remove the row of work that was restored, discarded or postponed."""
@@ -142,7 +142,7 @@ class RecoveryDialog(QDialog):
     def _restore(self, number: int) -> None:
         for row in self.rows.values():
             row.wait(row is self.rows[number])
-        self.restore_wished.emit(number)
+        self.restore_requested.emit(number)
 
     def go_on(self) -> None:
         """Enable the remaining rows after a restore."""
@@ -153,7 +153,7 @@ class RecoveryDialog(QDialog):
 class _Row(QFrame):
     """Row of one unsaved work."""
 
-    def __init__(self, work: OfferedWork) -> None:
+    def __init__(self, work: UnsavedWorkInfo) -> None:
         super().__init__()
         self.setFrameShape(QFrame.Shape.StyledPanel)
         self._problem = work.problem
@@ -175,8 +175,8 @@ class _Row(QFrame):
         bold.setBold(True)
         name.setFont(bold)
         when, what = Message(), Message()
-        when.say("" if work.changed is None else f"Last change {when_in_words(work.changed)}", "muted")
-        what.say(work.problem or "\n".join(work.details), "error" if work.problem else "text")
+        when.show_message("" if work.changed is None else f"Last change {format_age(work.changed)}", "muted")
+        what.show_message(work.problem or "\n".join(work.details), "error" if work.problem else "text")
         self.restore_button = QPushButton("Restore", autoDefault=False)
         self.restore_button.setToolTip("Open the work in its last state; save it as a project afterwards")
         self.discard_button = QPushButton("Discard…", autoDefault=False)
@@ -213,13 +213,13 @@ class _Row(QFrame):
         self.later_button.setEnabled(True)
 
 
-def when_in_words(moment: datetime, now: datetime | None = None) -> str:
+def format_age(moment: datetime, now: datetime | None = None) -> str:
     """Format a time as age and date.
 
     Examples
     --------
     >>> noon = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
-    >>> when_in_words(noon, noon.replace(minute=5)).split(",")[0]
+    >>> format_age(noon, noon.replace(minute=5)).split(",")[0]
     '5 minutes ago'
     """
     passed = ((now or datetime.now(UTC)) - moment).total_seconds()
@@ -247,17 +247,17 @@ _STAGES = {
 class Recovery(QObject):
     """Looks for unsaved work in the background, and asks whether to restore it."""
 
-    def __init__(self, desk: Desk, opening: Opening, folder: Path) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, opening: Opening, folder: Path) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._folder = folder
-        self._restoring = Restoring(desk, opening)
-        self._found: list[LeftWork] = []
-        self._let_go: set[int] = set()
+        self._restoring = Restoring(context, opening)
+        self._found: list[RecoverableWork] = []
+        self._handled: set[int] = set()
         self.dialog: RecoveryDialog | None = None
         self._worker = Worker(self)
         self._worker.finished.connect(self._offer)
-        self._worker.failed.connect(lambda error: desk.notes.report("Unsaved work", error))
+        self._worker.failed.connect(lambda error: context.notes.report("Unsaved work", error))
 
     def look(self) -> None:
         """Look for unsaved work, and offer what is found."""
@@ -271,23 +271,23 @@ class Recovery(QObject):
             self.dialog.reject()
         return ended
 
-    def _job(self) -> Generator[None, None, list[tuple[LeftWork, OfferedWork]]]:
+    def _job(self) -> Generator[None, None, list[tuple[RecoverableWork, UnsavedWorkInfo]]]:
         yield None
-        return [(left, _offered(left)) for left in left_work(self._folder)]
+        return [(left, _offered(left)) for left in find_recoverable_work(self._folder)]
 
-    def _offer(self, found: list[tuple[LeftWork, OfferedWork]]) -> None:
+    def _offer(self, found: list[tuple[RecoverableWork, UnsavedWorkInfo]]) -> None:
         if not found:
             return
-        self._found, self._let_go = [left for left, _ in found], set()
-        self.dialog = RecoveryDialog([offered for _, offered in found], self._desk.window)
-        self.dialog.restore_wished.connect(self._restore)
-        self.dialog.discard_wished.connect(self._discard)
+        self._found, self._handled = [left for left, _ in found], set()
+        self.dialog = RecoveryDialog([offered for _, offered in found], self._context.window)
+        self.dialog.restore_requested.connect(self._restore)
+        self.dialog.discard_requested.connect(self._discard)
         self.dialog.finished.connect(self._close)
-        self.dialog.say_added(not self._restoring.is_alone())
+        self.dialog.show_added(not self._restoring.has_no_project())
         self.dialog.open()
 
     def _restore(self, number: int) -> None:
-        self._let_go.add(number)  # `Restoring` releases it
+        self._handled.add(number)  # `Restoring` releases it
         self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
 
     def _failed(self, number: int) -> None:
@@ -295,14 +295,14 @@ class Recovery(QObject):
         if self.dialog is None:
             self._found[number].release()
             return
-        self._let_go.discard(number)
+        self._handled.discard(number)
         self.dialog.go_on()
 
     def _restored(self, number: int) -> None:
-        self._desk.notes.tell(f"{name_of(self._found[number])} restored: save it to keep it.")
+        self._context.notes.show_message(f"{name_of(self._found[number])} restored: save it to keep it.")
         if self.dialog is not None:
             self.dialog.go_on()
-            self.dialog.say_added(True)
+            self.dialog.show_added(True)
             self.dialog.remove(number)
 
     def _discard(self, number: int) -> None:
@@ -323,25 +323,25 @@ class Recovery(QObject):
         try:
             left.discard()
         except OSError as error:
-            self._desk.notes.report("Not discarded", error)
+            self._context.notes.report("Not discarded", error)
             return
-        self._let_go.add(number)
+        self._handled.add(number)
         if self.dialog is not None:
             self.dialog.remove(number)
 
     def _close(self) -> None:
         for number, left in enumerate(self._found):
-            if number not in self._let_go:
+            if number not in self._handled:
                 left.release()
         dialog, self.dialog = self.dialog, None
         if dialog is not None:
             dialog.deleteLater()
 
 
-def _offered(left: LeftWork) -> OfferedWork:
+def _offered(left: RecoverableWork) -> UnsavedWorkInfo:
     """Describe unsaved work; called in a worker thread."""
     if left.note is None or left.problem:
-        return OfferedWork(left.path.name, left.note.changed if left.note else None, (), problem=left.problem)
+        return UnsavedWorkInfo(left.path.name, left.note.changed if left.note else None, (), problem=left.problem)
     frames, all_frames = left.frames, left.read.project.frames
     stages = Counter(frame.summary.stage for frame in frames)
     parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
@@ -353,7 +353,7 @@ def _offered(left: LeftWork) -> OfferedWork:
     if left.note.host != socket.gethostname():
         lines.append(f"From computer {left.note.host}")
     lines += left.read.problems
-    return OfferedWork(name_of(left), left.note.changed, tuple(lines), left.picture())
+    return UnsavedWorkInfo(name_of(left), left.note.changed, tuple(lines), left.picture())
 
 
 # Label in the status bar while the autosave fails.
@@ -361,7 +361,7 @@ def _offered(left: LeftWork) -> OfferedWork:
 MEANING = "Your work is in memory only. The autosave is retried every few seconds. Save the project to be safe."
 
 
-class UnkeptLabel(PlainLabel):
+class AutosaveFailureLabel(PlainLabel):
     """Label that is visible while the autosave fails."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -370,7 +370,7 @@ class UnkeptLabel(PlainLabel):
         self._paint()
         self.hide()
 
-    def say(self, why: str) -> None:
+    def show_message(self, why: str) -> None:
         """Set the reason, a sentence; "" hides the label."""
         self.setVisible(bool(why))
         self.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
@@ -388,39 +388,39 @@ class UnkeptLabel(PlainLabel):
         self.setPalette(palette)
 
 
-class AutosavePart(Part):
+class AutosaveFeature(Feature):
     """Starts the autosave, and reports its failures."""
 
-    def __init__(self, desk: Desk, opening: Opening) -> None:
-        super().__init__(desk)
-        self.recovery = Recovery(desk, opening, journal_folder())
-        self.label = UnkeptLabel()
-        desk.window.statusBar().addPermanentWidget(self.label)
-        desk.recorder.failed.connect(self._tell_failure)
-        desk.recorder.kept.connect(self._tell_kept)
+    def __init__(self, context: Context, opening: Opening) -> None:
+        super().__init__(context)
+        self.recovery = Recovery(context, opening, journal_folder())
+        self.label = AutosaveFailureLabel()
+        context.window.statusBar().addPermanentWidget(self.label)
+        context.recorder.failed.connect(self._tell_failure)
+        context.recorder.kept.connect(self._tell_kept)
         self._failing = False
 
     def begin(self) -> None:
         """Start the autosave and the recovery, in a window that stores settings."""
-        if self.desk.panels.remembers:
-            self.desk.recorder.start()
+        if self.context.panels.persistent:
+            self.context.recorder.start()
             self.recovery.look()
 
     def shutdown(self) -> bool:
         """Stop permanently; the remaining work has been saved or is discarded. True if no thread is left."""
-        ended = all([self.recovery.shutdown(), self.desk.recorder.shutdown()])
+        ended = all([self.recovery.shutdown(), self.context.recorder.shutdown()])
         with contextlib.suppress(OSError):  # a journal that cannot be deleted is offered at the next start
-            self.desk.store.discard()
+            self.context.store.discard()
         return ended
 
     def _tell_failure(self, error: Exception) -> None:
-        self.label.say(str(error))
+        self.label.show_message(str(error))
         if not self._failing:
             self._failing = True
-            self.desk.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
+            self.context.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
 
     def _tell_kept(self) -> None:
         if self._failing:
             self._failing = False
-            self.label.say("")
-            self.desk.notes.tell("The autosave works again: all work is stored.")
+            self.label.show_message("")
+            self.context.notes.show_message("The autosave works again: all work is stored.")

@@ -26,13 +26,13 @@ from ilf.project.encoding import frame_part
 
 from ...state.entries import Entry
 from ...state.session import Session
-from ...widgets.basics import Message, as_it_is, group
-from ..context import Desk
+from ...widgets.basics import Message, group, literal_text
+from ..context import Context
 
 # The dialog that lists unsaved work by frame, and asks whether to save it.
 
 _ID = Qt.ItemDataRole.UserRole
-_MOST_ROWS_SHOWN = 8
+_MAX_ROWS_SHOWN = 8
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,12 @@ class CloseDialog(QDialog):
 
     Signals
     -------
-    save_wished(), discard_wished()
+    save_requested(), discard_requested()
         A button was clicked; the dialog stays open. See `ticked()` and `waits()` for the choices.
     """
 
-    save_wished = Signal()
-    discard_wished = Signal()
+    save_requested = Signal()
+    discard_requested = Signal()
 
     def __init__(
         self, what: str, rows: Sequence[Unsaved], others: Sequence[str], running: bool, parent: QWidget
@@ -87,7 +87,7 @@ class CloseDialog(QDialog):
         self.setModal(True)
         self._rows = rows
         about = Message()
-        about.say(_question(what, rows), "text")
+        about.show_message(_question(what, rows), "text")
         self.frames = QTreeWidget()
         self.frames.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.frames.setAccessibleName("Frames with unsaved work")
@@ -108,8 +108,8 @@ class CloseDialog(QDialog):
         if rows:
             buttons.addButton(self.save_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.DestructiveRole)
-        self.save_button.clicked.connect(lambda: self.save_wished.emit())
-        self.discard_button.clicked.connect(lambda: self.discard_wished.emit())
+        self.save_button.clicked.connect(lambda: self.save_requested.emit())
+        self.discard_button.clicked.connect(lambda: self.discard_requested.emit())
         buttons.rejected.connect(self.reject)
 
         column = QVBoxLayout(self)
@@ -120,9 +120,9 @@ class CloseDialog(QDialog):
             self._fill()
             column.addWidget(self.frames, 1)
         if running:
-            column.addWidget(self._of_runs())
+            column.addWidget(self._runs_box())
         if others:
-            self.also.say("\n".join(others), "warning")
+            self.also.show_message("\n".join(others), "warning")
             column.addWidget(self.also)
         column.addWidget(self.progress)
         column.addWidget(buttons)
@@ -154,7 +154,7 @@ class CloseDialog(QDialog):
     def show_progress(self, text: str) -> None:
         """Show the progress and disable the choices; only *Cancel* stays enabled. "" enables the choices again."""
         self.progress.setVisible(bool(text))
-        self.progress.say(text)
+        self.progress.show_message(text)
         for widget in self._can_be_changed:
             widget.setEnabled(not text)
         if not text:
@@ -175,18 +175,18 @@ class CloseDialog(QDialog):
             item.setCheckState(0, Qt.CheckState.Checked)
             if not row.id:
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsUserCheckable)
-            item.setToolTip(0, as_it_is(row.name))
+            item.setToolTip(0, literal_text(row.name))
             self.frames.addTopLevelItem(item)
         header = self.frames.header()
         header.setStretchLastSection(False)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         for column in (1, 2):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        rows = min(len(self._rows), _MOST_ROWS_SHOWN)
+        rows = min(len(self._rows), _MAX_ROWS_SHOWN)
         self.frames.setFixedHeight(header.sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10))
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
-    def _of_runs(self) -> QWidget:
+    def _runs_box(self) -> QWidget:
         box, column = group("Runs in progress")
         for button in (self.stop, self.wait):
             self._runs.addButton(button)
@@ -215,7 +215,7 @@ def _frame_count(rows: Sequence[Unsaved]) -> int:
     return sum(bool(row.id) for row in rows)
 
 
-class Work(Protocol):
+class SaveHandler(Protocol):
     """Unsaved work of the project, and how to save it."""
 
     def project_words(self) -> str:
@@ -236,13 +236,13 @@ class Closing(QObject):
 
     Parameters
     ----------
-    desk : Desk
+    context : Desk
     work : Work
     """
 
-    def __init__(self, desk: Desk, work: Work) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, work: SaveHandler) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._work = work
         self.dialog: CloseDialog | None = None
         """The open dialog; None for none."""
@@ -260,7 +260,7 @@ class Closing(QObject):
             What is about to happen, such as "the window closes".
         then : callable
         """
-        if self._desk.documents.discard_silently:
+        if self._context.documents.discard_silently:
             then()
             return
         self._work.when_saved(lambda: self._ask(entries, whole, what, then))
@@ -268,7 +268,7 @@ class Closing(QObject):
     def _ask(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
         """Ask as in `leave`, once nothing is being saved."""
         rows, running = self._rows(entries), self._running(entries)
-        ways = [way.what for way in self._desk.under_way() if _concerns(way.session, entries, whole)]
+        ways = [way.what for way in self._context.pending_work() if _concerns(way.session, entries, whole)]
         others = [
             f"{way[:1].upper()}{way[1:]} is in progress: it is stopped, and its results are lost." for way in ways
         ]
@@ -281,29 +281,29 @@ class Closing(QObject):
         if self.dialog is not None:
             self.dialog.raise_()
             return
-        self.dialog = dialog = CloseDialog(what, rows, others, bool(running), self._desk.window)
+        self.dialog = dialog = CloseDialog(what, rows, others, bool(running), self._context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        question = _Question(self._desk, self._work, dialog, running, then)
-        dialog.save_wished.connect(question.save)
-        dialog.discard_wished.connect(question.discard)
+        question = _CloseAnswer(self._context, self._work, dialog, running, then)
+        dialog.save_requested.connect(question.save)
+        dialog.discard_requested.connect(question.discard)
         dialog.finished.connect(self._forget)
         dialog.open()
 
     def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         """Call `then` if frames may be removed from the project: at once if there is no work on them."""
-        stored = self._desk.store
+        stored = self._context.store
         worked = [
             entry.name
             for entry in entries
             if entry.unsaved
-            or entry.session in self._desk.runs.running
+            or entry.session in self._context.runs.running
             or (stored.project is not None and frame_part(entry.id) in stored.project.names())
         ]
-        if self._desk.documents.discard_silently or not worked:
+        if self._context.documents.discard_silently or not worked:
             then()
             return
         names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
-        box = QMessageBox(self._desk.window)
+        box = QMessageBox(self._context.window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         box.setWindowTitle("Remove from the project?")
@@ -320,15 +320,15 @@ class Closing(QObject):
 
     def _running(self, entries: Sequence[Entry]) -> list[Session]:
         sessions = {entry.session for entry in entries}
-        return [session for session in self._desk.runs.running if session in sessions]
+        return [session for session in self._context.runs.running if session in sessions]
 
     def _rows(self, entries: Sequence[Entry]) -> list[Unsaved]:
-        running = self._desk.runs.running
+        running = self._context.runs.running
         rows = []
         for entry in entries:
-            texts = [entry.unsaved_words()]
+            texts = [entry.unsaved_summary()]
             if entry.session in running:
-                share = self._desk.runs.of(entry.session).share_done
+                share = self._context.runs.of(entry.session).share_done
                 texts.append(f"a run is in progress ({share:.0%})")
             work = ", ".join(filter(None, texts))
             if work:
@@ -336,14 +336,14 @@ class Closing(QObject):
         return rows
 
 
-class _Question(QObject):
+class _CloseAnswer(QObject):
     """Handling of the user's answer in a `CloseDialog`."""
 
     def __init__(
-        self, desk: Desk, work: Work, dialog: CloseDialog, running: list[Session], then: Callable[[], None]
+        self, context: Context, work: SaveHandler, dialog: CloseDialog, running: list[Session], then: Callable[[], None]
     ) -> None:
         super().__init__(dialog)
-        self._desk = desk
+        self._context = context
         self._work = work
         self._dialog = dialog
         self._running = running
@@ -351,7 +351,7 @@ class _Question(QObject):
         self._saves = False
         self._over = False
         dialog.rejected.connect(self._give_up)
-        desk.runs.state_changed.connect(self._look)
+        context.runs.state_changed.connect(self._look)
 
     def discard(self) -> None:
         """Continue without saving."""
@@ -367,16 +367,16 @@ class _Question(QObject):
         self._running = [session for session in self._running if session.id in ticked]
         if not self._dialog.waits():
             for session in self._running:
-                self._desk.runs.of(session).cancel()
+                self._context.runs.of(session).cancel()
         self._look()
 
     def _look(self) -> None:
         """Save as soon as no run is in progress."""
         if not self._saves:
             return
-        running = [session for session in self._running if session in self._desk.runs.running]
+        running = [session for session in self._running if session in self._context.runs.running]
         if running:
-            done = sum(self._desk.runs.of(session).share_done for session in running) / len(running)
+            done = sum(self._context.runs.of(session).share_done for session in running) / len(running)
             names = running[0].name if len(running) == 1 else f"{len(running)} frames"
             self._dialog.show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
             return
@@ -384,7 +384,7 @@ class _Question(QObject):
         QTimer.singleShot(0, self, self._begin)  # results of ended runs are stored by then
 
     def _begin(self) -> None:
-        if any(session in self._desk.runs.running for session in self._running):  # an extrapolation follows the run
+        if any(session in self._context.runs.running for session in self._running):  # an extrapolation follows the run
             self._saves = True
             self._look()
             return
@@ -401,7 +401,7 @@ class _Question(QObject):
 
     def _end(self) -> None:
         self._over = True
-        self._desk.runs.state_changed.disconnect(self._look)
+        self._context.runs.state_changed.disconnect(self._look)
         self._dialog.accept()
         self._then()
 

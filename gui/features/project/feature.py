@@ -15,17 +15,17 @@ from ilf.project.file import OpenedProject
 
 from ...base import theme
 from ...base.commands import Command
-from ...project.present import PresentProject, source_of
+from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import last_folder
-from ..context import Desk, Part
+from ..context import Context, Feature
 from ..menus import insert_menu
 from .closing import Closing
 from .missing import Missing
 from .opening import FolderProjects, Opening
 from .recent import RecentMenu, RecentOrigins
-from .saving import FOLDER_KEY, KINDS, SaveAsDialog, Saving, Wish, proposed_path
+from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, proposed_path
 from .view_state import ViewState
 
 # Commands on projects.
@@ -53,23 +53,26 @@ COMMANDS = (
 _PROGRAM = "ILF Studio"
 
 
-class ProjectPart(Part):
+class ProjectFeature(Feature):
     """The project of the window; a window has exactly one."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        desk.actions.add(COMMANDS)
-        workspace = desk.workspace
-        self.present = PresentProject(workspace, self)
-        self.view = ViewState(workspace, desk.views, desk.refresh)
-        self.saving = Saving(desk, self.present, self.view)
-        self.opening = Opening(desk, self.present, self.view)
-        self.missing = Missing(desk, self.present)
-        self.folders = FolderProjects(desk, self.present, self.open)
-        self.closing = Closing(desk, self)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(COMMANDS)
+        workspace = context.workspace
+        self.present = CurrentProject(workspace, self)
+        self.view = ViewState(workspace, context.views, context.refresh)
+        self.saving = Saving(context, self.present, self.view)
+        self.opening = Opening(context, self.present, self.view)
+        self.missing = Missing(context, self.present)
+        self.folders = FolderProjects(context, self.present, self.open)
+        self.closing = Closing(context, self)
         self._leaves = False
         self.recent = RecentMenu(
-            "Open recent pro&ject", RecentOrigins("projects", desk.panels.remembers), self._open_recent, desk.window
+            "Open recent pro&ject",
+            RecentOrigins("projects", context.panels.persistent),
+            self._open_recent,
+            context.window,
         )
         for name, do in {
             "new_project": self.new,
@@ -77,24 +80,24 @@ class ProjectPart(Part):
             "save_project": self.save,
             "save_project_as": self.save_as,
         }.items():
-            desk.actions[name].triggered.connect(lambda _=False, do=do: do())
-        desk.documents.project_wished.connect(self.open)
-        desk.documents.leave = self._leave_frames
-        desk.documents.remove = self.closing.remove
-        desk.documents.close = self._close_frame
-        desk.documents.saved_share = lambda: self.saving.share if self.saving.busy else None
-        self.saving.changed.connect(desk.documents.exporting_changed)
-        desk.recorder.is_unsaved = lambda: self.present.unsaved
-        desk.loader.replayed.connect(lambda _: self.present.take_extraction())
-        desk.loader.incomplete.connect(self._tell_incomplete)
+            context.actions[name].triggered.connect(lambda _=False, do=do: do())
+        context.documents.project_requested.connect(self.open)
+        context.documents.leave = self._leave_frames
+        context.documents.remove = self.closing.remove
+        context.documents.close = self._close_frame
+        context.documents.saved_share = lambda: self.saving.share if self.saving.busy else None
+        self.saving.changed.connect(context.documents.exporting_changed)
+        context.recorder.is_unsaved = lambda: self.present.unsaved
+        context.loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
+        context.loader.incomplete.connect(self._tell_incomplete)
         self.opening.opened.connect(self._tell_opened)
         self.opening.opened.connect(self.missing.check)
         self.opening.opened.connect(self.folders.note_opened)
         self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(self._tell_saved)
-        self.saving.failed.connect(lambda error: desk.notes.report("The project is not saved", error))
+        self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
         changed = workspace.session_changed, workspace.sessions_changed, workspace.project_touched
-        desk.refresh.add(
+        context.refresh.add(
             "title",
             self._show_title,
             (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
@@ -103,9 +106,9 @@ class ProjectPart(Part):
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
         self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
-        insert_menu(self.desk.window.menuBar(), self.recent, self.desk.actions["open_project"])
+        insert_menu(self.context.window.menuBar(), self.recent, self.context.actions["open_project"])
         self.recent.fill()
-        bar, actions = self.desk.window.findChild(QToolBar, "Tools"), self.desk.actions
+        bar, actions = self.context.window.findChild(QToolBar, "Tools"), self.context.actions
         if isinstance(bar, QToolBar):
             bar.insertAction(actions["export"], actions["save_project"])
 
@@ -117,7 +120,7 @@ class ProjectPart(Part):
 
     def ask_open(self) -> None:
         """Open a project with the dialog."""
-        path, _ = QFileDialog.getOpenFileName(self.desk.window, "Open project", last_folder(FOLDER_KEY), KINDS)
+        path, _ = QFileDialog.getOpenFileName(self.context.window, "Open project", last_folder(FOLDER_KEY), FILE_FILTER)
         if path:
             self.open(Path(path))
 
@@ -156,44 +159,44 @@ class ProjectPart(Part):
         def go() -> None:
             self._leaves = True
             if asked:
-                self.desk.window.close()
+                self.context.window.close()
 
         if not self._leaves:
-            self.closing.leave(list(self.desk.workspace.entries), True, "the window closes", go)
+            self.closing.leave(list(self.context.workspace.entries), True, "the window closes", go)
             asked = True
         return self._leaves
 
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
         ended = [self.saving.shutdown(), self.missing.shutdown()]
-        if isinstance(self.desk.store.project, Archive):
-            self.desk.store.project.close()
+        if isinstance(self.context.store.project, Archive):
+            self.context.store.project.close()
         return all(ended)
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; if the project file contains it, it stays in the list in that state."""
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
 
         def close() -> None:
             summary = self.present.saved_summary(entry)
             if entry.session is None or summary is None:
                 workspace.remove_entries([entry])
                 return
-            workspace.put_away(entry.session)
+            workspace.unload(entry.session)
             entry.set_unsaved(False)
             workspace.entries.set_summary(entry, summary)
 
         if self.present.saved_summary(entry) is None:
             close()
         else:
-            self.desk.recorder.revert([entry.id], close)
+            self.context.recorder.revert([entry.id], close)
 
     def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         what = "the frame is closed" if len(entries) == 1 else f"{len(entries)} frames are closed"
         self.closing.leave(entries, False, what, then)
 
     def _leave_project(self, what: str, then: Callable[[], None]) -> None:
-        self.closing.leave(list(self.desk.workspace.entries), True, what, then)
+        self.closing.leave(list(self.context.workspace.entries), True, what, then)
 
     def _begin(self) -> None:
         self.missing.forget()
@@ -209,25 +212,27 @@ class ProjectPart(Part):
         elif present.changed_on_disk():
             self._ask_replace(present.path, only, then)
         else:
-            self.saving.save(Wish(present.path, None, only, then))
+            self.saving.save(SaveRequest(present.path, None, only, then))
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        desk = self.desk
-        first = next(iter(desk.workspace.entries), None)
+        context = self.context
+        first = next(iter(context.workspace.entries), None)
         proposed = self.folders.proposed() or proposed_path(
             self.present.name or ("project" if first is None else first.name)
         )
-        sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
-        embedded = any(name.startswith("sources/") for name in desk.store.all_names())
-        dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)
+        sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
+        embedded = any(name.startswith("sources/") for name in context.store.all_names())
+        dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self.saving.save(Wish(dialog.chosen(), dialog.embed.isChecked(), only, then)))
+        dialog.accepted.connect(
+            lambda: self.saving.save(SaveRequest(dialog.chosen(), dialog.embed.isChecked(), only, then))
+        )
         dialog.rejected.connect(lambda: then(False))
         dialog.open()
 
     def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         """Ask whether to replace a file that was changed since it was opened."""
-        box = QMessageBox(self.desk.window)
+        box = QMessageBox(self.context.window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         there = path.exists()
@@ -250,7 +255,7 @@ class ProjectPart(Part):
         def answer() -> None:
             clicked = box.clickedButton()
             if clicked is replace:
-                self.saving.save(Wish(path, None, only, then))
+                self.saving.save(SaveRequest(path, None, only, then))
             elif clicked is other:
                 self._save_as("", only, then)
             else:
@@ -269,26 +274,26 @@ class ProjectPart(Part):
         self.recent.note(opened.path)
         count = len(opened.project.frames)
         if count > 1:
-            self.desk.panels.offer("Frames")
-        self.desk.notes.tell(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
-        self.desk.notes.warn(
+            self.context.panels.offer("Frames")
+        self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
+        self.context.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
         )
 
     def _tell_incomplete(self, session: Session, problems: Sequence[str]) -> None:
-        self.desk.notes.warn(f"{session.name}: part of the work could not be read", problems)
+        self.context.notes.warn(f"{session.name}: part of the work could not be read", problems)
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)
-        count, size = len(self.desk.workspace.entries), path.stat().st_size / 1e6
-        self.desk.notes.tell(f"Saved {path.name}: {counted(count, 'frame')}, {size:.1f} MB.")
-        self.desk.notes.warn("Saved, but not everything as requested", problems)
+        count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
+        self.context.notes.show_message(f"Saved {path.name}: {counted(count, 'frame')}, {size:.1f} MB.")
+        self.context.notes.warn("Saved, but not everything as requested", problems)
 
     def _show_title(self) -> None:
-        workspace, window = self.desk.workspace, self.desk.window
+        workspace, window = self.context.workspace, self.context.window
         names = [self.present.name, workspace.session.name if workspace.has_session else ""]
         name = " — ".join(filter(None, names))
         window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
         window.setWindowModified(bool(name) and self.present.unsaved)
-        self.desk.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project_as")
-        self.desk.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project")
+        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project_as")
+        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project")

@@ -25,15 +25,15 @@ from PySide6.QtWidgets import (
 from ilf._runtime.formatting import counted, grouped
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
-from ilf.project.finding import LostFile, find_in, lost_files, relocated
+from ilf.project.missing_files import MissingFile, find_in_folder, missing_files, relocated
 from ilf.project.sources import ChangedSource, MissingSource
 
-from ...project.present import PresentProject, source_of
+from ...project.current_project import CurrentProject, source_of
 from ...state.entries import Entry
-from ...widgets.basics import Message, as_it_is
+from ...widgets.basics import Message, literal_text
 from ...widgets.work_row import WorkRow
 from ...work.jobs import Worker
-from ..context import Desk
+from ..context import Context
 
 # The dialog that asks for files that are missing or have changed.
 
@@ -46,37 +46,37 @@ _ABOUT = (
 
 
 @dataclass(frozen=True)
-class LostRow:
+class LostFileRow:
     """A lost file, with the name of its frame."""
 
     name: str
-    lost: LostFile
+    lost: MissingFile
 
 
-class MissingDialog(QDialog):
+class MissingFilesDialog(QDialog):
     """Dialog with missing and changed files, and commands to locate them.
 
     Signals
     -------
-    file_given(object, object), folder_given(object)
-        The user has located a LostFile; or has chosen a folder to search for all of them.
-    new_wished(object)
-        Request to open the frame of a changed LostFile as a new frame, without the work.
+    file_located(object, object), search_folder_chosen(object)
+        The user has located a MissingFile; or has chosen a folder to search for all of them.
+    new_frame_requested(object)
+        Request to open the frame of a changed MissingFile as a new frame, without the work.
     cancelled()
         Request to stop the search.
     """
 
-    file_given = Signal(object, object)
-    folder_given = Signal(object)
-    new_wished = Signal(object)
+    file_located = Signal(object, object)
+    search_folder_chosen = Signal(object)
+    new_frame_requested = Signal(object)
     cancelled = Signal()
 
     def __init__(self, project: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Missing Files of {project}")
-        self._rows: list[LostRow] = []
+        self._rows: list[LostFileRow] = []
         about = Message(lines=3)
-        about.say(_ABOUT, "text")
+        about.show_message(_ABOUT, "text")
         self.files = QTreeWidget()
         self.files.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.files.setAccessibleName("Missing and changed files")
@@ -108,7 +108,7 @@ class MissingDialog(QDialog):
         self.files.currentItemChanged.connect(lambda *_: self._allow())
         self.file_button.clicked.connect(self._ask_file)
         self.folder_button.clicked.connect(self._ask_folder)
-        self.new_button.clicked.connect(self._wish_new)
+        self.new_button.clicked.connect(self._request_new_frame)
         self.work.cancelled.connect(self.cancelled)
 
         row = QHBoxLayout()
@@ -127,7 +127,7 @@ class MissingDialog(QDialog):
         layout.addWidget(buttons)
         self.resize(760, 430)
 
-    def show_rows(self, rows: Sequence[LostRow]) -> None:
+    def show_rows(self, rows: Sequence[LostFileRow]) -> None:
         """Show the lost files."""
         chosen = self.chosen()
         self._rows = list(rows)
@@ -135,14 +135,14 @@ class MissingDialog(QDialog):
         for number, (name, lost) in enumerate((row.name, row.lost) for row in rows):
             item = QTreeWidgetItem([name, lost.wanted.path, "changed" if lost.changed else "missing"])
             item.setData(0, _NUMBER, number)
-            item.setToolTip(1, as_it_is(_details(lost)))
-            item.setToolTip(2, as_it_is(_details(lost)))
+            item.setToolTip(1, literal_text(_details(lost)))
+            item.setToolTip(2, literal_text(_details(lost)))
             self.files.addTopLevelItem(item)
             if number == 0 or lost == chosen:
                 self.files.setCurrentItem(item)
         self._allow()
 
-    def chosen(self) -> LostFile | None:
+    def chosen(self) -> MissingFile | None:
         """Return the selected file; None for none."""
         item = self.files.currentItem()
         number = None if item is None else item.data(0, _NUMBER)
@@ -163,7 +163,7 @@ class MissingDialog(QDialog):
             self.work.end()
         elif self.work.isHidden():
             self.work.begin()
-            self.message.say("")
+            self.message.show_message("")
         else:
             self.work.show_share(share)
         self._allow()
@@ -174,7 +174,7 @@ class MissingDialog(QDialog):
         self.folder_button.setEnabled(idle and bool(self._rows))
         self.new_button.setEnabled(idle and lost is not None and lost.changed is not None)
         if lost is not None and idle and self.message.tone() != "error":
-            self.message.say(_details(lost))
+            self.message.show_message(_details(lost))
 
     def _ask_file(self) -> None:
         lost = self.chosen()
@@ -183,22 +183,22 @@ class MissingDialog(QDialog):
         name = Path(lost.wanted.path).name
         path, _ = QFileDialog.getOpenFileName(self, f"Locate {name}", str(_nearest(lost.wanted.path)))
         if path:
-            self.file_given.emit(lost, Path(path))
+            self.file_located.emit(lost, Path(path))
 
     def _ask_folder(self) -> None:
         lost = self.chosen()
         start = _nearest(lost.wanted.path if lost is not None else "")
         folder = QFileDialog.getExistingDirectory(self, "Locate Files in Folder", str(start))
         if folder:
-            self.folder_given.emit(Path(folder))
+            self.search_folder_chosen.emit(Path(folder))
 
-    def _wish_new(self) -> None:
+    def _request_new_frame(self) -> None:
         lost = self.chosen()
         if lost is not None and lost.changed is not None:
-            self.new_wished.emit(lost)
+            self.new_frame_requested.emit(lost)
 
 
-def _details(lost: LostFile) -> str:
+def _details(lost: MissingFile) -> str:
     """Describe a lost file."""
     wanted = f"{lost.wanted.path}" + (f" (SHA-256 {lost.wanted.sha256[:12]}…)" if lost.wanted.sha256 else "")
     if lost.changed is None:
@@ -222,7 +222,7 @@ def _nearest(path: str) -> Path:
 
 
 Search = Callable[[], Generator[float, None, dict[InputFile, Path]]]
-_MOST_READ = 500
+_MAX_CHECKED = 500
 """Maximum number of frames of a project whose files are all read to detect changes; in larger projects only files
 written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
@@ -231,27 +231,27 @@ _MISSING, _CHANGED = "files are missing", "files have changed"
 class Missing(QObject):
     """Checks the files of a project in the background, and asks for missing ones."""
 
-    def __init__(self, desk: Desk, present: PresentProject) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, present: CurrentProject) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._present = present
-        self._lost: list[LostFile] = []
-        self._wished = ""
+        self._lost: list[MissingFile] = []
+        self._requested = ""
         """Id of the frame that the user tried to show."""
-        self.dialog: MissingDialog | None = None
+        self.dialog: MissingFilesDialog | None = None
         self._checker = Worker(self)
         self._checker.finished.connect(self._take_checked)
         self._checker.cancelled.connect(self._ask)
-        self._checker.failed.connect(lambda error: desk.notes.report("Missing files", error))
+        self._checker.failed.connect(lambda error: context.notes.report("Missing files", error))
         self._searcher = Worker(self)
         self._searcher.progressed.connect(self._show_search)
         self._searcher.finished.connect(self._take_found)
         self._searcher.cancelled.connect(lambda: self._take_found({}))
         self._searcher.failed.connect(self._fail_search)
-        desk.loader.not_opened.connect(self._note_failure)
+        context.loader.opening_failed.connect(self._note_failure)
 
     @property
-    def lost(self) -> tuple[LostFile, ...]:
+    def lost(self) -> tuple[MissingFile, ...]:
         """The lost files found so far."""
         return tuple(self._lost)
 
@@ -264,38 +264,38 @@ class Missing(QObject):
         """Check all files of an opened project."""
         self.forget()
         frames, parts, places = opened.project.frames, opened.parts, opened.places
-        large = len(frames) > _MOST_READ
+        large = len(frames) > _MAX_CHECKED
         since = opened.path.stat().st_mtime if large and opened.path.exists() else None
-        self._checker.start(lambda: lost_files(frames, parts, places, since))
+        self._checker.start(lambda: missing_files(frames, parts, places, since))
 
     def forget(self) -> None:
         """Stop, and forget the lost files of the current project."""
         self._checker.shutdown()
         self._searcher.shutdown()
-        self._lost, self._wished = [], ""
-        self._present.forget_unfound()
+        self._lost, self._requested = [], ""
+        self._present.forget_missing()
         if self.dialog is not None:
             self.dialog.reject()
 
-    def give_file(self, lost: LostFile, path: Path) -> None:
+    def locate_file(self, lost: MissingFile, path: Path) -> None:
         """Set the place of a file, and search for the others in the same folder."""
-        self._search(lambda: _one_and_others(lost.wanted, path, self._wanted()))
+        self._search(lambda: _find_given_file(lost.wanted, path, self._wanted()))
 
-    def give_folder(self, folder: Path) -> None:
+    def search_folder(self, folder: Path) -> None:
         """Search for all lost files in a folder."""
-        self._search(lambda: find_in(folder, self._wanted()))
+        self._search(lambda: find_in_folder(folder, self._wanted()))
 
-    def open_new(self, lost: LostFile) -> None:
+    def open_new(self, lost: MissingFile) -> None:
         """Open the changed files as a new frame."""
-        entries = self._desk.workspace.entries
+        entries = self._context.workspace.entries
         entry = entries.of(lost.frame)
         source = None if entry is None else source_of(entry)
         if entry is None or source is None or lost.changed is None:
             return
         source = relocated(source, {lost.wanted.path: lost.changed})
         new = Entry(uuid.uuid4().hex, source.key, f"{entry.name} (changed)", source)
-        self._desk.workspace.add_entries([new])
-        self._desk.loader.open_entry(new)
+        self._context.workspace.add_entries([new])
+        self._context.loader.open_entry(new)
 
     def shutdown(self) -> bool:
         """Stop permanently. True if no thread is left."""
@@ -304,7 +304,7 @@ class Missing(QObject):
 
     # lost files
 
-    def _take_checked(self, lost: list[LostFile]) -> None:
+    def _take_checked(self, lost: list[MissingFile]) -> None:
         for one in lost:
             self._note(one)
         self._ask()
@@ -312,51 +312,51 @@ class Missing(QObject):
     def _note_failure(self, entry: Entry, error: Exception) -> None:
         """Handle a frame that could not be opened."""
         if isinstance(error, MissingSource | ChangedSource):
-            self._note(LostFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
+            self._note(MissingFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
         elif all(lost.frame != entry.id for lost in self._lost):
             return
-        self._wished = entry.id
+        self._requested = entry.id
         if not self._checker.busy:
             self._ask()
 
-    def _note(self, lost: LostFile) -> None:
-        entry = self._desk.workspace.entries.of(lost.frame)
+    def _note(self, lost: MissingFile) -> None:
+        entry = self._context.workspace.entries.of(lost.frame)
         if entry is None or entry.session is not None:
             return
         if lost not in self._lost:
             self._lost.append(lost)
-        self._present.note_unfound(entry)
-        self._desk.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
+        self._present.note_missing(entry)
+        self._context.workspace.note_problem(entry, _CHANGED if lost.changed else _MISSING)
 
     def _ask(self) -> None:
         """Open the dialog if files are lost."""
         if not self._lost:
             return
         if self.dialog is None:
-            self.dialog = dialog = MissingDialog(self._present.name, self._desk.window)
+            self.dialog = dialog = MissingFilesDialog(self._present.name, self._context.window)
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.file_given.connect(self.give_file)
-            dialog.folder_given.connect(self.give_folder)
-            dialog.new_wished.connect(self.open_new)
+            dialog.file_located.connect(self.locate_file)
+            dialog.search_folder_chosen.connect(self.search_folder)
+            dialog.new_frame_requested.connect(self.open_new)
             dialog.cancelled.connect(self._searcher.cancel)
             dialog.finished.connect(self._leave_dialog)
             dialog.open()
         self.dialog.show_rows(self._rows())
-        self.dialog.choose(self._wished)
+        self.dialog.choose(self._requested)
 
-    def _rows(self) -> list[LostRow]:
-        entries = self._desk.workspace.entries
+    def _rows(self) -> list[LostFileRow]:
+        entries = self._context.workspace.entries
         named = ((entries.of(lost.frame), lost) for lost in self._lost)
-        return [LostRow(entry.name, lost) for entry, lost in named if entry is not None]
+        return [LostFileRow(entry.name, lost) for entry, lost in named if entry is not None]
 
     def _leave_dialog(self) -> None:
         self.dialog = None
         self._searcher.cancel()
         lost = {one.frame for one in self._lost}
-        whole = (entry for entry in self._desk.workspace.entries if entry.id not in lost)
+        whole = (entry for entry in self._context.workspace.entries if entry.id not in lost)
         first = next(whole, None)
-        if first is not None and not self._desk.workspace.has_session and not self._desk.loader.busy:
-            self._desk.loader.open_entry(first)
+        if first is not None and not self._context.workspace.has_session and not self._context.loader.busy:
+            self._context.loader.open_entry(first)
 
     # search
 
@@ -374,36 +374,38 @@ class Missing(QObject):
 
     def _fail_search(self, error: Exception) -> None:
         self._take_found({})
-        self._desk.notes.report("Search for files", error)
+        self._context.notes.report("Search for files", error)
 
     def _take_found(self, found: dict[InputFile, Path]) -> None:
-        store, dialog = self._desk.store, self.dialog
+        store, dialog = self._context.store, self.dialog
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
         store.places = replace(store.places, given={**store.places.given, **given})
-        self._desk.recorder.note_project()
+        self._context.recorder.note_project()
         affected = {lost.frame for lost in self._lost if lost.wanted in found}
         self._lost = [lost for lost in self._lost if lost.wanted not in found]
         by_path = {wanted.path: path for wanted, path in found.items()}
         for frame in affected:
-            self._bring_back(frame, by_path)
+            self._update_found(frame, by_path)
         if dialog is not None:
             dialog.show_search(None)
             dialog.show_rows(self._rows())
             left = len({lost.frame for lost in self._lost})
             if not found:
-                dialog.message.say("No file with the original content was found. Choose another folder.", "error")
+                dialog.message.show_message(
+                    "No file with the original content was found. Choose another folder.", "error"
+                )
             elif left:
                 miss = f"files of {counted(left, 'frame')} are still missing"
-                dialog.message.say(f"{_files_found(len(found))}; {miss}.", "text")
+                dialog.message.show_message(f"{_files_found(len(found))}; {miss}.", "text")
             else:
                 dialog.accept()
-                self._desk.notes.tell(
+                self._context.notes.show_message(
                     f"{_files_found(len(found))}: all frames can be opened. Save the project to store the new paths."
                 )
 
-    def _bring_back(self, frame: str, found: dict[str, Path]) -> None:
+    def _update_found(self, frame: str, found: dict[str, Path]) -> None:
         """Update a frame whose files have been found."""
-        workspace = self._desk.workspace
+        workspace = self._context.workspace
         entry = workspace.entries.of(frame)
         if entry is None:
             return
@@ -411,20 +413,20 @@ class Missing(QObject):
             entry.source = relocated(entry.source, found)
         if any(lost.frame == frame for lost in self._lost):
             return
-        summary = self._present.note_found(entry)
+        summary = self._present.note_relocated(entry)
         if summary is not None:
             workspace.entries.set_summary(entry, summary)
-        if frame == self._wished or not workspace.has_session:
-            self._wished = ""
-            self._desk.loader.open_entry(entry)
+        if frame == self._requested or not workspace.has_session:
+            self._requested = ""
+            self._context.loader.open_entry(entry)
 
 
-def _one_and_others(
+def _find_given_file(
     wanted: InputFile, path: Path, others: Sequence[InputFile]
 ) -> Generator[float, None, dict[InputFile, Path]]:
     """Return the file given by the user, if it is the right one, and the others found in the same folder."""
     named = replace(wanted, path=path.name)  # it may have been renamed
-    found = yield from find_in(path.parent, [named, *others], deep=False)
+    found = yield from find_in_folder(path.parent, [named, *others], deep=False)
     there = found.pop(named, None)
     return {wanted: there, **found} if there is not None else found
 

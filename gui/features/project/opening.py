@@ -10,14 +10,14 @@ from PySide6.QtCore import QObject, QSettings, Signal
 
 from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.finding import project_of_folder, projects_of_folders
+from ilf.project.missing_files import folder_project_path, folder_projects_dir
 from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_source import FrameSource
 
-from ...project.present import PresentProject, Set, take_settings
+from ...project.current_project import CurrentProject, ProjectSettings, apply_settings
 from ...state.entries import Entry
-from ..context import Desk
+from ..context import Context
 from .view_state import ViewState
 
 
@@ -32,15 +32,15 @@ class Opening(QObject):
 
     opened = Signal(object)
 
-    def __init__(self, desk: Desk, present: PresentProject, view: ViewState) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, present: CurrentProject, view: ViewState) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._present = present
         self._view = view
 
     def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
         """Read a project file; on success, call `then` with the function that makes it the current project."""
-        read = self._desk.loader.read
+        read = self._context.loader.read
         read(
             f"Open {path.name}",
             lambda: open_project(path),
@@ -52,24 +52,24 @@ class Opening(QObject):
         self._leave(self._begin)
 
     def _begin(self) -> None:
-        take_settings(self._desk.workspace, Project())
+        apply_settings(self._context.workspace, Project())
         self._present.take(None)
         self._record("")
 
     def _leave(self, then: Callable[[], None]) -> None:
         """Close all frames of the current project and discard their stored states, then call `then`."""
-        desk = self._desk
+        context = self._context
 
         def leave() -> None:
-            desk.workspace.remove_entries(list(desk.workspace.entries))
-            former, desk.store.project, desk.store.places = desk.store.project, None, Places()
+            context.workspace.remove_entries(list(context.workspace.entries))
+            former, context.store.project, context.store.places = context.store.project, None, Places()
             if isinstance(former, Archive):
                 former.close()
             then()
 
-        desk.recorder.revert([entry.id for entry in desk.workspace.entries], leave)
+        context.recorder.revert([entry.id for entry in context.workspace.entries], leave)
 
-    def take_back(
+    def restore_project(
         self,
         project: Project,
         places: Places,
@@ -91,14 +91,14 @@ class Opening(QObject):
         read_only : str
             Why the file must not be replaced; "" if it may be.
         """
-        store, present = self._desk.store, self._present
+        store, present = self._context.store, self._present
         store.project, store.places = None if opened is None else opened.parts, places
         self._fill(project, unsaved)
         if opened is None:
             present.take(None)
         else:
             why = _why_not_written(opened.path) or read_only
-            present.take(opened.path, opened.project, why, Set.of(opened.project))
+            present.take(opened.path, opened.project, why, ProjectSettings.of(opened.project))
         self._show(project)
         self._record("" if opened is None else str(opened.path))
 
@@ -109,10 +109,10 @@ class Opening(QObject):
             return
         opened.close()
         self._begin()
-        self._desk.loader.read(f"Open {opened.path.name}", lambda: open_project(opened.path), self._take)
+        self._context.loader.read(f"Open {opened.path.name}", lambda: open_project(opened.path), self._take)
 
     def _take(self, opened: OpenedProject) -> None:
-        store = self._desk.store
+        store = self._context.store
         store.project, store.places = opened.parts, opened.places
         self._fill(opened.project)
         self._present.take(opened.path, opened.project, _why_not_written(opened.path))
@@ -122,20 +122,20 @@ class Opening(QObject):
 
     def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
         """List the frames of a project, and apply its settings."""
-        take_settings(self._desk.workspace, project)
-        self._desk.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
+        apply_settings(self._context.workspace, project)
+        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
 
     def _show(self, project: Project) -> None:
         """Restore the views and the frame that were shown last."""
         self._view.take(project.view)
-        entries = self._desk.workspace.entries
+        entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
         if first is not None:
-            self._desk.loader.open_entry(first)
+            self._context.loader.open_entry(first)
 
     def _record(self, path: str) -> None:
-        self._desk.recorder.project = path
-        self._desk.recorder.note_project()
+        self._context.recorder.project = path
+        self._context.recorder.note_project()
 
 
 def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
@@ -166,30 +166,30 @@ class FolderProjects(QObject):
 
     Parameters
     ----------
-    desk : Desk
-    present : PresentProject
+    context : Desk
+    present : CurrentProject
     open_project : callable
         Opens a project file.
     """
 
-    def __init__(self, desk: Desk, present: PresentProject, open_project: Callable[[Path], None]) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, present: CurrentProject, open_project: Callable[[Path], None]) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._present = present
         self._open_project = open_project
         self._folder: Path | None = None
         """The folder that the current project was started with."""
         self._coming: tuple[Path, FrameSource] | None = None
         """Project that is being opened for a folder, and the source with the reading options of the folder."""
-        desk.documents.folder_wished.connect(self.open)
-        desk.loader.listed.connect(self._begin)
-        desk.loader.failed.connect(self._open_without)
+        context.documents.folder_requested.connect(self.open)
+        context.loader.listed.connect(self._begin)
+        context.loader.failed.connect(self._open_without)
 
     def open(self, how: FrameSource) -> None:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
-        desk, folder = self._desk, Path(how.rgb)
-        if not desk.panels.remembers or len(desk.workspace.entries) or self._present.path is not None:
-            desk.loader.open_folder(how)
+        context, folder = self._context, Path(how.rgb)
+        if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
+            context.loader.open_folder(how)
             return
         self._folder = folder
         home = self._home(folder)
@@ -197,12 +197,12 @@ class FolderProjects(QObject):
             self._coming = home, how
             self._open_project(home)
         else:
-            desk.loader.open_folder(how)
+            context.loader.open_folder(how)
 
     def proposed(self) -> Path | None:
         """Return the project's file, or None if it is in the data folder, where the user did not put it."""
         path = self._present.path
-        return None if path is None or path.is_relative_to(projects_of_folders()) else path
+        return None if path is None or path.is_relative_to(folder_projects_dir()) else path
 
     def note_opened(self, opened: OpenedProject) -> None:
         """Handle an opened project: if it belongs to a folder, add frames that are new in the folder."""
@@ -210,7 +210,7 @@ class FolderProjects(QObject):
         if coming is None or coming[0] != opened.path:
             self._folder = None
         else:
-            self._desk.loader.open_folder(coming[1], show=False)
+            self._context.loader.open_folder(coming[1], show=False)
 
     def forget(self) -> None:
         """Forget the folder, because another project is started."""
@@ -224,24 +224,24 @@ class FolderProjects(QObject):
     def _home(self, folder: Path) -> Path:
         """Return the file that the folder's project was saved to last, or one in the user's data folder."""
         saved = str(QSettings().value(_key(folder), ""))
-        return Path(saved) if os.path.isfile(saved) else project_of_folder(folder)
+        return Path(saved) if os.path.isfile(saved) else folder_project_path(folder)
 
     def _begin(self, how: FrameSource) -> None:
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
         if self._present.path is None:
-            self._present.take(project_of_folder(how.rgb), new=True)
+            self._present.take(folder_project_path(how.rgb), new=True)
         else:
-            self._present.take_frames()
+            self._present.mark_frames_saved()
 
     def _open_without(self, what: str, error: Exception) -> None:
         """List the folder's frames if its project cannot be opened; the file is not changed."""
         if self._coming is not None:
             how = self._coming[1]
             self.forget()
-            self._desk.loader.open_folder(how)
+            self._context.loader.open_folder(how)
 
 
 def _key(folder: Path) -> str:
-    return f"folders/{project_of_folder(folder).parent.name}"
+    return f"folders/{folder_project_path(folder).parent.name}"

@@ -17,9 +17,9 @@ from ilf.errors import FormatError
 from ilf.sources.frame_source import FrameSource
 
 from ...base import theme
-from ...base.commands import PASSING, WHY_NOT
-from ...widgets.basics import as_it_is
-from ..context import Desk, Part
+from ...base.commands import TEMPORARY, WHY_NOT
+from ...widgets.basics import literal_text
+from ..context import Context, Feature
 from ..menus import insert_menu
 
 # Recently opened files with their reading options.
@@ -39,14 +39,14 @@ class RecentOrigins:
     ----------
     what : str
         Name of the list: "frames" or "projects".
-    remembers : bool
+    persistent : bool
         Whether the list is stored between program starts.
     """
 
-    def __init__(self, what: str, remembers: bool) -> None:
+    def __init__(self, what: str, persistent: bool) -> None:
         self._key = f"recent/{what}"
-        self._remembers = remembers
-        self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if remembers else []
+        self._persistent = persistent
+        self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
 
     def note(self, origin: Origin) -> None:
         """Add an opened origin, if it can be stored with its reading options."""
@@ -64,7 +64,7 @@ class RecentOrigins:
 
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
-        if self._remembers:
+        if self._persistent:
             entries = [entry for origin in origins if (entry := _entry(origin)) is not None]
             QSettings().setValue(self._key, json.dumps(entries))
 
@@ -76,7 +76,9 @@ def key_of(origin: Origin) -> str:
 
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is missing."""
-    paths = (origin.rgb, origin.depth, origin.truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
+    paths = (
+        (origin.rgb, origin.depth, origin.ground_truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
+    )
     return any(path is not None and not os.path.exists(path) for path in paths)
 
 
@@ -105,8 +107,8 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "depth": _absolute(origin.depth),
         "units": origin.depth_units,
         "camera": camera,
-        "truth": _absolute(origin.truth),
-        "truth_units": origin.truth_units,
+        "ground_truth": _absolute(origin.ground_truth),
+        "ground_truth_units": origin.ground_truth_units,
         "guide": _absolute(origin.guide),
         "encoding": origin.encoding,
         "invalid": origin.invalid,
@@ -142,8 +144,8 @@ def _origin(entry: Section) -> Origin:
         get("depth", str),
         get("units", float),
         tuple(entry.items("camera", float)) if is_numbers else get("camera", str),
-        get("truth", str),
-        get("truth_units", float),
+        get("ground_truth", str),
+        get("ground_truth_units", float),
         get("guide", str),
         get("encoding", str),
         get("invalid", float),
@@ -220,8 +222,8 @@ class RecentMenu(QMenu):
 
     def _action(self, hint: str, do: Callable[[], None]) -> QAction:
         action = QAction(self._window)
-        action.setToolTip(as_it_is(hint))
-        action.setProperty(PASSING, True)
+        action.setToolTip(literal_text(hint))
+        action.setProperty(TEMPORARY, True)
         action.triggered.connect(lambda: do())
         action.triggered.connect(lambda: self._allow())
         return action
@@ -232,36 +234,36 @@ class RecentMenu(QMenu):
             self._open(origin)
 
 
-class RecentPart(Part):
+class RecentFeature(Feature):
     """Records opened frames, and opens them again with the same options."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        self.frames = RecentOrigins("frames", desk.panels.remembers)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.frames = RecentOrigins("frames", context.panels.persistent)
         self._noted: set[str] = set()
-        self.menu = RecentMenu("Open re&cent", self.frames, self._open, desk.window)
-        desk.workspace.sessions_changed.connect(self._note)
-        desk.loader.listed.connect(self.menu.note)
+        self.menu = RecentMenu("Open re&cent", self.frames, self._open, context.window)
+        context.workspace.sessions_changed.connect(self._note)
+        context.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:
         """Insert the menu of recent frames."""
         self.menu.setIcon(theme.icon("ph.clock-counter-clockwise", self.menu.palette()))
-        insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["open_run"])
+        insert_menu(self.context.window.menuBar(), self.menu, self.context.actions["open_run"])
         self.menu.fill()
 
     def _note(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         open_now = {session.key: session for session in workspace.sessions}
         for key, session in open_now.items():
             entry = workspace.entries.of(session.id)
-            brought = entry is not None and (entry.has_state or entry.of_folder)
+            brought = entry is not None and (entry.has_state or entry.from_folder)
             if key not in self._noted and not brought and isinstance(session.origin, FrameSource | Path):
                 self.menu.note(session.origin)
         self._noted = set(open_now)
 
     def _open(self, origin: Origin) -> None:
         if isinstance(origin, Path):
-            self.desk.loader.open_run(origin)
+            self.context.loader.open_run(origin)
         else:
-            self.desk.documents.open_source(origin)
+            self.context.documents.open_source(origin)

@@ -14,10 +14,10 @@ from ilf._runtime.formatting import counted
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.journals import LeftWork, copied_frames
 from ilf.project.project import ProjectFrame
+from ilf.project.recovery import RecoverableWork, copy_frames
 
-from ..context import Desk
+from ..context import Context
 from .opening import Opening, entry_of
 
 
@@ -25,7 +25,7 @@ from .opening import Opening, entry_of
 class _Plan:
     """What to restore, and how."""
 
-    left: LeftWork
+    left: RecoverableWork
     alone: bool
     """Whether it becomes the project of a window without a project."""
     frames: tuple[ProjectFrame, ...]
@@ -34,7 +34,7 @@ class _Plan:
 
 
 @dataclass(frozen=True, eq=False)
-class _Brought:
+class _RestoredWork:
     """Work that has been read, and is stored in this window."""
 
     opened: OpenedProject | None
@@ -46,41 +46,41 @@ class _Brought:
 class Restoring(QObject):
     """Restores unsaved work in a window: as its project if it has none, else by adding the frames to its list."""
 
-    def __init__(self, desk: Desk, opening: Opening) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, opening: Opening) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._opening = opening
 
-    def is_alone(self) -> bool:
+    def has_no_project(self) -> bool:
         """Whether the window has no project that the restored work would be added to."""
-        return not len(self._desk.workspace.entries) and self._desk.store.project is None
+        return not len(self._context.workspace.entries) and self._context.store.project is None
 
-    def restore(self, left: LeftWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
+    def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Restore unsaved work; call `then` on success, `fail` otherwise. The journal is deleted only after this window
         has stored the work."""
         plan = self._plan(left)
         for frame_id in plan.ids.values():
-            self._desk.store.expect(frame_id)
+            self._context.store.expect(frame_id)
         what = f"Restore {name_of(left)}"
 
         def give_up() -> None:
-            self._desk.store.arrived(plan.ids.values())
+            self._context.store.arrived(plan.ids.values())
             fail()
 
-        self._desk.loader.read(
-            what, lambda: self._bring(plan), lambda brought: self._take(plan, brought, then), give_up
+        self._context.loader.read(
+            what, lambda: self._read_work(plan), lambda brought: self._take(plan, brought, then), give_up
         )
 
-    def _plan(self, left: LeftWork) -> _Plan:
-        entries, alone = self._desk.workspace.entries, self.is_alone()
+    def _plan(self, left: RecoverableWork) -> _Plan:
+        entries, alone = self._context.workspace.entries, self.has_no_project()
         is_of_this = (
-            left.note is not None and bool(left.note.project) and left.note.project == self._desk.recorder.project
+            left.note is not None and bool(left.note.project) and left.note.project == self._context.recorder.project
         )
         frames = left.frames if is_of_this else left.read.project.frames
         ids = {frame.id: frame.id if entries.of(frame.id) is None else uuid.uuid4().hex for frame in frames}
         return _Plan(left, alone, frames, ids)
 
-    def _bring(self, plan: _Plan) -> _Brought:
+    def _read_work(self, plan: _Plan) -> _RestoredWork:
         """Read the work; called in a worker thread."""
         left = plan.left
         opened, problems = _project_of(left)
@@ -90,50 +90,50 @@ class Restoring(QObject):
         if opened is not None and not plan.alone:
             stores.append(opened.parts)
             wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
-        copied = copied_frames(stores, wanted)
-        self._desk.store.keep(copied.put, copied.refers)
+        copied = copy_frames(stores, wanted)
+        self._context.store.keep(copied.put, copied.refers)
         if opened is not None and not plan.alone:
             opened.close()
-        return _Brought(opened, newer, (*left.read.problems, *problems, *copied.problems))
+        return _RestoredWork(opened, newer, (*left.read.problems, *problems, *copied.problems))
 
-    def _take(self, plan: _Plan, brought: _Brought, then: Callable[[], None]) -> None:
-        desk, left, ids = self._desk, plan.left, plan.ids
+    def _take(self, plan: _Plan, brought: _RestoredWork, then: Callable[[], None]) -> None:
+        context, left, ids = self._context, plan.left, plan.ids
         given = left.read.places.given  # located files take precedence over the paths in the project file
         if plan.alone:
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
             # a file that is unreadable or newer may contain none of the work
             unsaved = left.stored if brought.opened is None or brought.newer else left.changed
-            self._opening.take_back(left.read.project, places, brought.opened, unsaved, brought.newer)
-            desk.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
+            self._opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
+            context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
-            desk.store.places = replace(desk.store.places, given={**given, **desk.store.places.given})
-            new = [entry_of(_under(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
-            desk.workspace.add_entries(new)
+            context.store.places = replace(context.store.places, given={**given, **context.store.places.given})
+            new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
+            context.workspace.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
-                desk.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
-        desk.notes.warn("Restored with errors", brought.problems)
-        desk.recorder.settle(lambda _: self._let_go(plan))
+                context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
+        context.notes.warn("Restored with errors", brought.problems)
+        context.recorder.flush(lambda _: self._discard_journal(plan))
         then()
 
-    def _let_go(self, plan: _Plan) -> None:
+    def _discard_journal(self, plan: _Plan) -> None:
         """Delete the journal of the restored work if the frames are in this window's own journal; else keep it, so that
         it is offered again at the next start."""
-        self._desk.store.arrived(plan.ids.values())
+        self._context.store.arrived(plan.ids.values())
         left = plan.left
-        if self._desk.store.is_written:
+        if self._context.store.is_written:
             with contextlib.suppress(OSError):
                 left.discard()
         else:
             left.release()
 
 
-def _under(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
+def _with_id(frame: ProjectFrame, frame_id: str) -> ProjectFrame:
     """Return a frame with this id, and with "(restored)" in its name if the id is new."""
     return frame if frame.id == frame_id else replace(frame, id=frame_id, name=f"{frame.name} (restored)")
 
 
-def name_of(left: LeftWork) -> str:
+def name_of(left: RecoverableWork) -> str:
     """Return a display name: the project, or the frames."""
     if left.note is not None and left.note.project:
         return Path(left.note.project).stem
@@ -142,7 +142,7 @@ def name_of(left: LeftWork) -> str:
     return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
-def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
+def _project_of(left: RecoverableWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
     """Return the project file, if there is one that can be read, and its problems."""
     path = "" if left.note is None else left.note.project
     if not path:
@@ -156,7 +156,7 @@ def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
     return opened, opened.problems
 
 
-def _why_newer(path: Path, left: LeftWork) -> str:
+def _why_newer(path: Path, left: RecoverableWork) -> str:
     """Return why a project file must not be replaced without asking: it was saved after the work; "" if not."""
     with contextlib.suppress(OSError):
         if left.note is not None and path.stat().st_mtime > left.note.changed.timestamp():

@@ -21,32 +21,32 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.files import made_folder
-from ilf._runtime.temporary_files import tighten
+from ilf._runtime.files import ensure_folder
+from ilf._runtime.temporary_files import restrict_to_owner
 from ilf.errors import InputError
 from ilf.project.archive import Archive, Parts
 from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project, save_project
-from ilf.project.finding import projects_of_folders
+from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 from ilf.project.thumbnail import thumbnail_part
 from ilf.sources.frame_source import FrameSource
 
 from ...base.paths import PROJECT_SUFFIX
-from ...project.present import PresentProject, Set, is_begun
+from ...project.current_project import CurrentProject, ProjectSettings, has_content
 from ...project.store import WorkStore
 from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import Message, PlainLabel, last_folder
 from ...work.jobs import Worker
-from ..context import Desk
+from ..context import Context
 from .view_state import ViewState
 
-_TELL_EVERY_MS = 100
+_PROGRESS_INTERVAL_MS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class SaveRequest:
     """Request to save the project.
 
     Attributes
@@ -67,17 +67,17 @@ class Wish:
 
 
 @dataclass(frozen=True, eq=False)
-class _Taken:
+class _Snapshot:
     """Snapshot that is being saved."""
 
-    wish: Wish
+    request: SaveRequest
     project: Project
     stamps: Mapping[Session, tuple[int, int, int]]
-    put_away: Mapping[Entry, int]
+    unload: Mapping[Entry, int]
     """Frames that are not open, but saved, too -> number of their changes at that time."""
     archive: Parts | None
     """The project file at that time."""
-    set: Set
+    set: ProjectSettings
 
 
 class Saving(QObject):
@@ -97,21 +97,21 @@ class Saving(QObject):
     saved = Signal(object, object)
     failed = Signal(object)
 
-    def __init__(self, desk: Desk, present: PresentProject, view: ViewState) -> None:
-        super().__init__(desk.window)
-        self._desk = desk
+    def __init__(self, context: Context, present: CurrentProject, view: ViewState) -> None:
+        super().__init__(context.window)
+        self._context = context
         self._present = present
         self._view = view
-        self._waiting: list[Wish] = []
+        self._waiting: list[SaveRequest] = []
         self._afterwards: list[Callable[[], None]] = []
-        self._taken: _Taken | None = None
+        self._snapshot: _Snapshot | None = None
         self._incomplete = WeakSet[Session]()
         """Frames that were read with errors: their stored state is kept until they are worked on."""
-        desk.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
+        context.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
         self.share = 0.0
         """Written share of the file, 0-1."""
-        self._worker = Worker(self, finishes=True)
-        self._pace = QTimer(self, interval=_TELL_EVERY_MS)
+        self._worker = Worker(self, must_finish=True)
+        self._pace = QTimer(self, interval=_PROGRESS_INTERVAL_MS)
         self._pace.timeout.connect(self.changed)
         self._worker.finished.connect(self._finish)
         self._worker.failed.connect(self._fail)
@@ -119,11 +119,11 @@ class Saving(QObject):
     @property
     def busy(self) -> bool:
         """Whether the project is being saved."""
-        return self._taken is not None
+        return self._snapshot is not None
 
-    def save(self, wish: Wish) -> None:
+    def save(self, request: SaveRequest) -> None:
         """Save the project, in its state when the request is processed."""
-        self._waiting.append(wish)
+        self._waiting.append(request)
         self._next()
 
     def when_done(self, then: Callable[[], None]) -> None:
@@ -141,33 +141,33 @@ class Saving(QObject):
         return self._worker.shutdown()
 
     def _next(self) -> None:
-        if self._taken is not None or not self._waiting:
+        if self._snapshot is not None or not self._waiting:
             return
-        self._taken = self._take(self._waiting.pop(0))
+        self._snapshot = self._take(self._waiting.pop(0))
         self.share = 0.0
         self._pace.start()
         self.changed.emit()
-        self._desk.recorder.settle(self._write)
+        self._context.recorder.flush(self._write)
 
-    def _take(self, wish: Wish) -> _Taken:
+    def _take(self, request: SaveRequest) -> _Snapshot:
         """Store everything to save in its current state, and return the snapshot."""
-        workspace, store = self._desk.workspace, self._desk.store
-        if workspace.stroke_under_way:
+        workspace, store = self._context.workspace, self._context.store
+        if workspace.stroke_in_progress:
             workspace.prepare_change(workspace.session)
         self._view.remember()
-        wanted = [entry for entry in workspace.entries if wish.only is None or entry.id in wish.only]
+        wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
         stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
         for session in stamps:
             whole = session not in self._incomplete or not store.has(session.id)
-            if session.unsaved or (is_begun(session) and whole):
-                self._desk.recorder.keep(session)
-        project = self._present.snapshot(self._view.of_window(), wish.only)
-        put_away = {entry: entry.changes for entry in wanted if entry.session is None}
-        return _Taken(wish, project, stamps, put_away, store.project, self._present.set_now())
+            if session.unsaved or (has_content(session) and whole):
+                self._context.recorder.keep(session)
+        project = self._present.snapshot(self._view.window_state(), request.only)
+        unload = {entry: entry.changes for entry in wanted if entry.session is None}
+        return _Snapshot(request, project, stamps, unload, store.project, self._present.current_settings())
 
     def _write(self, error: Exception | None) -> None:
         """Write the file once everything is stored, or report the error."""
-        taken, store = self._taken, self._desk.store
+        taken, store = self._snapshot, self._context.store
         if taken is None:
             return
         if error is None and store.project is not taken.archive:
@@ -182,30 +182,32 @@ class Saving(QObject):
 
         self._worker.start(job)
 
-    def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
+    def _written(self, taken: _Snapshot, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
         """Write the file; called in a worker thread."""
-        wish, project = taken.wish, taken.project
-        made_folder(wish.path.parent)
-        if wish.path.is_relative_to(projects_of_folders()):  # a folder that the user has not chosen
-            tighten(projects_of_folders())
+        request, project = taken.request, taken.project
+        ensure_folder(request.path.parent)
+        if request.path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
+            restrict_to_owner(folder_projects_dir())
         archive = taken.archive
         with store.held():
-            left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]
+            left = (
+                [] if request.only is None else [frame.id for frame in project.frames if frame.id not in request.only]
+            )
             base: list[Parts] = [_Stored(store, left), *([] if archive is None else [archive])]
             problems = save_project(
-                wish.path, project, base=base, places=store.places, embed=wish.embed, on_part=self._note_share
+                request.path, project, base=base, places=store.places, embed=request.embed, on_part=self._note_share
             )
-        return open_project(wish.path), problems
+        return open_project(request.path), problems
 
     def _note_share(self, done: int, total: int) -> None:
         self.share = done / max(total, 1)
 
     def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
-        taken, self._taken = self._taken, None
+        taken, self._snapshot = self._snapshot, None
         if taken is None:
             return
         opened, problems = outcome
-        workspace, store = self._desk.workspace, self._desk.store
+        workspace, store = self._context.workspace, self._context.store
         former = store.project
         if isinstance(former, Archive) and former.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -218,26 +220,26 @@ class Saving(QObject):
         for entry in workspace.entries:
             if entry.id in there:
                 entry.has_state = True
-            if entry.session is None and entry.changes == taken.put_away.get(entry):
+            if entry.session is None and entry.changes == taken.unload.get(entry):
                 entry.set_unsaved(False)
         for session, stamp in taken.stamps.items():
             if session in workspace.sessions:
                 workspace.note_saved(session, stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
-        self._desk.recorder.project = str(opened.path)
-        self._desk.recorder.note_project()
+        self._context.recorder.project = str(opened.path)
+        self._context.recorder.note_project()
         self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:
-        taken, self._taken = self._taken, None
+        taken, self._snapshot = self._snapshot, None
         if taken is not None:
             self._tell(lambda: self.failed.emit(error), taken, False)
 
-    def _tell(self, tell: Callable[[], None], taken: _Taken, done: bool) -> None:
+    def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
         self._pace.stop()
         self.changed.emit()
         tell()
-        taken.wish.then(done)
+        taken.request.then(done)
         self._next()
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()
@@ -266,10 +268,10 @@ class _Stored:
 # The dialog that asks for the file of a project, and whether to include the frames' own files.
 
 FOLDER_KEY = "project/folder"
-_BY_PLACE = "The frames' files are not included: copy them, too, when you move the project to another computer."
-_MOST_SIZED = 500
+_NOT_EMBEDDED = "The frames' files are not included: copy them, too, when you move the project to another computer."
+_MAX_SIZED = 500
 """Maximum number of frames whose file sizes are added up for the dialog."""
-KINDS = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
+FILE_FILTER = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
 
 
 class SaveAsDialog(QDialog):
@@ -293,7 +295,7 @@ class SaveAsDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save Project As")
-        size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MOST_SIZED else ""
+        size = f" ({_words(sum(map(_size_of, sources)))})" if len(sources) <= _MAX_SIZED else ""
         self.path = QLineEdit(str(proposed))
         self.path.setMinimumWidth(380)
         self.path.setToolTip(f"The project file; {PROJECT_SUFFIX} is added if it has no suffix")
@@ -343,7 +345,7 @@ class SaveAsDialog(QDialog):
 
     def _browse(self) -> None:
         path, _ = QFileDialog.getSaveFileName(
-            self, "Save Project As", str(self.chosen()), KINDS, options=QFileDialog.Option.DontConfirmOverwrite
+            self, "Save Project As", str(self.chosen()), FILE_FILTER, options=QFileDialog.Option.DontConfirmOverwrite
         )
         if path:
             self.path.setText(path)
@@ -367,11 +369,11 @@ class SaveAsDialog(QDialog):
         self.save_button.setEnabled(not problem)
         self.save_button.setText("&Replace" if replaces else "&Save")
         if problem:
-            self.message.say(problem, "error")
+            self.message.show_message(problem, "error")
         elif replaces:
-            self.message.say(f"{self.chosen().name} exists already and will be replaced.", "warning")
+            self.message.show_message(f"{self.chosen().name} exists already and will be replaced.", "warning")
         else:
-            self.message.say(self._why or ("" if self.embed.isChecked() else _BY_PLACE))
+            self.message.show_message(self._why or ("" if self.embed.isChecked() else _NOT_EMBEDDED))
 
 
 def proposed_path(name: str) -> Path:
@@ -385,7 +387,7 @@ def _size_of(source: FrameSource) -> int:
     size = 0
     if source.frame is not None:
         return size
-    for path in (source.rgb, source.depth, source.truth):
+    for path in (source.rgb, source.depth, source.ground_truth):
         if path is None:
             continue
         try:

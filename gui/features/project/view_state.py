@@ -37,13 +37,13 @@ class ViewState(QObject):
             view = {key: value for key, value in self._shown.view.items() if key != _PLACE}
             self._shown.view = view if place is None else {**view, _PLACE: [round(number, 4) for number in place]}
 
-    def of_window(self) -> dict[str, Any]:
+    def window_state(self) -> dict[str, Any]:
         """Return layout and contents of the views as values for JSON."""
         views = self._views
         return {_LAYOUT: views.layout_name, _CONTENTS: views.contents(), _SIDES: list(views.sides.chosen)}
 
     def take(self, view: Mapping[str, Any]) -> None:
-        """Restore the view state of `of_window`; unknown values are ignored."""
+        """Restore the view state of `window_state`; unknown values are ignored."""
         views, contents, sides = self._views, view.get(_CONTENTS), view.get(_SIDES)
         if view.get(_LAYOUT) in LAYOUTS:
             views.set_layout(str(view[_LAYOUT]))

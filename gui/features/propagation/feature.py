@@ -24,61 +24,61 @@ from ...base.commands import Command, plain
 from ...state.entries import Entry
 from ...widgets.basics import Message, PlainLabel
 from ...widgets.work_row import WorkRow
-from ..context import Desk, Part, UnderWay
+from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
-from .carrier import Arrival, Carrier, Journey
+from .propagator import PropagatedFrame, PropagationRun, Propagator
 
 # Commands of the propagation.
 
-HOW = "carry_auto", "carry_copied", "carry_flow"
+HOW = "propagate_auto", "propagate_copied", "propagate_flow"
 """Commands that choose the propagation method; the part after `carry_` is its name in the library."""
 
 COMMANDS = (
     Command(
-        "carry_next",
+        "propagate_next",
         "Propagate blocks to the next &frame",
         "ph.arrow-bend-down-right",
         "Alt+PgDown",
         "Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it",
     ),
     Command(
-        "carry_previous",
+        "propagate_previous",
         "Propaga&te blocks from the previous frame",
         "ph.arrow-bend-right-down",
         "Alt+PgUp",
         "Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters",
     ),
     Command(
-        "carry_through",
+        "propagate_through",
         "Propagate t&hrough the next frames…",
         "ph.fast-forward",
         "",
         "Propagate the blocks through a number of following frames",
     ),
-    Command("stop_carrying", "&Stop", "ph.stop", "", "Stop the propagation; frames that have the blocks keep them"),
+    Command("stop_propagation", "&Stop", "ph.stop", "", "Stop the propagation; frames that have the blocks keep them"),
     Command(
-        "carry_auto",
+        "propagate_auto",
         "&Automatic",
         "",
         "",
         "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
-        group="carry_how",
+        group="propagate_how",
     ),
     Command(
-        "carry_copied",
+        "propagate_copied",
         "&Copied",
         "",
         "",
         "Every pixel keeps its block: for a static camera",
-        group="carry_how",
+        group="propagate_how",
     ),
     Command(
-        "carry_flow",
+        "propagate_flow",
         "Optical &flow",
         "",
         "",
         "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
-        group="carry_how",
+        group="propagate_how",
     ),
 )
 
@@ -88,7 +88,7 @@ COMMANDS = (
 _USUAL = 30
 
 
-class CarryDialog(QDialog):
+class PropagateDialog(QDialog):
     """Dialog for the number of frames and the method of a propagation.
 
     Parameters
@@ -110,7 +110,7 @@ class CarryDialog(QDialog):
         self.setWindowTitle(f"Propagate Blocks of {frame_name}")
         self._names = names
         about = Message(lines=3)
-        about.say(
+        about.show_message(
             "The blocks are propagated from each frame to the next, with names, locks, parameters and drawn borders. "
             "Blocks that need a check are marked. In frames that are still open, this can be undone."
         )
@@ -129,9 +129,9 @@ class CarryDialog(QDialog):
         )
         self.last = PlainLabel()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
-        carry = buttons.button(QDialogButtonBox.StandardButton.Ok)
-        carry.setText("&Propagate")
-        carry.setToolTip("Start in the background; a line under the views shows the progress")
+        propagate_state = buttons.button(QDialogButtonBox.StandardButton.Ok)
+        propagate_state.setText("&Propagate")
+        propagate_state.setToolTip("Start in the background; a line under the views shows the progress")
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         self.count.valueChanged.connect(lambda _: self._describe())
@@ -163,17 +163,17 @@ class CarryDialog(QDialog):
 
 # Line under the views during a propagation: target frame, progress, and a button to stop.
 
-_LEAST_TEXT = 120
+_MIN_TEXT_WIDTH = 120
 
 
-class CarryStrip(QWidget):
+class PropagateStrip(QWidget):
     """Line with the progress of a propagation; hidden otherwise."""
 
     def __init__(self) -> None:
         super().__init__()
         self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setMinimumWidth(_LEAST_TEXT)
+        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
         self.work = WorkRow("propagation of blocks")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 2, 8, 2)
@@ -198,75 +198,80 @@ class CarryStrip(QWidget):
 # Messages after a propagation.
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
-_MOST_NAMED = 3
+_MAX_NAMED = 3
 
 
-def summary(journey: Journey) -> str:
+def summary(propagation_run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
-    texts = [_of_one(journey.done[0]) if len(journey.done) == 1 else _of_many(journey)] if journey.done else []
-    if journey.kept:
-        kept = counted(len(journey.kept), "frame")
+    texts = (
+        [_of_one(propagation_run.done[0]) if len(propagation_run.done) == 1 else _of_many(propagation_run)]
+        if propagation_run.done
+        else []
+    )
+    if propagation_run.kept:
+        kept = counted(len(propagation_run.kept), "frame")
         texts.append(
-            f"{kept} ({_named(journey.kept)}) had been edited or run: their blocks were kept and propagated further."
+            f"{kept} ({_named(propagation_run.kept)}) had been edited or run: their blocks were kept and "
+            f"propagated further."
         )
-    if journey.stopped:
-        texts.append(f"Stopped after {journey.over} of {counted(journey.total, 'frame')}.")
+    if propagation_run.stopped:
+        texts.append(f"Stopped after {propagation_run.processed} of {counted(propagation_run.total, 'frame')}.")
     return " ".join(texts)
 
 
-def notes_of(journey: Journey) -> list[str]:
+def notes_of(propagation_run: PropagationRun) -> list[str]:
     """Return notes on single frames, a sentence each."""
-    return [*journey.problems, *(f"{one.name}: {note}" for one in journey.done for note in one.notes)]
+    return [*propagation_run.problems, *(f"{one.name}: {note}" for one in propagation_run.done for note in one.notes)]
 
 
-def to_check(journey: Journey) -> int:
+def to_check(propagation_run: PropagationRun) -> int:
     """Count the blocks that need a check."""
-    return sum(one.to_check for one in journey.done)
+    return sum(one.to_check for one in propagation_run.done)
 
 
-def _of_one(one: Arrival) -> str:
+def _of_one(one: PropagatedFrame) -> str:
     parts = [f"{one.name}: {counted(one.blocks, 'block')} {_DONE[one.how]}"]
     parts += [f"{one.new} of them new"] * (one.new > 0) + [f"{one.gone} gone"] * (one.gone > 0)
     parts += [f"{one.to_check} need{'s' * (one.to_check == 1)} a check"] if one.to_check else ["none needs a check"]
     return ", ".join(parts) + "."
 
 
-def _of_many(journey: Journey) -> str:
-    ways = [one.how for one in journey.done]
+def _of_many(propagation_run: PropagationRun) -> str:
+    ways = [one.how for one in propagation_run.done]
     how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-    text = f"Blocks of {journey.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
-    look, marked = to_check(journey), sum(one.to_check > 0 for one in journey.done)
+    text = f"Blocks of {propagation_run.source.name} propagated to {counted(len(ways), 'frame')}: {how}."
+    look, marked = to_check(propagation_run), sum(one.to_check > 0 for one in propagation_run.done)
     need = f"{counted(look, 'block')} in {counted(marked, 'frame')} need{'s' * (look == 1)} a check."
     return f"{text} {need if look else 'No block needs a check.'}"
 
 
 def _named(names: list[str]) -> str:
-    return ", ".join(names[:_MOST_NAMED]) + ", …" * (len(names) > _MOST_NAMED)
+    return ", ".join(names[:_MAX_NAMED]) + ", …" * (len(names) > _MAX_NAMED)
 
 
 _HOW_KEY = "carrying/how"
 _PREFIX = "carry_"
 
 
-class CarryingPart(Part):
+class PropagationFeature(Feature):
     """Propagates the current frame's blocks to other frames, and those of the previous frame to the current one."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        workspace, actions = desk.workspace, desk.actions
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, actions = context.workspace, context.actions
         actions.add(COMMANDS)
-        self.carrier = Carrier(workspace, desk.loader, self)
-        self.strip = CarryStrip()
-        desk.centre.add_strip(self.strip)
-        self.strip.work.cancelled.connect(self.carrier.stop)
-        self.carrier.changed.connect(self._show)
-        self.carrier.changed.connect(self._allow)
-        self.carrier.ended.connect(self._tell)
+        self.propagator = Propagator(workspace, context.loader, self)
+        self.strip = PropagateStrip()
+        context.centre.add_strip(self.strip)
+        self.strip.work.cancelled.connect(self.propagator.stop)
+        self.propagator.changed.connect(self._show)
+        self.propagator.changed.connect(self._allow)
+        self.propagator.ended.connect(self._tell)
         handlers: dict[str, Callable[[], object]] = {
-            "carry_next": self.carry_next,
-            "carry_previous": self.carry_previous,
-            "carry_through": self.ask_carry_through,
-            "stop_carrying": self.carrier.stop,
+            "propagate_next": self.propagate_next,
+            "propagate_previous": self.propagate_previous,
+            "propagate_through": self.ask_propagate_through,
+            "stop_propagation": self.propagator.stop,
         }
         for name, handler in handlers.items():
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
@@ -281,60 +286,60 @@ class CarryingPart(Part):
 
     def begin(self) -> None:
         """Insert the menu of the methods."""
-        menu = QMenu("Pr&opagation method", self.desk.window)
+        menu = QMenu("Pr&opagation method", self.context.window)
         menu.setToolTipsVisible(True)
-        menu.addActions([self.desk.actions[name] for name in HOW])
-        insert_menu(self.desk.window.menuBar(), menu, self.desk.actions["carry_through"])
+        menu.addActions([self.context.actions[name] for name in HOW])
+        insert_menu(self.context.window.menuBar(), menu, self.context.actions["propagate_through"])
 
-    def under_way(self) -> list[UnderWay]:
+    def pending_work(self) -> list[PendingWork]:
         """The propagation to a frame, which must stay open meanwhile."""
-        entry, journey = self.carrier.present, self.carrier.journey
-        if entry is None or journey is None or entry is journey.source:
+        entry, propagation_run = self.propagator.present, self.propagator.propagation_run
+        if entry is None or propagation_run is None or entry is propagation_run.source:
             return []
-        return [UnderWay(f"propagation of blocks to {entry.name}", entry.session)]
+        return [PendingWork(f"propagation of blocks to {entry.name}", entry.session)]
 
     def shutdown(self) -> bool:
         """Stop permanently. True if no thread is left."""
-        return self.carrier.shutdown()
+        return self.propagator.shutdown()
 
     @property
     def how(self) -> str:
         """The selected method."""
-        name = next(name for name in HOW if self.desk.actions[name].isChecked())
+        name = next(name for name in HOW if self.context.actions[name].isChecked())
         return name.removeprefix(_PREFIX)
 
     # commands
 
-    def carry_next(self) -> None:
+    def propagate_next(self) -> None:
         """Propagate the blocks to the next frame, and show it."""
         present, following = self._present(), self._following(1)
         if present is not None and following:
-            self.carrier.start(present, following, self.how, replaces=True, shows=True)
+            self.propagator.start(present, following, self.how, replaces=True, shows=True)
 
-    def carry_previous(self) -> None:
+    def propagate_previous(self) -> None:
         """Propagate the blocks of the previous frame to the current one."""
         present, before = self._present(), self._preceding()
         if present is not None and before is not None:
-            self.carrier.start(before, [present], self.how, replaces=True)
+            self.propagator.start(before, [present], self.how, replaces=True)
 
-    def carry_through(self, count: int, replaces: bool = False) -> None:
+    def propagate_through(self, count: int, replaces: bool = False) -> None:
         """Propagate the blocks through the next `count` frames."""
         present = self._present()
         if present is not None:
-            self.carrier.start(present, self._following(count), self.how, replaces)
+            self.propagator.start(present, self._following(count), self.how, replaces)
 
-    def ask_carry_through(self) -> None:
+    def ask_propagate_through(self) -> None:
         """Propagate through the next frames, with the dialog."""
-        following, actions = self._following(), self.desk.actions
+        following, actions = self._following(), self.context.actions
         ways = [(name, plain(actions[name].text()), actions[name].toolTip()) for name in HOW]
         how = _PREFIX + self.how
-        name = self.desk.workspace.session.name
-        dialog = CarryDialog(name, [entry.name for entry in following], ways, how, self.desk.window)
+        name = self.context.workspace.session.name
+        dialog = PropagateDialog(name, [entry.name for entry in following], ways, how, self.context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
         def take() -> None:
             actions[dialog.chosen_way].trigger()
-            self.carry_through(dialog.count.value(), dialog.replaces.isChecked())
+            self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
         dialog.accepted.connect(take)
         dialog.open()
@@ -342,48 +347,56 @@ class CarryingPart(Part):
     # frames of the list
 
     def _present(self) -> Entry | None:
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         return workspace.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
         present = self._present()
-        return 0 if present is None else self.desk.workspace.entries.row_of(present)
+        return 0 if present is None else self.context.workspace.entries.row_of(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
-        first, entries = self._row() + 1, self.desk.workspace.entries
+        first, entries = self._row() + 1, self.context.workspace.entries
         end = len(entries) if most is None else min(first + most, len(entries))
         return [entries[row] for row in range(first, end)]
 
     def _preceding(self) -> Entry | None:
         row = self._row()
-        return self.desk.workspace.entries[row - 1] if row > 0 else None
+        return self.context.workspace.entries[row - 1] if row > 0 else None
 
     def _allow(self) -> None:
-        workspace, allow = self.desk.workspace, self.desk.actions.allow
+        workspace, allow = self.context.workspace, self.context.actions.allow
         no_frame = "" if workspace.has_session else "Open a frame first."
-        busy = no_frame or ("" if self.carrier.journey is None else "A propagation is in progress: wait, or stop it.")
+        busy = no_frame or (
+            "" if self.propagator.propagation_run is None else "A propagation is in progress: wait, or stop it."
+        )
         no_blocks = busy or ("" if workspace.session.counts() else "There are no blocks: extract or draw some first.")
         last = "" if self._following(1) else "This is the last frame of the list."
         first = "" if self._preceding() is not None else "This is the first frame of the list."
-        allow(no_blocks or last, "carry_next", "carry_through")
-        allow(busy or first, "carry_previous")
-        allow("" if self.carrier.journey is not None else "No propagation is in progress.", "stop_carrying")
+        allow(no_blocks or last, "propagate_next", "propagate_through")
+        allow(busy or first, "propagate_previous")
+        allow(
+            "" if self.propagator.propagation_run is not None else "No propagation is in progress.", "stop_propagation"
+        )
 
     # messages
 
     def _show(self) -> None:
-        journey = self.carrier.journey
-        if journey is None:
+        propagation_run = self.propagator.propagation_run
+        if propagation_run is None:
             self.strip.end()
-        elif self.carrier.present is not None and journey.total > 0:
-            self.strip.show_progress(self.carrier.present.name, min(journey.over, journey.total - 1), journey.total)
+        elif self.propagator.present is not None and propagation_run.total > 0:
+            self.strip.show_progress(
+                self.propagator.present.name,
+                min(propagation_run.processed, propagation_run.total - 1),
+                propagation_run.total,
+            )
 
-    def _tell(self, journey: Journey) -> None:
-        notes, text = self.desk.notes, summary(journey)
+    def _tell(self, propagation_run: PropagationRun) -> None:
+        notes, text = self.context.notes, summary(propagation_run)
         if text:
-            notes.tell(text)
-        if to_check(journey) and self.desk.workspace.has_session and self.desk.workspace.session.to_check:
-            notes.offer(text, self.desk.actions["next_suspect"])
-        notes.warn("Propagation of blocks", notes_of(journey))
+            notes.show_message(text)
+        if to_check(propagation_run) and self.context.workspace.has_session and self.context.workspace.session.to_check:
+            notes.offer(text, self.context.actions["next_check"])
+        notes.warn("Propagation of blocks", notes_of(propagation_run))

@@ -12,25 +12,25 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
-from ilf.evaluation.quality.invalid_depth import suggest_distrust
+from ilf.evaluation.quality.invalid_depth import suggest_invalid
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...state.workspace import Workspace
 from ...views.linked_views import LinkedViews
 from ...views.pixel_items import boundary_path
-from ...work.latest_question import LatestQuestion
-from .marks import Marks, ReviewStrip
+from ...work.latest_request import LatestRequest
+from .marks import PlaceMarks, ReviewStrip
 
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _Request:
     frame: RGBDFrame
     extraction: BlockParameters
 
 
-class DistrustPresenter(QObject):
+class InvalidDepthPresenter(QObject):
     """Candidates for invalid depth in the current frame, marked in all views until they are accepted or rejected.
 
     Signals
@@ -49,13 +49,13 @@ class DistrustPresenter(QObject):
         self._workspace = workspace
         self._strip = strip
         self._views = views
-        self._marks = Marks(views)
+        self._marks = PlaceMarks(views)
         self._found: Mask | None = None
-        self._questions = LatestQuestion[_Question, Mask](_find, self)
+        self._questions = LatestRequest[_Request, Mask](_find, self)
         self._questions.answered.connect(self._take_answer)
         self._questions.failed.connect(self._fail)
         workspace.session_changed.connect(self.leave)
-        workspace.distrusted_changed.connect(self.leave)
+        workspace.invalid_mask_changed.connect(self.leave)
 
     @property
     def busy(self) -> bool:
@@ -71,15 +71,15 @@ class DistrustPresenter(QObject):
         """Search for candidates in the current frame."""
         if self._workspace.has_session:
             session = self._workspace.session
-            self._questions.ask(_Question(session.frame, session.notes.extraction or BlockParameters()))
+            self._questions.ask(_Request(session.frame, session.notes.extraction or BlockParameters()))
 
     def take(self) -> None:
         """Mark the candidates as invalid."""
         if self._found is None:
             return
-        found, before = self._found, self._workspace.session.frame.distrusted
+        found, before = self._found, self._workspace.session.frame.invalid_mask
         try:
-            self._workspace.set_distrusted(
+            self._workspace.set_invalid_mask(
                 found if before is None else before | found, "Mark suggested depth as invalid"
             )
         except IlfError as error:
@@ -97,7 +97,7 @@ class DistrustPresenter(QObject):
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take_answer(self, question: _Question, found: Mask) -> None:
+    def _take_answer(self, question: _Request, found: Mask) -> None:
         if not self._workspace.has_session or question.frame is not self._workspace.session.frame:
             return
         pixels = int(np.count_nonzero(found))
@@ -108,13 +108,15 @@ class DistrustPresenter(QObject):
         self._found = found
         self._views.fit()
         self._marks.show(boundary_path(found))
-        self._strip.say(f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass.")
+        self._strip.show_message(
+            f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass."
+        )
 
-    def _fail(self, question: _Question, error: Exception) -> None:
+    def _fail(self, question: _Request, error: Exception) -> None:
         self.leave()
         self.failed.emit(error)
 
 
-def _find(question: _Question) -> Mask:
+def _find(question: _Request) -> Mask:
     """Compute the candidates; called in a worker thread."""
-    return suggest_distrust(question.frame, find_edges(question.frame, question.extraction).strength)
+    return suggest_invalid(question.frame, find_edges(question.frame, question.extraction).strength)

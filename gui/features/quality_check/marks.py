@@ -16,7 +16,7 @@ _COLOUR = QColor(255, 96, 208)
 _WIDTH, _HALO, _HEIGHT = 1.5, 170, 5.5
 
 
-class Marks:
+class PlaceMarks:
     """The same path in every view, in a colour used for nothing else."""
 
     def __init__(self, views: LinkedViews) -> None:
@@ -44,7 +44,7 @@ class Marks:
 
 # Line under the views with a message and commands.
 
-_LEAST_TEXT = 120
+_MIN_TEXT_WIDTH = 120
 
 
 class ReviewStrip(QWidget):
@@ -61,7 +61,7 @@ class ReviewStrip(QWidget):
         self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setWordWrap(True)
-        self.label.setMinimumWidth(_LEAST_TEXT)
+        self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 2, 8, 2)
         layout.addWidget(self.label, 1)
@@ -76,7 +76,7 @@ class ReviewStrip(QWidget):
                 layout.addWidget(button)
         self.hide()
 
-    def say(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show a message."""
         self.label.setText(text)
         self.show()

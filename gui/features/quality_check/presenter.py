@@ -18,14 +18,14 @@ from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.evaluation.quality.places import Place
-from ilf.evaluation.quality.ranking import carried_places, suspicious_places
+from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...views.linked_views import LinkedViews
-from ...work.latest_question import LatestQuestion
-from .marks import Marks, ReviewStrip
+from ...work.latest_request import LatestRequest
+from .marks import PlaceMarks, ReviewStrip
 
 # Quality checks: the current place, and the ignored ones. No widgets.
 
@@ -43,13 +43,13 @@ class Review:
         self.places: Sequence[Place] = ()
         self.present: Place | None = None
         """The current place; None before the first one, and after it has been fixed."""
-        self._left: list[Place] = []
+        self._ignored: list[Place] = []
         self._next = 0
 
     @property
-    def left(self) -> int:
+    def ignored(self) -> int:
         """Number of ignored places."""
-        return len(self._left)
+        return len(self._ignored)
 
     @property
     def number(self) -> int:
@@ -59,7 +59,7 @@ class Review:
     def take(self, found: Sequence[Place]) -> bool:
         """Set the places found after a change; return True if the current place is gone."""
         former = self.present
-        self.places = [place for place in found if not any(_is_same(place, one) for one in self._left)]
+        self.places = [place for place in found if not any(_is_same(place, one) for one in self._ignored)]
         if former is None:
             return False
         self._next = self._worse_than(former)
@@ -86,7 +86,7 @@ class Review:
         """Ignore the current place permanently, and move to the next; return it, None if there is none."""
         if self.present is None:
             return self.step(1)
-        self._left.append(self.present)
+        self._ignored.append(self.present)
         self._next = self.number - 1
         self.places = [place for place in self.places if place is not self.present]
         self.present = None
@@ -107,7 +107,7 @@ def _is_part(place: Place, whole: Place) -> bool:
     return inside and place.kind == whole.kind and bool(set(place.labels) & set(whole.labels))
 
 
-_NEAREST, _WIDEST = 96, 320
+_MIN_SIDE, _MAX_SIDE = 96, 320
 """Minimum and maximum side of the shown region [px]."""
 
 _RING = 10.0
@@ -115,7 +115,7 @@ _RING = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _Request:
     session: Session
     frame: RGBDFrame
     labels: NDArray[np.int32]
@@ -154,17 +154,17 @@ class ReviewPresenter(QObject):
         self._strip = strip
         self._leave = leave
         leave.setEnabled(False)
-        self._marks = Marks(views)
+        self._marks = PlaceMarks(views)
         self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
-        self._asked: _Question | None = None
+        self._requested: _Request | None = None
         """The last request; None while the review is closed."""
         self._fresh = False
-        self._wish = 0
-        self._questions = LatestQuestion[_Question, Sequence[Place]](_find, self)
+        self._pending_step = 0
+        self._questions = LatestRequest[_Request, Sequence[Place]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
         workspace.session_changed.connect(self.close)
-        for changed in (workspace.labels_changed, workspace.distrusted_changed, workspace.error_changed):
+        for changed in (workspace.labels_changed, workspace.invalid_mask_changed, workspace.error_changed):
             changed.connect(lambda *_: self._ask_again())
         workspace.infos_changed.connect(self._note_checked)
 
@@ -183,9 +183,9 @@ class ReviewPresenter(QObject):
         if not self._workspace.has_session:
             return
         if not self._fresh:
-            self._wish = by
-            self._strip.say("Running quality checks…")
-            if self._asked is None:
+            self._pending_step = by
+            self._strip.show_message("Running quality checks…")
+            if self._requested is None:
                 self._ask()
             return
         self._show(self.review.step(by))
@@ -195,16 +195,16 @@ class ReviewPresenter(QObject):
         if not (self._workspace.has_session and self._fresh):
             return
         place = self.review.present
-        if place is not None and place.kind == "carried":
-            self._wish = 1
-            self._workspace.look_at(place.labels)
+        if place is not None and place.kind == "propagated":
+            self._pending_step = 1
+            self._workspace.mark_checked(place.labels)
         else:
             self._show(self.review.leave())
 
     def close(self) -> None:
         """Close the review."""
         self._questions.forget()
-        self._asked, self._fresh, self._wish = None, False, 0
+        self._requested, self._fresh, self._pending_step = None, False, 0
         self._marks.clear()
         self._leave.setEnabled(False)
         self._strip.hide()
@@ -214,12 +214,12 @@ class ReviewPresenter(QObject):
         return self._questions.shutdown()
 
     def _ask_again(self) -> None:
-        if self._asked is not None:
+        if self._requested is not None:
             self._ask()
 
     def _note_checked(self) -> None:
         """Search again if other blocks need a check."""
-        if self._asked is not None and self._workspace.session.to_check != self._asked.to_check.keys():
+        if self._requested is not None and self._workspace.session.to_check != self._requested.to_check.keys():
             self._ask()
 
     def _ask(self) -> None:
@@ -227,26 +227,26 @@ class ReviewPresenter(QObject):
         to_check = {label: session.notes.reasons.get(label, "") for label in session.to_check}
         extraction = session.notes.extraction or BlockParameters()
         self._fresh = False
-        self._asked = _Question(
+        self._requested = _Request(
             session, session.frame, session.labels.copy(), extraction, session.expected_error(), to_check
         )
-        self._questions.ask(self._asked)
+        self._questions.ask(self._requested)
 
-    def _take(self, question: _Question, found: Sequence[Place]) -> None:
-        if question is not self._asked:
+    def _take(self, question: _Request, found: Sequence[Place]) -> None:
+        if question is not self._requested:
             return
         former = self.review.present
         gone = self.review.take(found)
         # the expected error is unknown until the depth has been completed again
-        mended = gone and former is not None and (former.kind != "error" or question.error is not None)
+        fixed = gone and former is not None and (former.kind != "error" or question.error is not None)
         self._fresh = True
-        wish, self._wish = self._wish, 0
-        if wish:
-            self._show(self.review.step(wish))
+        pending_step, self._pending_step = self._pending_step, 0
+        if pending_step:
+            self._show(self.review.step(pending_step))
         else:
-            self._say(mended)
+            self._say(fixed)
 
-    def _fail(self, question: _Question, error: Exception) -> None:
+    def _fail(self, question: _Request, error: Exception) -> None:
         self.close()
         self.failed.emit(error)
 
@@ -255,11 +255,11 @@ class ReviewPresenter(QObject):
             session = self._workspace.session
             there = [label for label in place.labels if label in session.counts()]
             self._workspace.select(there[:1])
-            self._views.zoom_to(*_around(place, session.frame.shape))
+            self._views.zoom_to(*_region_around(place, session.frame.shape))
         self._say(False)
         self.shown.emit()
 
-    def _say(self, mended: bool) -> None:
+    def _say(self, fixed: bool) -> None:
         review = self.review
         count, place = len(review.places), review.present
         self._leave.setEnabled(place is not None)
@@ -267,17 +267,17 @@ class ReviewPresenter(QObject):
             path = QPainterPath()
             path.addEllipse(QPointF(*place.point), _RING, _RING)
             self._marks.show(path)
-            self._strip.say(f"{review.number} of {count}: {self._named(place.reason)}")
+            self._strip.show_message(f"{review.number} of {count}: {self._named(place.reason)}")
             return
         self._marks.clear()
-        left = f" {review.left} ignored." if review.left else ""
+        ignored = f" {review.ignored} ignored." if review.ignored else ""
         if count:
-            done = "Fixed. " if mended else ""
-            self._strip.say(f"{done}{counted(count, 'flagged place')} left to check.")
-        elif mended:
-            self._strip.say(f"Fixed. That was the last flagged place.{left}")
+            done = "Fixed. " if fixed else ""
+            self._strip.show_message(f"{done}{counted(count, 'flagged place')} left to check.")
+        elif fixed:
+            self._strip.show_message(f"Fixed. That was the last flagged place.{ignored}")
         else:
-            self._strip.say(f"No more flagged places.{left}" if left else "No flagged places.")
+            self._strip.show_message(f"No more flagged places.{ignored}" if ignored else "No flagged places.")
 
     def _named(self, reason: str) -> str:
         """Return the reason, with the names of blocks instead of their numbers."""
@@ -290,19 +290,19 @@ class ReviewPresenter(QObject):
         return re.sub(r"Block (\d+)", name, reason)
 
 
-def _find(question: _Question) -> Sequence[Place]:
+def _find(question: _Request) -> Sequence[Place]:
     """Find the flagged places; called in a worker thread."""
     strength = find_edges(question.frame, question.extraction).strength
-    carried = carried_places(question.labels, question.to_check)
-    return [*carried, *suspicious_places(question.frame, question.labels, strength, question.error)]
+    propagated = propagated_places(question.labels, question.to_check)
+    return [*propagated, *find_places(question.frame, question.labels, strength, question.error)]
 
 
-def _around(place: Place, shape: tuple[int, int]) -> Box:
+def _region_around(place: Place, shape: tuple[int, int]) -> Box:
     """Return the region to show: the place with its surroundings, or only its centre if it is too large."""
     spans = []
     for span, middle, size in zip(place.box, place.point[::-1], shape, strict=True):
-        side = min(max(2 * (span.stop - span.start), _NEAREST), _WIDEST)
-        centre = middle if span.stop - span.start > _WIDEST else (span.start + span.stop) / 2
+        side = min(max(2 * (span.stop - span.start), _MIN_SIDE), _MAX_SIDE)
+        centre = middle if span.stop - span.start > _MAX_SIDE else (span.start + span.stop) / 2
         start = min(max(round(centre - side / 2), 0), max(size - side, 0))
         spans.append(slice(start, min(start + side, size)))
     return spans[0], spans[1]

@@ -22,10 +22,10 @@ from PySide6.QtWidgets import (
 from ilf.data.parameters import Parameters
 from ilf.data.results import compose
 from ilf.errors import IlfError
-from ilf.evaluation.evaluation import Step, part_of
-from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
+from ilf.evaluation.evaluation import Step, scaled_progress
+from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ilf.report.content import Subject, Unreadable
-from ilf.report.report import ReportOptions, made_text, report_steps, write_report
+from ilf.report.report import ReportOptions, date_text, report_steps, write_report
 from ilf.run.options import as_file_name
 
 from ...base.commands import Command
@@ -36,7 +36,7 @@ from ...widgets.basics import Message
 from ...widgets.notices import error_text
 from ...widgets.work_row import WorkRow
 from ...work.jobs import Worker, spare_cores
-from ..context import Desk, Part
+from ..context import Context, Feature
 from ..documents.file_dialogs import ask_path
 from .pdf import write_pdf
 
@@ -59,7 +59,7 @@ THIS_FRAME, ALL_FRAMES = "frame", "all"
 _FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
 _PATTERNS = {"areas": "areas, like holes in sensor depth", "random": "random pixels"}
 _KEY = "report/"
-_SEEDS, _MOST_SEEDS = 3, 20
+_SEEDS, _MAX_SEEDS = 3, 20
 
 
 class ReportDialog(QDialog):
@@ -80,7 +80,7 @@ class ReportDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Report")
         about = Message(lines=3)
-        about.say(
+        about.show_message(
             "Pictures with scales, blocks with their figures, parameters that differ from the preset, curves, errors, "
             "run history, versions and the hashes of all files, in one self-contained file."
         )
@@ -100,9 +100,9 @@ class ReportDialog(QDialog):
         )
         self.pattern = QComboBox()
         self.pattern.setToolTip("Which known depth is hidden")
-        for name in sorted(HIDDEN_PATTERNS):
+        for name in sorted(HOLD_OUT_PATTERNS):
             self.pattern.addItem(_PATTERNS.get(name, name), name)
-        self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=_SEEDS)
+        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=_SEEDS)
         self.seeds.setToolTip("Number of random hold-outs; errors are shown for each and pooled")
         self.opens = QCheckBox("Open when done")
         self.opens.setToolTip("Open the report in the browser or the PDF viewer")
@@ -152,34 +152,34 @@ class ReportDialog(QDialog):
         item.setEnabled(worked_on > 0)
         if not worked_on:
             self.scope.setCurrentIndex(0)
-        self.state.say("")
+        self.state.show_message("")
 
     @property
-    def test(self) -> HiddenTest | None:
+    def test(self) -> HoldOutTest | None:
         """The hold-out test; None for no test."""
         if not self.hidden.isChecked():
             return None
-        return HiddenTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
+        return HoldOutTest(str(self.pattern.currentData()), tuple(range(self.seeds.value())))
 
     def begin(self) -> None:
         """Show that the report is being written."""
         self._keep()
         self._form.setEnabled(False)
         self.write_button.setEnabled(False)
-        self.state.say("")
+        self.state.show_message("")
         self.work.begin()
 
     def show_step(self, share: float, text: str) -> None:
         """Show the share done, 0-1, and the current step."""
         self.work.show_share(share)
-        self.state.say(text)
+        self.state.show_message(text)
 
     def end(self, text: str = "", tone: str = "muted") -> None:
         """Show that the report has ended, with a message."""
         self.work.end()
         self._form.setEnabled(True)
         self.write_button.setEnabled(True)
-        self.state.say(text, tone)
+        self.state.show_message(text, tone)
 
     def reject(self) -> None:
         self.cancelled.emit()  # on any way of closing
@@ -214,12 +214,12 @@ def subject_of(session: Session) -> Subject:
     completion = session.completion() or compose(session.frame, {})
     infos = {label: session.info(label) for label in session.counts()}
     return Subject(
-        session.run(session.common, dense=session.guessed),
+        session.run(session.common, extrapolate=session.extrapolated),
         completion,
         {label: info.name for label, info in infos.items()},
         {label: info.colour for label, info in infos.items()},
         session.note,
-        tuple(session.kept_runs),
+        tuple(session.run_history),
     )
 
 
@@ -240,7 +240,7 @@ def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | Non
         decoded = store.read(entry.id, entry.source)
     except IlfError as error:
         return Unreadable(entry.name, str(error))
-    return Subject.of_state(decoded.state.as_set(note, for_all), problems=decoded.problems)
+    return Subject.of_state(decoded.state.with_current_settings(note, for_all), problems=decoded.problems)
 
 
 # Writing of a report, step by step, for any thread.
@@ -261,9 +261,11 @@ def write_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    content = yield from part_of(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
+    content = yield from scaled_progress(report_steps(subjects, options, count), 0.0, _OF_CONTENT)
     if path.suffix.lower() == ".pdf":
-        yield from part_of(write_pdf(path, content, made_text(options)), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")
+        yield from scaled_progress(
+            write_pdf(path, content, date_text(options)), _OF_CONTENT, 1 - _OF_CONTENT, "writing "
+        )
     else:
         yield Step(_OF_CONTENT, "writing")
         write_report(path, content, options)
@@ -273,14 +275,14 @@ def write_steps(
 _KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
 
 
-class ReportPart(Part):
+class ReportFeature(Feature):
     """The command *File > Report…*: its dialog and the report."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        desk.actions.add(COMMANDS)
-        desk.actions["report"].triggered.connect(lambda _=False: self.ask())
-        self.dialog = ReportDialog(desk.window)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.actions.add(COMMANDS)
+        context.actions["report"].triggered.connect(lambda _=False: self.ask())
+        self.dialog = ReportDialog(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._show_steps)
         self.worker.finished.connect(self._finish)
@@ -288,7 +290,7 @@ class ReportPart(Part):
         self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled. Nothing was written."))
         self.dialog.wished.connect(self._choose_file)
         self.dialog.cancelled.connect(self.worker.cancel)
-        desk.workspace.session_changed.connect(self._allow)
+        context.workspace.session_changed.connect(self._allow)
         self._allow()
 
     def ask(self) -> None:
@@ -301,12 +303,12 @@ class ReportPart(Part):
 
     def write(self, path: Path, every: bool = False) -> None:
         """Write a report of the current frame, or of all worked-on frames, with the settings of the dialog."""
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         if self.worker.busy or not workspace.has_session:
             return
         present = workspace.entries.of(workspace.session.id)
         entries = self._worked_on() if every else [present] if present is not None else []
-        subjects = subjects_of(entries, self.desk.store, workspace.shared.values if workspace.shared.on else None)
+        subjects = subjects_of(entries, self.context.store, workspace.shared.values if workspace.shared.on else None)
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
@@ -318,7 +320,7 @@ class ReportPart(Part):
         return ended
 
     def _choose_file(self) -> None:
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         if not workspace.has_session:
             self.dialog.end("Open a frame first.", "warning")
             return
@@ -329,17 +331,17 @@ class ReportPart(Part):
             self.write(Path(path), every)
 
     def _describe(self) -> None:
-        workspace = self.desk.workspace
+        workspace = self.context.workspace
         name = workspace.session.name if workspace.has_session else ""
         self.dialog.set_frames(name, len(self._worked_on()))
 
     def _worked_on(self) -> list[Entry]:
         """Frames that have been worked on and are open or stored."""
-        store = self.desk.store
+        store = self.context.store
         return [
             entry
-            for entry in self.desk.workspace.entries
-            if entry.summary.is_worked_on and (entry.session is not None or store.has(entry.id))
+            for entry in self.context.workspace.entries
+            if entry.summary.has_work and (entry.session is not None or store.has(entry.id))
         ]
 
     def _show_steps(self, steps: list[Step]) -> None:
@@ -348,15 +350,15 @@ class ReportPart(Part):
     def _finish(self, path: Path) -> None:
         self.dialog.end()
         self.dialog.accept()
-        self.desk.notes.tell(f"Saved {path}")
+        self.context.notes.show_message(f"Saved {path}")
         if self.dialog.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.absolute())))
 
     def _fail(self, error: Exception) -> None:
         self.dialog.end(error_text(error), "warning")
-        self.desk.notes.report("Report", error)
+        self.context.notes.report("Report", error)
 
     def _allow(self) -> None:
-        self.desk.actions.allow("" if self.desk.workspace.has_session else "Open a frame first.", "report")
+        self.context.actions.allow("" if self.context.workspace.has_session else "Open a frame first.", "report")
         if self.dialog.isVisible() and not self.worker.busy:
             self._describe()

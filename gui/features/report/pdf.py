@@ -241,7 +241,7 @@ def scale_image(scale: ScaleBar, width: int) -> QImage:
     return image
 
 
-def plate_image(colour: tuple[int, int, int]) -> QImage:
+def swatch_image(colour: tuple[int, int, int]) -> QImage:
     """Small colour swatch."""
     side = round(points(6))
     image = QImage(side, side, QImage.Format.Format_RGB32)
@@ -366,8 +366,8 @@ class _Writer:
         height = width * image.height() / image.width()
         return f'<img src="{name}" width="{round(width)}" height="{round(height)}">'
 
-    def _plate(self, colour: Colour) -> str:
-        return self._image(plate_image(colour), points(6)) + "&nbsp;"
+    def _swatch(self, colour: Colour) -> str:
+        return self._image(swatch_image(colour), points(6)) + "&nbsp;"
 
     def _add_facts(self, facts: Facts) -> None:
         for fact in facts.rows:
@@ -414,7 +414,7 @@ class _Writer:
 
     def _legend(self, items: Sequence[Legend]) -> str:
         def sign(item: Legend) -> str:
-            return f"{self._image(line_image(item), points(20))}&nbsp;" if item.is_line else self._plate(item.colour)
+            return f"{self._image(line_image(item), points(20))}&nbsp;" if item.is_line else self._swatch(item.colour)
 
         between = "<br>" if any(item.is_line for item in items) else "&nbsp;&nbsp; "
         return between.join(f'{sign(item)}<span class="soft">{escape(item.text)}</span>' for item in items)
@@ -456,18 +456,18 @@ class _Writer:
     def _cell(self, cell: Cell) -> str:
         if cell.image is not None:
             return self._image(image_of(cell.image), millimetres(_THUMBNAIL_MM))
-        return ("" if cell.colour is None else self._plate(cell.colour)) + escape(cell.text)
+        return ("" if cell.colour is None else self._swatch(cell.colour)) + escape(cell.text)
 
 
 def _column_widths(table: Table) -> list[int]:
     """Column widths in per cent, from the lengths of their texts."""
-    least, most = _LETTERS
+    min_letters, max_letters = _LETTERS
     letters = []
     for number, column in enumerate(table.columns):
         longest = max([len(row[number].text) for row in table.rows], default=0)
         pictures = any(row[number].image is not None for row in table.rows)
         word = round(1.3 * max(map(len, column.text.split()), default=0))  # headings are bold
-        letters.append(min(max(longest, word, least, 16 if pictures else 0), most) + 3)
+        letters.append(min(max(longest, word, min_letters, 16 if pictures else 0), max_letters) + 3)
     return [round(100 * count / sum(letters)) for count in letters]
 
 

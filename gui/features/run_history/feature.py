@@ -15,22 +15,22 @@ from PySide6.QtWidgets import QMenu
 from ilf._runtime.formatting import counted
 from ilf.completion.confidence.expected_error import error_summary, expected_error
 from ilf.data.frame import RGBDFrame
-from ilf.data.parameters import Parameters, likeness
+from ilf.data.parameters import Parameters, nearest_preset
 from ilf.data.results import BlockResult, compose
-from ilf.evaluation.evaluation import judge
+from ilf.evaluation.evaluation import evaluate
 from ilf.io.tables import write_csv
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 
 from ...base.commands import Command
-from ...state.run_history import MOST_COMPARED
+from ...state.run_history import MAX_COMPARED
 from ...state.run_names import title_of
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...work.frame_runs import RunState
-from ...work.keeping import RunKeeper
-from ...work.latest_question import LatestQuestion
+from ...work.latest_request import LatestRequest
+from ...work.run_recorder import RunRecorder
 from ...work.runs import RunController
-from ..context import Desk, Part
+from ..context import Context, Feature
 from ..documents.file_dialogs import ask_path, save
 from .model import Column, RunRow, run_rows
 from .table import RunTable
@@ -74,29 +74,29 @@ RUN_MENU = "compare_runs accept_run restore_run | rename_run note_run delete_run
 
 # Errors of stored runs: computed one after the other in a worker thread while the frame is not running.
 
-Truth = NDArray[np.float32] | None
+GroundTruth = NDArray[np.float32] | None
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _Request:
     """Request: a stored run with its current results, and the ground truth to compare them with."""
 
     session: Session
-    kept: KeptRun
+    kept: StoredRun
     frame: RGBDFrame
     results: Mapping[int, BlockResult]
-    truth: Truth
+    ground_truth: GroundTruth
 
 
 @dataclass(frozen=True)
-class Measures:
+class RunErrors:
     """Root mean square errors [m] over the pixels filled by a run's blocks; NaN if undefined."""
 
-    truth_error: float = math.nan
+    ground_truth_error: float = math.nan
     expected_error: float = math.nan
 
 
-class RunMeasurer(QObject):
+class RunErrorCalculator(QObject):
     """Computes the missing errors of the current frame's runs, the latest run first.
 
     Signals
@@ -111,7 +111,7 @@ class RunMeasurer(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._runs = runs
-        self._questions = LatestQuestion[_Question, Measures](_answer, self)
+        self._questions = LatestRequest[_Request, RunErrors](_compute, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
 
@@ -127,46 +127,50 @@ class RunMeasurer(QObject):
         session = self._workspace.session
         if self._runs.state not in (RunState.IDLE, RunState.PAUSED):
             return
-        lacking = (kept for kept in reversed(session.kept_runs) if None in (kept.truth_error, kept.expected_error))
+        lacking = (
+            kept for kept in reversed(session.run_history) if None in (kept.ground_truth_error, kept.expected_error)
+        )
         kept = next(lacking, None)
         if kept is not None:
-            self._questions.ask(_Question(session, kept, kept.run.frame, kept.results, session.frame.truth))
+            self._questions.ask(_Request(session, kept, kept.run.frame, kept.results, session.frame.ground_truth))
 
     def shutdown(self) -> bool:
         """Stop permanently. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take(self, question: _Question, measures: Measures) -> None:
+    def _take(self, question: _Request, measures: RunErrors) -> None:
         kept, session = question.kept, question.session
-        if kept.results is question.results and session.frame.truth is question.truth:
-            kept.truth_error, kept.expected_error = measures.truth_error, measures.expected_error
+        if kept.results is question.results and session.frame.ground_truth is question.ground_truth:
+            kept.ground_truth_error, kept.expected_error = measures.ground_truth_error, measures.expected_error
             self._workspace.note_measured(session)
         self.go_on()
 
-    def _fail(self, question: _Question, error: Exception) -> None:
-        self._take(question, Measures())
+    def _fail(self, question: _Request, error: Exception) -> None:
+        self._take(question, RunErrors())
         self.failed.emit(error)
 
 
-def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], truth: Truth) -> Measures:
+def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], ground_truth: GroundTruth) -> RunErrors:
     """Compute the errors of results of a frame's blocks, with ground truth [m] if there is one."""
     completion = compose(frame, results)
     if not completion.filled.any():
-        return Measures()
-    return Measures(
-        truth_error=math.nan if truth is None else judge(completion.depth, truth, completion.filled).rmse,
+        return RunErrors()
+    return RunErrors(
+        ground_truth_error=math.nan
+        if ground_truth is None
+        else evaluate(completion.depth, ground_truth, completion.filled).rmse,
         expected_error=error_summary(expected_error(completion), completion).rms,
     )
 
 
-def _answer(question: _Question) -> Measures:
+def _compute(question: _Request) -> RunErrors:
     """Measure a run; called in a worker thread."""
-    return measure(question.frame, question.results, question.truth)
+    return measure(question.frame, question.results, question.ground_truth)
 
 
 # The run history as a file.
 
-_ERRORS = ("rmse_truth [mm]", "rmse_hidden [mm]", "expected_error_rms [mm]")
+_ERRORS = ("rmse_truth [mm]", "rmse_hold_out [mm]", "expected_error_rms [mm]")
 
 
 def write_runs(path: str | os.PathLike[str], rows: Sequence[RunRow]) -> None:
@@ -203,11 +207,11 @@ def _line(row: RunRow) -> dict[str, object]:
         "blocks": kept.block_count,
         "filled [px]": kept.recovered,
         **{name: _millimetres(error) for name, error in zip(_ERRORS, row.errors, strict=True)},
-        "preset": likeness(parameters).preset,
+        "preset": nearest_preset(parameters).preset,
         "values": row.values,
         **{
             f"{name} [{declaration.unit}]" if declaration.unit else name: values[name]
-            if parameters.matters(name)
+            if parameters.has_effect(name)
             else ""
             for name, declaration in Parameters.declarations().items()
         },
@@ -221,15 +225,15 @@ def _millimetres(error: float | None) -> str:
 _TITLE = "Runs"
 
 
-class KeptRunsPart(Part):
+class RunHistoryFeature(Feature):
     """Stores finished runs, shows them in a table with their errors, and compares, restores and accepts them."""
 
-    def __init__(self, desk: Desk) -> None:
-        super().__init__(desk)
-        workspace, actions = desk.workspace, desk.actions
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, actions = context.workspace, context.actions
         actions.add(COMMANDS)
-        self.keeper = RunKeeper(workspace, desk.runs, self)
-        self.measurer = RunMeasurer(workspace, desk.runs, self)
+        self.keeper = RunRecorder(workspace, context.runs, self)
+        self.measurer = RunErrorCalculator(workspace, context.runs, self)
         names = ["compare_runs", "accept_run", "restore_run"]
         self.table = RunTable(
             [
@@ -238,16 +242,16 @@ class KeptRunsPart(Part):
                 *((actions[name], False) for name in ("delete_runs", "export_runs")),
             ]
         )
-        desk.panels.add(_TITLE, self.table, Qt.DockWidgetArea.BottomDockWidgetArea, "ph.list-numbers", 1.7)
-        results = workspace.session_changed, workspace.kept_runs_changed, workspace.compared_changed
-        desk.refresh.add(
+        context.panels.add(_TITLE, self.table, Qt.DockWidgetArea.BottomDockWidgetArea, "ph.list-numbers", 1.7)
+        results = workspace.session_changed, workspace.run_history_changed, workspace.compared_changed
+        context.refresh.add(
             "runs",
             self.show,
             (*results, workspace.results_changed, workspace.infos_changed, self.table.shown),
             (workspace.results_added,),
         )
         handlers: dict[str, Callable[[], object]] = {
-            "show_runs": lambda: desk.panels.reveal(_TITLE),
+            "show_runs": lambda: context.panels.reveal(_TITLE),
             "compare_runs": self.compare,
             "restore_run": self.restore,
             "accept_run": self.accept,
@@ -261,21 +265,21 @@ class KeptRunsPart(Part):
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         self.table.edited.connect(self._edit)
         self.table.ticked.connect(self._tick)
-        self.table.deleteWished.connect(self.delete)
+        self.table.deleteRequested.connect(self.delete)
         self.table.contextMenuRequested.connect(self._show_menu)
         self.table.selectionChanged.connect(self._allow)
-        self.keeper.message.connect(desk.notes.tell)
-        self.measurer.failed.connect(lambda error: desk.notes.report("Errors of a run", error))
-        for signal in (workspace.session_changed, workspace.kept_runs_changed, workspace.truth_changed):
+        self.keeper.message.connect(context.notes.show_message)
+        self.measurer.failed.connect(lambda error: context.notes.report("Errors of a run", error))
+        for signal in (workspace.session_changed, workspace.run_history_changed, workspace.ground_truth_changed):
             signal.connect(self._allow)
             signal.connect(self.measurer.go_on)
-        desk.runs.state_changed.connect(self.measurer.go_on)
+        context.runs.state_changed.connect(self.measurer.go_on)
         self._allow()
 
     def show(self) -> None:
         """Show a row per run if the table is visible."""
         if self.table.isVisible():
-            workspace = self.desk.workspace
+            workspace = self.context.workspace
             self.table.set_rows(run_rows(workspace.session) if workspace.has_session else [])
 
     def shutdown(self) -> bool:
@@ -286,35 +290,35 @@ class KeptRunsPart(Part):
 
     def compare(self) -> None:
         """Compare exactly the selected runs with the current result; stop if they are compared already."""
-        chosen = self._selected()[:MOST_COMPARED]
-        compared = self.desk.workspace.session.compared
+        chosen = self._selected()[:MAX_COMPARED]
+        compared = self.context.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
-        self.desk.workspace.compare([] if same else chosen)
+        self.context.workspace.compare([] if same else chosen)
         if not same:
             first = chosen[0]
-            title = title_of(first.name, self.desk.workspace.session, first.run)
+            title = title_of(first.name, self.context.workspace.session, first.run)
             what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
             text = f"{what} compared with the current result: hold V to show it."
-            self.desk.notes.offer(text, self.desk.actions["compare_two"])
+            self.context.notes.offer(text, self.context.actions["compare_two"])
 
     def restore(self) -> None:
         """Set the parameters of the selected run."""
         kept = self._chosen()
         if kept is None:
             return
-        if self.desk.workspace.restore_run(kept):
-            left = len(self.desk.workspace.session.changed_blocks())
+        if self.context.workspace.restore_run(kept):
+            left = len(self.context.workspace.session.changed_blocks())
             more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
-            self.desk.notes.tell(f"Parameters of {kept.name} restored.{more}")
+            self.context.notes.show_message(f"Parameters of {kept.name} restored.{more}")
         else:
-            self.desk.notes.tell(f"The parameters equal those of {kept.name} already.")
+            self.context.notes.show_message(f"The parameters equal those of {kept.name} already.")
 
     def accept(self) -> None:
         """Use the results of the selected run as the current ones for unchanged blocks."""
         kept = self._chosen()
         if kept is None:
             return
-        taken = len(self.desk.workspace.accept_run(kept))
+        taken = len(self.context.workspace.accept_run(kept))
         count = len(kept.results)
         if not taken:
             text = f"{kept.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
@@ -322,52 +326,52 @@ class KeptRunsPart(Part):
             text = f"{kept.name} is the result now, except {count - taken} of {count} blocks that have changed since."
         else:
             text = f"{kept.name} is the result now."
-        self.desk.notes.tell(text)
+        self.context.notes.show_message(text)
 
     def delete(self) -> None:
         """Delete the selected runs."""
-        if self.desk.workspace.has_session:
-            self.desk.workspace.delete_runs(self.desk.workspace.session, self._selected())
+        if self.context.workspace.has_session:
+            self.context.workspace.delete_runs(self.context.workspace.session, self._selected())
 
     def clear(self) -> None:
         """Delete all runs of the frame."""
-        session = self.desk.workspace.session
-        self.desk.workspace.delete_runs(session, list(session.kept_runs))
+        session = self.context.workspace.session
+        self.context.workspace.delete_runs(session, list(session.run_history))
 
     def ask_export(self) -> None:
         """Write the list to a file that the user chooses."""
-        name = f"{self.desk.workspace.session.name}-runs.csv"
-        path = ask_path(self.desk.window, "Export runs", name, "Table (*.csv)")
+        name = f"{self.context.workspace.session.name}-runs.csv"
+        path = ask_path(self.context.window, "Export runs", name, "Table (*.csv)")
         if path:
             self.export(path)
 
     def export(self, path: str) -> bool:
         """Write the list as CSV; return False, with a message, if the file cannot be written."""
-        rows = run_rows(self.desk.workspace.session)
-        return save(self.desk.notes, path, lambda: write_runs(path, rows))
+        rows = run_rows(self.context.workspace.session)
+        return save(self.context.notes, path, lambda: write_runs(path, rows))
 
     # signals of the table
 
-    def _selected(self) -> list[KeptRun]:
+    def _selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame; a hidden table may contain those of another frame."""
-        workspace = self.desk.workspace
-        there = workspace.session.kept_runs if workspace.has_session else []
+        workspace = self.context.workspace
+        there = workspace.session.run_history if workspace.has_session else []
         return [kept for kept in self.table.selected() if kept in there]
 
-    def _chosen(self) -> KeptRun | None:
+    def _chosen(self) -> StoredRun | None:
         chosen = self._selected()
         return chosen[0] if len(chosen) == 1 else None
 
-    def _edit(self, kept: KeptRun, what: str, text: str) -> None:
-        self.desk.workspace.change_run(self.desk.workspace.session, kept, **{what: text})
+    def _edit(self, kept: StoredRun, what: str, text: str) -> None:
+        self.context.workspace.change_run(self.context.workspace.session, kept, **{what: text})
 
-    def _tick(self, kept: KeptRun, on: bool) -> None:
-        others = [one for one in self.desk.workspace.session.compared if one is not kept]
-        self.desk.workspace.compare([*others, kept] if on else others)
+    def _tick(self, kept: StoredRun, on: bool) -> None:
+        others = [one for one in self.context.workspace.session.compared if one is not kept]
+        self.context.workspace.compare([*others, kept] if on else others)
 
     def _allow(self) -> None:
-        workspace, actions = self.desk.workspace, self.desk.actions
-        there = bool(workspace.has_session and workspace.session.kept_runs)
+        workspace, actions = self.context.workspace, self.context.actions
+        there = bool(workspace.has_session and workspace.session.run_history)
         chosen = self._selected()
         none = "" if there else "There are no runs yet."
         actions.allow(none or ("" if chosen else "Select a run first."), "compare_runs", "delete_runs")
@@ -382,6 +386,6 @@ class KeptRunsPart(Part):
             if name == "|":
                 menu.addSeparator()
             else:
-                menu.addAction(self.desk.actions[name])
+                menu.addAction(self.context.actions[name])
         menu.exec(place)
         menu.deleteLater()

@@ -17,14 +17,14 @@ from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.formatting import counted, millimetres
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
-from ilf.data.parameters import PRESETS, Parameters, likeness
-from ilf.project.run_history import Colour, KeptRun
+from ilf.data.parameters import PRESETS, Parameters, nearest_preset
+from ilf.project.run_history import Colour, StoredRun
 
 from ...base import theme
-from ...state.run_history import MOST_COMPARED
-from ...state.run_names import title_of, values_text
+from ...state.run_history import MAX_COMPARED
+from ...state.run_names import parameters_text, title_of
 from ...state.session import Session
-from ...widgets.basics import as_it_is
+from ...widgets.basics import literal_text
 from ...widgets.tables import Index, RowModel
 
 # Rows of the run history, one per run.
@@ -32,8 +32,8 @@ from ...widgets.tables import Index, RowModel
 COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
 
-ERRORS = ("truth_error", "hidden_error", "expected_error")
-"""Attributes of `KeptRun` with its errors."""
+ERRORS = ("ground_truth_error", "hold_out_error", "expected_error")
+"""Attributes of `StoredRun` with its errors."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class RunRow:
 
     Attributes
     ----------
-    kept : KeptRun
+    kept : StoredRun
     name, note : str
     title : str
         The name without the values, which have their own column.
@@ -60,7 +60,7 @@ class RunRow:
         Which of them are the smallest of all runs.
     """
 
-    kept: KeptRun
+    kept: StoredRun
     name: str
     title: str
     note: str
@@ -78,14 +78,14 @@ class RunRow:
 def run_rows(session: Session) -> list[RunRow]:
     """Return one row per stored run, the latest first."""
     present = session.valid_results()
-    best = [best_of(session.kept_runs, error) for error in ERRORS]
+    best = [best_of(session.run_history, error) for error in ERRORS]
     return [
         RunRow(
             kept=kept,
             name=kept.name,
             title=title_of(kept.name, session, kept.run),
             note=kept.note,
-            values=" · ".join(text for text in (values_text(session, kept.run), lacks_of(kept)) if text),
+            values=" · ".join(text for text in (parameters_text(session, kept.run), missing_parts(kept)) if text),
             colour=kept.colour,
             compared=kept in session.compared,
             present=kept.is_of(present),
@@ -95,11 +95,11 @@ def run_rows(session: Session) -> list[RunRow]:
             errors=tuple(getattr(kept, error) for error in ERRORS),
             best=tuple(kept in those for those in best),
         )
-        for kept in reversed(session.kept_runs)
+        for kept in reversed(session.run_history)
     ]
 
 
-def lacks_of(kept: KeptRun) -> str:
+def missing_parts(kept: StoredRun) -> str:
     """Describe what is missing for a complete run with results of its own parameters only; "" for nothing."""
     texts = [] if kept.how == "finished" else [kept.how]
     if missing := kept.block_count - len(kept.results):
@@ -109,18 +109,18 @@ def lacks_of(kept: KeptRun) -> str:
     return ", ".join(texts)
 
 
-def best_of(runs: Sequence[KeptRun], error: str) -> list[KeptRun]:
+def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
     """Return the runs with the smallest error of a kind, of those that have filled about as many pixels as any, and for
     hold-out errors were tested like most; none if fewer than two are comparable."""
     most = max((kept.recovered for kept in runs), default=0)
     values = [(kept, getattr(kept, error)) for kept in runs if kept.recovered >= COMPARABLE * most]
-    judged = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
-    if error == "hidden_error" and judged:
-        tests = [kept.hidden_test for kept, _ in judged]
+    evaluated = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
+    if error == "hold_out_error" and evaluated:
+        tests = [kept.hold_out_test for kept, _ in evaluated]
         usual = max(reversed(tests), key=tests.count)
-        judged = [(kept, value) for kept, value in judged if kept.hidden_test == usual]
-    smallest = min((value for _, value in judged), default=math.nan)
-    return [kept for kept, value in judged if value == smallest] if len(judged) > 1 else []
+        evaluated = [(kept, value) for kept, value in evaluated if kept.hold_out_test == usual]
+    smallest = min((value for _, value in evaluated), default=math.nan)
+    return [kept for kept, value in evaluated if value == smallest] if len(evaluated) > 1 else []
 
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
@@ -135,29 +135,29 @@ class Column(IntEnum):
     VALUES = 3
     SECONDS = 4
     ITERATIONS = 5
-    TRUTH = 6
-    HIDDEN = 7
+    GROUND_TRUTH = 6
+    HOLD_OUT = 7
     EXPECTED = 8
     NOTE = 9
 
 
 EDITABLE = (Column.NAME, Column.NOTE)
-ERROR_COLUMNS = (Column.TRUTH, Column.HIDDEN, Column.EXPECTED)
+ERROR_COLUMNS = (Column.GROUND_TRUTH, Column.HOLD_OUT, Column.EXPECTED)
 """In the order of `ERRORS`."""
 
 _BEST = "Bold with a star: best of the runs that have filled about as many pixels."
 HEADERS = {
-    Column.COMPARED: ("", f"Compare: show the run beside the current result (max. {MOST_COMPARED}). Click the tick."),
+    Column.COMPARED: ("", f"Compare: show the run beside the current result (max. {MAX_COMPARED}). Click the tick."),
     Column.COLOUR: ("", "Colour of the run in curves and profiles."),
     Column.NAME: ("Run", "Name of the run; “current” marks the run whose results are shown now. Press F2 to rename."),
     Column.VALUES: ("Values", "The nearest preset, and the differences to it."),
     Column.SECONDS: ("Time [s]", "Duration of the run in seconds."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter in all blocks of the run."),
-    Column.TRUTH: (
+    Column.GROUND_TRUTH: (
         "Truth [mm]",
         f"Root mean square error against the frame's ground truth, over the pixels filled by blocks. {_BEST}",
     ),
-    Column.HIDDEN: (
+    Column.HOLD_OUT: (
         "Hold-out [mm]",
         "Root mean square error on hold-out depth with the run's parameters: hold-out test in the panel Accuracy. "
         f"{_BEST}",
@@ -257,7 +257,7 @@ class RunModel(RowModel[RunRow]):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return as_it_is(_tooltip(row, column))
+            return literal_text(_tooltip(row, column))
         if role == Qt.ItemDataRole.AccessibleTextRole and column == Column.COMPARED:
             return f"Compare {row.name}"
         return None
@@ -314,7 +314,7 @@ def _sort_key(row: RunRow, column: Column) -> str | float:
 
 def _tooltip(row: RunRow, column: Column) -> str:
     if column == Column.NAME:
-        return _story(row)
+        return _run_tooltip(row)
     if column == Column.VALUES:
         return _all_values(row.kept.run.parameters, row.values)
     if column in ERROR_COLUMNS:
@@ -323,31 +323,31 @@ def _tooltip(row: RunRow, column: Column) -> str:
             return f"{HEADERS[column][1]} It has not been computed."
         if math.isnan(error):
             return f"{HEADERS[column][1]} It is not defined for this run."
-        if column == Column.HIDDEN and row.kept.hidden_test is not None:
-            test = row.kept.hidden_test
+        if column == Column.HOLD_OUT and row.kept.hold_out_test is not None:
+            test = row.kept.hold_out_test
             return f"{HEADERS[column][1]} Hold-out: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
     return row.note if column == Column.NOTE and row.note else HEADERS[column][1]
 
 
-def _story(row: RunRow) -> str:
+def _run_tooltip(row: RunRow) -> str:
     kept = row.kept
     lines = [
         row.name,
         f"{row.when:%H:%M:%S}: {len(kept.done)} of {kept.block_count} blocks in {row.seconds:.2f} s, "
         f"{row.iterations} iterations, {kept.how}.",
         f"{counted(kept.recovered, 'pixel')} filled by blocks"
-        + (", the rest extrapolated." if kept.guess is not None else "."),
+        + (", the rest extrapolated." if kept.extrapolation is not None else "."),
     ]
     return "\n".join([*lines, "Its results are the current ones."] if row.present else lines)
 
 
 def _all_values(parameters: Parameters, values: str) -> str:
     """Return all parameters that have an effect as rich text; those that differ from the preset are bold."""
-    differs = likeness(parameters, PRESETS).differs
+    differs = nearest_preset(parameters, PRESETS).differs
     lines = []
     for name, declaration in Parameters.declarations().items():
-        if parameters.matters(name):
-            text = html.escape(f"{declaration.label}: {declaration.in_words(getattr(parameters, name))}")
+        if parameters.has_effect(name):
+            text = html.escape(f"{declaration.label}: {declaration.to_text(getattr(parameters, name))}")
             lines.append(f"<b>{text}</b>" if name in differs else text)
     return f"<p>{html.escape(values)}</p><p>{'<br>'.join(lines)}</p>"
 

@@ -9,10 +9,10 @@ from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Sig
 from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
 
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 
 from ...widgets.basics import paint_hint
-from ...widgets.tables import ICON_SIZE, SoftRows, lay_out
+from ...widgets.tables import ICON_SIZE, RowDelegate, set_up_table
 from .model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunModel, RunRow
 
 _WIDTHS = {
@@ -20,8 +20,8 @@ _WIDTHS = {
     Column.COLOUR: 26,
     Column.SECONDS: 66,
     Column.ITERATIONS: 52,
-    Column.TRUTH: 86,
-    Column.HIDDEN: 94,
+    Column.GROUND_TRUTH: 86,
+    Column.HOLD_OUT: 94,
     Column.EXPECTED: 190,
     Column.NOTE: 110,
 }
@@ -45,7 +45,7 @@ class RunTable(QWidget):
         The selection has changed.
     edited(object, str, str), ticked(object, bool)
         As in `RunModel`.
-    deleteWished()
+    deleteRequested()
         Request to delete the selected rows.
     contextMenuRequested(QPoint)
         Global position.
@@ -56,7 +56,7 @@ class RunTable(QWidget):
     selectionChanged = Signal()
     edited = Signal(object, str, str)
     ticked = Signal(object, bool)
-    deleteWished = Signal()
+    deleteRequested = Signal()
     contextMenuRequested = Signal(QPoint)
     shown = Signal()
 
@@ -92,7 +92,7 @@ class RunTable(QWidget):
         self.setFocusProxy(self.view)
         self._model.edited.connect(self.edited)
         self._model.ticked.connect(self.ticked)
-        self.view.delete_wished.connect(self.deleteWished)
+        self.view.delete_requested.connect(self.deleteRequested)
         self.view.selectionModel().selectionChanged.connect(lambda *_: self.selectionChanged.emit())
         self._model.rowsRemoved.connect(lambda *_: self.selectionChanged.emit())
         self.view.customContextMenuRequested.connect(
@@ -109,15 +109,15 @@ class RunTable(QWidget):
         }
         self.view.show_errors({Column.EXPECTED, *known})
 
-    def runs(self) -> list[KeptRun]:
+    def runs(self) -> list[StoredRun]:
         """Return all runs in table order."""
         return [self._run(row) for row in range(self._proxy.rowCount())]
 
-    def selected(self) -> list[KeptRun]:
+    def selected(self) -> list[StoredRun]:
         """Return the selected runs in table order."""
         return [self._run(row) for row in sorted(index.row() for index in self.view.selectionModel().selectedRows())]
 
-    def select(self, kept: KeptRun) -> None:
+    def select(self, kept: StoredRun) -> None:
         """Select only this run, and scroll to it."""
         row = self.runs().index(kept)
         self.view.selectRow(row)
@@ -146,19 +146,19 @@ class RunTable(QWidget):
     def minimumSizeHint(self) -> QSize:
         return QSize(240, 90)
 
-    def _run(self, row: int) -> KeptRun:
+    def _run(self, row: int) -> StoredRun:
         return self._model.rows[self._proxy.mapToSource(self._proxy.index(row, 0)).row()].kept
 
 
 class _RunView(QTableView):
     """Mouse and keyboard of the table."""
 
-    delete_wished = Signal()
+    delete_requested = Signal()
 
     def arrange(self) -> None:
         """Set up columns, selection and appearance; called once, after the model is set."""
-        lay_out(self)
-        self.setItemDelegate(SoftRows((Column.COLOUR,), self, elided_within=(Column.NAME,)))
+        set_up_table(self)
+        self.setItemDelegate(RowDelegate((Column.COLOUR,), self, elided_within=(Column.NAME,)))
         self.setAccessibleName("Run history")
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
         header = self.horizontalHeader()
@@ -193,7 +193,7 @@ class _RunView(QTableView):
         elif event.key() == Qt.Key.Key_Space:
             event.ignore()  # Space pans the views, regardless of the focus
         elif event.key() == Qt.Key.Key_Delete:
-            self.delete_wished.emit()
+            self.delete_requested.emit()
         else:
             super().keyPressEvent(event)
 

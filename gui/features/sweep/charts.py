@@ -14,11 +14,11 @@ from PySide6.QtWidgets import QToolTip, QWidget
 from ...base import theme
 from ...views.colours import error_table
 
-_LABEL_WIDTH = 52
+_MIN_LABEL_DISTANCE = 52
 """Minimum distance between the labels of values [px]."""
-_LEAST_RANGE = 0.05
+_MIN_RANGE = 0.05
 """Minimum range of errors shown, as a share of the largest."""
-_REACH = 40
+_CLICK_DISTANCE = 40
 """Horizontal distance [px] within which a click hits a point."""
 
 
@@ -84,7 +84,7 @@ class ErrorCurve(pg.PlotWidget):
         self.curve.setData(across, above)
         if np.isfinite(above).any():
             # do not magnify negligible differences
-            self.getViewBox().setLimits(minYRange=_LEAST_RANGE * float(np.nanmax(above)))
+            self.getViewBox().setLimits(minYRange=_MIN_RANGE * float(np.nanmax(above)))
         self.best.setData(pos=[(self._places[best], 1000 * known[best])] if best in known else [])
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
@@ -93,7 +93,7 @@ class ErrorCurve(pg.PlotWidget):
             at = event.position()
             distances = [abs(self._screen(place) - at.x()) for place in self._places]
             nearest = int(np.argmin(distances))
-            if distances[nearest] <= _REACH:
+            if distances[nearest] <= _CLICK_DISTANCE:
                 self.taken.emit(nearest)
 
     def changeEvent(self, event: QEvent) -> None:
@@ -143,7 +143,7 @@ class _ValueAxis(pg.AxisItem):
         chosen: list[float] = []
         per_pixel = (maxVal - minVal) / max(size, 1)
         for place in sorted(self._texts):
-            if not chosen or place - chosen[-1] >= _LABEL_WIDTH * per_pixel:
+            if not chosen or place - chosen[-1] >= _MIN_LABEL_DISTANCE * per_pixel:
                 chosen.append(place)
         return [(1.0, chosen)]
 
@@ -162,7 +162,7 @@ def style_axis(axis: pg.AxisItem, label: str, colours: theme.Colours) -> None:
 
 _PAD = 8
 _GAP = 1
-_LEAST_CELL = QSize(34, 18)
+_MIN_CELL = QSize(34, 18)
 """Minimum size of a cell with the error as text [px]."""
 _RING = 2.5
 
@@ -295,7 +295,7 @@ class ErrorGrid(QWidget):
         colour = self._colour(error)
         painter.setBrush(colour)
         painter.drawRect(cell)
-        if cell.width() >= _LEAST_CELL.width() and cell.height() >= _LEAST_CELL.height():
+        if cell.width() >= _MIN_CELL.width() and cell.height() >= _MIN_CELL.height():
             painter.setPen(QColor("black") if colour.lightness() > 120 else QColor("white"))
             painter.drawText(cell, Qt.AlignmentFlag.AlignCenter, f"{1000 * error:.3g}")
 

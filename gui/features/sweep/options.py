@@ -9,15 +9,15 @@ from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QFormLayout, QGridLayou
 
 from ilf.data.declarations import Declaration, Value
 from ilf.data.parameters import Parameters
-from ilf.evaluation.hold_out import HIDDEN_PATTERNS, HiddenTest
-from ilf.evaluation.sweep import LEAST_STEPS, MOST_STEPS, can_be_swept, spread, usual_range
+from ilf.evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
+from ilf.evaluation.sweep import MAX_STEPS, MIN_STEPS, can_be_swept, spread, suggested_range
 
 from ...widgets.basics import PlainLabel
 
-STEPS_OF_ONE, STEPS_OF_TWO = 7, 4
-TRUTH = "truth"
+DEFAULT_STEPS, DEFAULT_STEPS_OF_TWO = 7, 4
+GROUND_TRUTH = "ground_truth"
 _DECIMALS = 6
-_MOST_SEEDS = 20
+_MAX_SEEDS = 20
 _LARGEST = 1e9
 _FIELD = 84
 
@@ -42,7 +42,9 @@ class RangeBox(QGroupBox):
         self.names.setToolTip("The parameter to sweep")
         self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.low, self.high = _number("First value"), _number("Last value")
-        self.steps = QSpinBox(minimum=LEAST_STEPS, maximum=MOST_STEPS, value=STEPS_OF_TWO if optional else STEPS_OF_ONE)
+        self.steps = QSpinBox(
+            minimum=MIN_STEPS, maximum=MAX_STEPS, value=DEFAULT_STEPS_OF_TWO if optional else DEFAULT_STEPS
+        )
         self.steps.setToolTip("Number of values; the current value is added if it lies in the range")
         self.scale = QComboBox()
         self.scale.addItems(["linear", "log"])
@@ -64,7 +66,7 @@ class RangeBox(QGroupBox):
             field.setAccessibleName(f"{title}: {text.replace('&', '').lower()}")
             grid.addWidget(label, row, column)
             grid.addWidget(field, row, column + 1, 1, span)
-        self.names.activated.connect(lambda _: self._propose())
+        self.names.activated.connect(lambda _: self._set_usual_range())
         for spin in (self.low, self.high, self.steps):
             spin.valueChanged.connect(lambda _: self.changed.emit())
         self.scale.currentIndexChanged.connect(lambda _: self.changed.emit())
@@ -96,7 +98,7 @@ class RangeBox(QGroupBox):
         """Offer the parameters that have an effect with these values; keep the range if its parameter is offered."""
         self._parameters = parameters
         declarations = Parameters.declarations()
-        offered = [name for name, one in declarations.items() if can_be_swept(one) and parameters.matters(name)]
+        offered = [name for name, one in declarations.items() if can_be_swept(one) and parameters.has_effect(name)]
         if offered == [self.names.itemData(position) for position in range(self.names.count())]:
             return
         chosen = self.names.currentData()
@@ -113,11 +115,11 @@ class RangeBox(QGroupBox):
         if position >= 0:
             self.names.setCurrentIndex(position)
             if again:
-                self._propose()
+                self._set_usual_range()
 
-    def _propose(self) -> None:
+    def _set_usual_range(self) -> None:
         declaration = self.declaration
-        low, high = usual_range(declaration, self.present)
+        low, high = suggested_range(declaration, self.present)
         for spin, value in ((self.low, low), (self.high, high)):
             with QSignalBlocker(spin):
                 least = declaration.minimum if declaration.minimum is not None else -_LARGEST
@@ -146,7 +148,7 @@ class CriterionBox(QWidget):
         super().__init__()
         self.kind = QComboBox()
         self.kind.setToolTip("Criterion: error against ground truth, or on held-out known depth")
-        self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=1)
+        self.seeds = QSpinBox(minimum=1, maximum=_MAX_SEEDS, value=1)
         self.seeds.setToolTip("Number of random hold-outs; more are slower but more reliable")
         self.blocks = QComboBox()
         self.blocks.addItems(["All blocks", "Selected block"])
@@ -165,25 +167,25 @@ class CriterionBox(QWidget):
         self.blocks.activated.connect(lambda _: self.changed.emit())
 
     @property
-    def by_truth(self) -> bool:
+    def by_ground_truth(self) -> bool:
         """Whether the criterion is ground truth."""
-        return bool(self.kind.currentData() == TRUTH)
+        return bool(self.kind.currentData() == GROUND_TRUTH)
 
     @property
-    def for_chosen(self) -> bool:
+    def for_selected(self) -> bool:
         """Whether only the selected block is swept."""
         return self.blocks.currentIndex() == 1
 
-    def test(self) -> HiddenTest | None:
+    def test(self) -> HoldOutTest | None:
         """The hold-out test; None for ground truth."""
-        if self.by_truth:
+        if self.by_ground_truth:
             return None
-        return HiddenTest(pattern=str(self.kind.currentData()), seeds=tuple(range(self.seeds.value())))
+        return HoldOutTest(pattern=str(self.kind.currentData()), seeds=tuple(range(self.seeds.value())))
 
-    def set_frame(self, has_truth: bool, chosen: str) -> None:
+    def set_frame(self, has_ground_truth: bool, chosen: str) -> None:
         """Set whether the frame has ground truth, and the name of its selected block; "" for none."""
-        if has_truth != (self.kind.findData(TRUTH) >= 0):
-            self._fill(has_truth)
+        if has_ground_truth != (self.kind.findData(GROUND_TRUTH) >= 0):
+            self._fill(has_ground_truth)
         with QSignalBlocker(self.blocks):
             self.blocks.setItemText(1, f"{chosen} only" if chosen else "Selected block (none selected)")
             model = self.blocks.model()
@@ -191,22 +193,22 @@ class CriterionBox(QWidget):
             if not chosen:
                 self.blocks.setCurrentIndex(0)
 
-    def _fill(self, has_truth: bool) -> None:
+    def _fill(self, has_ground_truth: bool) -> None:
         former = self.kind.currentData()
         with QSignalBlocker(self.kind):
             self.kind.clear()
-            if has_truth:
-                self.kind.addItem("Ground truth", TRUTH)
-            for name, about in sorted(HIDDEN_PATTERNS.items()):
+            if has_ground_truth:
+                self.kind.addItem("Ground truth", GROUND_TRUTH)
+            for name, about in sorted(HOLD_OUT_PATTERNS.items()):
                 self.kind.addItem(f"Hold-out, {name}", name)
                 self.kind.setItemData(self.kind.count() - 1, about, 3)
             kept = self.kind.findData(former)
             self.kind.setCurrentIndex(kept if self._touched and kept >= 0 else 0)
-        self._form.setRowVisible(self.seeds, not self.by_truth)
+        self._form.setRowVisible(self.seeds, not self.by_ground_truth)
 
     def _take(self) -> None:
         self._touched = True
-        self._form.setRowVisible(self.seeds, not self.by_truth)
+        self._form.setRowVisible(self.seeds, not self.by_ground_truth)
         self.changed.emit()
 
 
@@ -216,7 +218,7 @@ def captions(names: Sequence[str], points: Sequence[dict[str, Value]]) -> list[s
 
 
 def _number(hint: str) -> QDoubleSpinBox:
-    spin = _FreeBox()
+    spin = _CompactSpinBox()
     spin.setLocale(QLocale.c())
     spin.setKeyboardTracking(False)
     spin.setMinimumWidth(_FIELD)
@@ -224,7 +226,7 @@ def _number(hint: str) -> QDoubleSpinBox:
     return spin
 
 
-class _FreeBox(QDoubleSpinBox):
+class _CompactSpinBox(QDoubleSpinBox):
     """Spin box that shows only significant decimals, with a fixed small width."""
 
     def minimumSizeHint(self) -> QSize:

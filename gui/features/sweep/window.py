@@ -28,14 +28,14 @@ from ...base import theme
 from ...widgets.basics import Message, PlainLabel
 from ...widgets.work_row import WorkRow
 from .charts import ErrorCurve, ErrorGrid
-from .found import Found
 from .multiples import Multiples, ScaleBar
 from .options import CriterionBox, RangeBox, captions
+from .state import SweepState
 
 _SIZE = QSize(1040, 660)
 _LEFT = 300
 _DEPTH, _DIFFERENCE = 0, 1
-_ALL = 0.95
+_FULL_COVERAGE = 0.95
 """Share of filled pixels above which the coverage is not shown."""
 
 
@@ -49,21 +49,21 @@ class SweepWindow(QDialog):
     cancelled()
     taken(int)
         The user applied the values of this point.
-    looked_at()
+    became_visible()
         The window became visible: show what changed meanwhile.
     """
 
     begun = Signal()
     cancelled = Signal()
     taken = Signal(int)
-    looked_at = Signal()
+    became_visible = Signal()
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Sweep")
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.resize(_SIZE)
-        self._found: Found | None = None
+        self._found: SweepState | None = None
         self._colour_map = "turbo"
         self.first, self.second = RangeBox("Parameter"), RangeBox("Second parameter", optional=True)
         self.criterion = CriterionBox()
@@ -73,10 +73,10 @@ class SweepWindow(QDialog):
         self.work = WorkRow("sweep")
         self.work.cancelled.connect(self.cancelled)
         self.state = Message(lines=2)
-        self.take_button = QPushButton("&Apply best", autoDefault=False)
-        self.take_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
-        self.take_button.clicked.connect(lambda _: self._take_best())
-        self.take_button.setEnabled(False)
+        self.apply_button = QPushButton("&Apply best", autoDefault=False)
+        self.apply_button.setToolTip("Apply the value with the smallest error; undo it with Ctrl+Z in the main window")
+        self.apply_button.clicked.connect(lambda _: self._apply_best())
+        self.apply_button.setEnabled(False)
         self.curve, self.grid, self.multiples = ErrorCurve(), ErrorGrid(), Multiples()
         for shown in (self.curve, self.grid, self.multiples):
             shown.taken.connect(self.taken)
@@ -108,7 +108,7 @@ class SweepWindow(QDialog):
         column.setSpacing(8)
         for widget in (self.first, self.second, self.criterion, self.start_button, self.work, self.state):
             column.addWidget(widget)
-        column.addWidget(self.take_button)
+        column.addWidget(self.apply_button)
         column.addStretch(1)
         area = QScrollArea()
         area.setWidget(content)
@@ -152,11 +152,11 @@ class SweepWindow(QDialog):
         boxes = [self.first, *([self.second] if self.second.isChecked() else [])]
         return {box.declaration.name: box.values() for box in boxes}
 
-    def set_frame(self, parameters: Parameters, has_truth: bool, chosen: str) -> None:
+    def set_frame(self, parameters: Parameters, has_ground_truth: bool, chosen: str) -> None:
         """Set the current values of the frame or its selected block, whether there is ground truth, and the name."""
         self.first.set_parameters(parameters)
         self.second.set_parameters(parameters)
-        self.criterion.set_frame(has_truth, chosen)
+        self.criterion.set_frame(has_ground_truth, chosen)
         self.describe()
         self._show_marks()
 
@@ -172,11 +172,11 @@ class SweepWindow(QDialog):
         try:
             values = self.variation()
         except IlfError as error:
-            self.state.say(str(error), "error")
+            self.state.show_message(str(error), "error")
             self.start_button.setEnabled(False)
             return
         if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
-            self.state.say("Select two different parameters, or switch the second one off.", "error")
+            self.state.show_message("Select two different parameters, or switch the second one off.", "error")
             self.start_button.setEnabled(False)
             return
         self.start_button.setEnabled(True)
@@ -184,11 +184,11 @@ class SweepWindow(QDialog):
         test = self.criterion.test()
         runs = count * (1 if test is None else len(test.seeds) + 1)
         outcome = "" if edited else self._outcome()
-        self.state.say(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
+        self.state.show_message(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
 
     # results
 
-    def begin(self, found: Found) -> None:
+    def begin(self, found: SweepState) -> None:
         """Show that a sweep has started."""
         self._found = found
         self._outcomes.setCurrentIndex(1)
@@ -203,13 +203,13 @@ class SweepWindow(QDialog):
         else:
             self.curve.set_scale(labels[0], values[0], boxes[0].logarithmic)
         self.multiples.set_captions(captions(names, points), found.shape, len(values[1]) if two else 0)
-        name = "Error" if found.session.frame.truth is not None else "Difference to the result"
+        name = "Error" if found.session.frame.ground_truth is not None else "Difference to the result"
         self.pictures.setItemText(_DIFFERENCE, name)
         self.pictures.setEnabled(found.has_differences)
         if not found.has_differences:
             self.pictures.setCurrentIndex(_DEPTH)
         self.work.begin()
-        self.state.say("Running the first values…")
+        self.state.show_message("Running the first values…")
         self._set_busy(True)
         self.show_found()
 
@@ -219,7 +219,7 @@ class SweepWindow(QDialog):
         self._set_busy(False)
         self.show_found()
         if text:
-            self.state.say(text, tone)
+            self.state.show_message(text, tone)
 
     def forget(self) -> None:
         """Clear the results of a frame that was closed."""
@@ -229,7 +229,7 @@ class SweepWindow(QDialog):
         self.curve.set_points([], [], None)
         self.grid.set_errors({}, None)
         self.describe()
-        self.take_button.setEnabled(False)
+        self.apply_button.setEnabled(False)
 
     def set_colour_map(self, name: str) -> None:
         """Set the depth colour map."""
@@ -252,7 +252,7 @@ class SweepWindow(QDialog):
             self.curve.set_points(list(found.errors), list(found.errors.values()), found.best)
         self._show_marks()
         if found.errors:
-            self.state.say(self._outcome())
+            self.state.show_message(self._outcome())
 
     def _show_marks(self) -> None:
         found = self._found
@@ -264,9 +264,9 @@ class SweepWindow(QDialog):
         for number, tile in enumerate(self.multiples.tiles):
             error = _millimetres(found.errors.get(number))
             coverage = found.coverage.get(number, 1.0)
-            text = error if coverage > _ALL else f"{error}, fills {coverage:.0%}"
+            text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
             tile.set_marks(text, number == found.best, number == present)
-        self.take_button.setEnabled(found.best is not None and found.best != present)
+        self.apply_button.setEnabled(found.best is not None and found.best != present)
 
     def _outcome(self) -> str:
         found = self._found
@@ -281,7 +281,7 @@ class SweepWindow(QDialog):
             text += f" (current: {now}{', nearly equal' * (now == _millimetres(found.errors[best]))})"
         return f"{text}, {over}."
 
-    def _take_best(self) -> None:
+    def _apply_best(self) -> None:
         if self._found is not None and self._found.best is not None:
             self.taken.emit(self._found.best)
 
@@ -291,7 +291,7 @@ class SweepWindow(QDialog):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.looked_at.emit()
+        self.became_visible.emit()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

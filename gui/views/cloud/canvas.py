@@ -35,7 +35,7 @@ from .scene import Scene, empty_scene
 _MARGIN = 6
 _ARM = 26
 _BOX = 2 * (_ARM + 14)
-_LONGEST = 150
+_MAX_SCALE_LENGTH = 150
 """Maximum length of the scale bar [px]."""
 _TICK = 4
 _RING = 6
@@ -59,7 +59,7 @@ def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom:
 
 def paint_scale(painter: QPainter, metres_per_pixel: float, colours: Colours, bottom: float) -> None:
     """Draw a scale bar of a round length, right of the axes; valid at the depth of the view's centre."""
-    length = round_length(metres_per_pixel * _LONGEST)
+    length = round_length(metres_per_pixel * _MAX_SCALE_LENGTH)
     pixels = length / metres_per_pixel
     text = length_text(length)
     metrics = painter.fontMetrics()
@@ -112,10 +112,10 @@ def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) 
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
-def round_length(most: float) -> float:
+def round_length(max_length: float) -> float:
     """Largest 1, 2 or 5 times a power of ten up to a length [m]."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return next(step * power for step in (5, 2, 1) if step * power <= most * (1 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(max_length))
+    return next(step * power for step in (5, 2, 1) if step * power <= max_length * (1 + 1e-9))
 
 
 def length_text(length: float) -> str:
@@ -144,9 +144,9 @@ _ORBIT_STEP = math.radians(5)
 _ORBIT_PER_PIXEL = math.radians(0.4)
 _PAN_STEP = 30
 _ZOOM_STEP = 0.85
-_CLICK = 4
+_DRAG_THRESHOLD = 4
 """Distance [px] beyond which a press is a drag."""
-_REACH = 4
+_HIT_RADIUS = 4
 """Distance [px] within which the pointer hits a point."""
 
 
@@ -159,7 +159,7 @@ class CloudCanvas(QWidget):
         The pixel (x, y) of the frame whose point is under the pointer, or None; sent when it changes.
     picked(int, int, bool)
         x and y of the pixel whose point was clicked, and whether Ctrl was held.
-    pointed_at(bool)
+    hover_changed(bool)
         The pointer entered or left.
     failed(object)
         The exception that stopped the drawing.
@@ -167,7 +167,7 @@ class CloudCanvas(QWidget):
 
     hovered = Signal(object)
     picked = Signal(int, int, bool)
-    pointed_at = Signal(bool)
+    hover_changed = Signal(bool)
     failed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -320,7 +320,7 @@ class CloudCanvas(QWidget):
     def _point_at(self, position: QPointF) -> int | None:
         """Index of the visible point at a position of the widget, or near it."""
         ratio = self.devicePixelRatioF()
-        return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _REACH * ratio)
+        return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _HIT_RADIUS * ratio)
 
     def _pixel_at(self, position: QPointF) -> tuple[int, int] | None:
         index = self._point_at(position)
@@ -343,7 +343,7 @@ class CloudCanvas(QWidget):
         if self._last is None:
             self._set_pixel(self._pixel_at(event.position()))
             return
-        if self._pressed is not None and (event.position() - self._pressed).manhattanLength() <= _CLICK:
+        if self._pressed is not None and (event.position() - self._pressed).manhattanLength() <= _DRAG_THRESHOLD:
             return
         self._pressed = None
         moved = event.position() - self._last
@@ -379,12 +379,12 @@ class CloudCanvas(QWidget):
 
     def enterEvent(self, event: QEnterEvent) -> None:
         super().enterEvent(event)
-        self.pointed_at.emit(True)
+        self.hover_changed.emit(True)
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
         self._set_pixel(None)
-        self.pointed_at.emit(False)
+        self.hover_changed.emit(False)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         arrows: dict[int, tuple[int, int]] = {

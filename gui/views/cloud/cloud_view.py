@@ -92,7 +92,7 @@ _STEP = 0.01
 """Step of an arrow key, as a share of the range; ten times that with Shift."""
 
 
-class TwoHandles(QWidget):
+class RangeSlider(QWidget):
     """Range slider with two handles within 0-1. Arrow keys move the last used handle.
 
     Signals
@@ -177,7 +177,7 @@ class TwoHandles(QWidget):
         return (x - _HANDLE - 1) / max(self.width() - 2 * _HANDLE - 2, 1.0)
 
 
-class ClipRow(QWidget):
+class DepthClip(QWidget):
     """Range slider with the depths at its handles, and a button to show all depths.
 
     Signals
@@ -194,7 +194,7 @@ class ClipRow(QWidget):
         self.depths = -math.inf, math.inf
         """Depth range [m] that is drawn."""
         self._low, self._high = PlainLabel(), PlainLabel()
-        self.slider = TwoHandles()
+        self.slider = RangeSlider()
         self.slider.setAccessibleName("Depth range")
         self.slider.setToolTip("Drag a handle, or use the arrow keys; Space switches to the other handle")
         self.slider.moved.connect(self._take)
@@ -278,8 +278,8 @@ class CloudView(QWidget):
         self.setFocusProxy(self.canvas)
         self.strip = TitleStrip()
         self.strip.setToolTip("Click the title to select what colours the points")
-        self.strip.menuWished.connect(lambda place: self._colours.menu().popup(place))
-        self.clip = ClipRow()
+        self.strip.menuRequested.connect(lambda place: self._colours.menu().popup(place))
+        self.clip = DepthClip()
         self.clip.hide()
         self.clip.changed.connect(self.canvas.set_depths)
         self.bar = ColourBar(self.canvas)
@@ -292,7 +292,7 @@ class CloudView(QWidget):
         layout.addWidget(self.canvas, 1)
         self.canvas.installEventFilter(self)
         self.set_message()
-        self._take_theme()
+        self._apply_theme()
 
     def show_scene(self, scene: Scene, reset: bool = True) -> None:
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
@@ -325,7 +325,7 @@ class CloudView(QWidget):
         self._colours.show_choice(self.colour_by)
         self.colours_changed.emit()
 
-    def set_lacking(self, lacking: Mapping[ColourBy, str]) -> None:
+    def set_unavailable(self, lacking: Mapping[ColourBy, str]) -> None:
         """Disable the unavailable colourings and show the reasons."""
         for choice in ColourBy:
             why = lacking.get(choice, "")
@@ -343,20 +343,20 @@ class CloudView(QWidget):
     def eventFilter(self, watched: object, event: QEvent) -> bool:
         """Keep the colour bar at the side of the canvas."""
         if isinstance(event, QResizeEvent):
-            least, most = _BAR_HEIGHTS
+            min_height, max_height = _BAR_HEIGHTS
             room = self.canvas.height() - 2 * _BAR_MARGIN
-            self.bar.setVisible(room >= least)
-            self.bar.setFixedHeight(min(max(round(_BAR_SHARE * room), least), most))
+            self.bar.setVisible(room >= min_height)
+            self.bar.setFixedHeight(min(max(round(_BAR_SHARE * room), min_height), max_height))
             self.bar.move(self.canvas.width() - self.bar.width() - _BAR_MARGIN, _BAR_MARGIN)
         return False
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
-            self._take_theme()
+            self._apply_theme()
             self.colours_changed.emit()
 
-    def _take_theme(self) -> None:
+    def _apply_theme(self) -> None:
         colours = theme.colours(self.palette())
         for item, name in self._icons:
             item.setIcon(theme.icon(name, self.palette()))
@@ -373,7 +373,7 @@ class CloudView(QWidget):
         bar.addWidget(self._colours)
         self._icons.append((self._colours, "ph.palette"))
         bar.addActions([self.raw, self.chosen_only])
-        clip = self._switch(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False)
+        clip = self._toggle_action(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False)
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         for name, (icon, hint) in _LOOKS.items():
@@ -381,7 +381,9 @@ class CloudView(QWidget):
             action.setToolTip(hint)
             self._icons.append((action, icon))
         bar.addSeparator()
-        self._shading = self._switch(bar, "Shading", "ph.circle-half", "darken points behind their neighbours", True)
+        self._shading = self._toggle_action(
+            bar, "Shading", "ph.circle-half", "darken points behind their neighbours", True
+        )
         self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
         sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
         self._sizes = ChoiceButton(
@@ -394,7 +396,7 @@ class CloudView(QWidget):
         bar.addAction(beside)
         return bar
 
-    def _switch(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:
+    def _toggle_action(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:
         action = bar.addAction(text)
         action.setCheckable(True)
         action.setChecked(on)

@@ -31,7 +31,7 @@ from .scene import Colouring, Points, Rgb, Scale, Scene
 Depth = NDArray[np.float32]
 _MM = np.float32(1000)
 _DIMMED = 0.8
-_LEAST_MM = 0.01
+_MIN_MM = 0.01
 """Lower limit of a logarithmic scale."""
 
 
@@ -87,13 +87,13 @@ class Subject:
         Kind of `KINDS` -> Range: colour ranges, as in the images.
     labels, block_colours : ndarray, optional
         int32 (H, W), and uint8 (labels, 4) by label.
-    unvouched : ndarray, optional
+    unsupported : ndarray, optional
         bool (H, W): unsupported by measurements.
-    expected, truth, other : ndarray, optional
+    expected, ground_truth, other : ndarray, optional
         float32 (H, W) [m], NaN where unknown: expected error, ground truth, depth of another run.
     other_name : str
         Name of that run.
-    filled, guessed : ndarray, optional
+    filled, extrapolated : ndarray, optional
         bool (H, W).
     """
 
@@ -105,12 +105,12 @@ class Subject:
     labels: NDArray[np.int32] | None = None
     block_colours: NDArray[np.uint8] | None = None
     expected: Depth | None = None
-    unvouched: NDArray[np.bool_] | None = None
-    truth: Depth | None = None
+    unsupported: NDArray[np.bool_] | None = None
+    ground_truth: Depth | None = None
     other: Depth | None = None
     other_name: str = ""
     filled: NDArray[np.bool_] | None = None
-    guessed: NDArray[np.bool_] | None = None
+    extrapolated: NDArray[np.bool_] | None = None
 
 
 def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[np.int32]) -> Colouring:
@@ -123,13 +123,13 @@ def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[n
             return Colouring(subject.depth_table[indices, :3], scale)
         case ColourBy.BLOCK if subject.labels is not None and subject.block_colours is not None:
             table = subject.block_colours[:, :3].copy()
-            table[0] = none = _plain(subject.shades)
+            table[0] = none = _no_value_colour(subject.shades)
             labels = subject.labels.reshape(-1)[pixels]
             return Colouring(table[labels], legend=() if labels.all() else ((none, "no block"),))
         case ColourBy.EXPECTED if subject.expected is not None:
             return _expected(subject, subject.expected, pixels)
-        case ColourBy.ERROR if subject.truth is not None:
-            return _signed(subject, subject.truth, pixels, "no ground truth")
+        case ColourBy.ERROR if subject.ground_truth is not None:
+            return _signed(subject, subject.ground_truth, pixels, "no ground truth")
         case ColourBy.DIFFERENCE if subject.other is not None:
             return _signed(subject, subject.other, pixels, f"not in {subject.other_name}")
         case ColourBy.FILLED if subject.filled is not None:
@@ -156,8 +156,8 @@ def value_of(subject: Subject, by: ColourBy, pixel: tuple[int, int]) -> float | 
             value = float(subject.depth[place])
         case ColourBy.EXPECTED if subject.expected is not None:
             value = 1000 * float(subject.expected[place])
-        case ColourBy.ERROR if subject.truth is not None:
-            value = 1000 * float(subject.depth[place] - subject.truth[place])
+        case ColourBy.ERROR if subject.ground_truth is not None:
+            value = 1000 * float(subject.depth[place] - subject.ground_truth[place])
         case ColourBy.DIFFERENCE if subject.other is not None:
             value = 1000 * float(subject.depth[place] - subject.other[place])
         case _:
@@ -166,13 +166,13 @@ def value_of(subject: Subject, by: ColourBy, pixel: tuple[int, int]) -> float | 
 
 
 def _expected(subject: Subject, expected: Depth, pixels: NDArray[np.int32]) -> Colouring:
-    few = sample(expected) * _MM
-    low, high = _levels(subject, "expected", robust_error_levels(few), few)
-    levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
+    sampled = sample(expected) * _MM
+    low, high = _levels(subject, "expected", robust_error_levels(sampled), sampled)
+    levels = max(low, _MIN_MM), max(high, 2 * max(low, _MIN_MM))
     indices = log_indices(expected.reshape(-1)[pixels], levels)
     scale = Scale("mm", error_table(), levels, logarithmic=True)
     colouring = _by_table(subject, indices, scale, "measured")
-    doubtful = None if subject.unvouched is None else subject.unvouched.reshape(-1)[pixels]
+    doubtful = None if subject.unsupported is None else subject.unsupported.reshape(-1)[pixels]
     if doubtful is None or not doubtful.any():
         return colouring
     colour = _rgb(subject.shades.warning)
@@ -182,9 +182,9 @@ def _expected(subject: Subject, expected: Depth, pixels: NDArray[np.int32]) -> C
 
 def _signed(subject: Subject, other: Depth, pixels: NDArray[np.int32], lacking: str) -> Colouring:
     difference = (subject.depth - other) * _MM
-    few = sample(difference)
-    level = robust_difference_level(few[few != 0])  # ignores equal pixels
-    level = max(abs(end) for end in _levels(subject, "signed", (-level, level), few))
+    sampled = sample(difference)
+    level = robust_difference_level(sampled[sampled != 0])  # ignores equal pixels
+    level = max(abs(end) for end in _levels(subject, "signed", (-level, level), sampled))
     levels = -level, level
     indices = to_indices(difference.reshape(-1)[pixels], *levels)
     scale = Scale("mm", signed_table(), levels)
@@ -197,7 +197,7 @@ def _levels(subject: Subject, kind: str, robust: Levels, values: Depth) -> Level
 
 def _by_table(subject: Subject, indices: NDArray[np.uint8], scale: Scale, lacking: str) -> Colouring:
     """Colours of a scale, with a plain colour for points without value."""
-    plain = _plain(subject.shades)
+    plain = _no_value_colour(subject.shades)
     table = scale.table[:, :3].copy()
     table[0] = plain
     return Colouring(table[indices], scale, ((plain, lacking),) if not indices.all() else ())
@@ -207,8 +207,8 @@ def _filled(subject: Subject, filled: NDArray[np.bool_], pixels: NDArray[np.int3
     shades = subject.shades
     colours: Rgb = subject.rgb.reshape(-1, 3)[pixels]
     kinds = [(filled, shades.accent, "filled")]
-    if subject.guessed is not None and subject.guessed.any():
-        kinds.append((subject.guessed, shades.warning, "extrapolated"))
+    if subject.extrapolated is not None and subject.extrapolated.any():
+        kinds.append((subject.extrapolated, shades.warning, "extrapolated"))
     legend = []
     for mask, colour, name in kinds:
         chosen = mask.reshape(-1)[pixels]
@@ -217,7 +217,7 @@ def _filled(subject: Subject, filled: NDArray[np.bool_], pixels: NDArray[np.int3
     return Colouring(colours, legend=tuple(legend), note="image colours where measured")
 
 
-def _plain(shades: Colours) -> tuple[int, int, int]:
+def _no_value_colour(shades: Colours) -> tuple[int, int, int]:
     """Colour of points without value: visible on the background, and unlike any value."""
     return _rgb(shades.grid if shades.is_dark else shades.muted)
 
@@ -230,7 +230,7 @@ def _rgb(colour: QColor) -> tuple[int, int, int]:
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class CloudRequest:
     """Request for a scene.
 
     Parameters
@@ -254,13 +254,13 @@ class Wish:
     chosen: frozenset[int] | None
     title: str
 
-    def is_same(self, other: Wish | None) -> bool:
+    def is_same(self, other: CloudRequest | None) -> bool:
         """Whether another request would give the same scene."""
         if other is None or (self.by, self.title) != (other.by, other.title):
             return False
         return self.has_same_points(other) and _same(self.subject, other.subject)
 
-    def has_same_points(self, other: Wish) -> bool:
+    def has_same_points(self, other: CloudRequest) -> bool:
         """Whether the scene of another request has the same points."""
         return (
             self.key == other.key
@@ -271,7 +271,7 @@ class Wish:
         )
 
 
-def compose(wish: Wish, before: Scene | None = None) -> Scene:
+def compose(wish: CloudRequest, before: Scene | None = None) -> Scene:
     """Compute the requested scene; `before` is a scene with the same points to reuse."""
     subject = wish.subject
     if before is None:

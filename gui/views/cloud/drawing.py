@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 
-from ilf.drawing.clouds import Look, Splat, splat, splat_in_steps
+from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 
 from ...work.jobs import Worker
 from .scene import Points, Rgb, Scene, empty_scene
@@ -26,15 +26,15 @@ _POINT_S = 12e-9
 _PIXEL_S = 22e-9
 """Drawing times of a point and of a pixel of the picture on a typical machine."""
 
-_LADDER = ((1, 1 << 62), (1, 400_000), (2, 400_000), (2, 150_000), (3, 100_000), (4, 50_000))
+_DETAIL_LEVELS = ((1, 1 << 62), (1, 400_000), (2, 400_000), (2, 150_000), (3, 100_000), (4, 50_000))
 """From fine to coarse: side of a picture pixel in screen pixels, and maximum number of points."""
 
-_LEAST, _MOST = 0.2, 20.0
-_SETTLED = 0.8
+_MIN_SLOWNESS, _MAX_SLOWNESS = 0.2, 20.0
+_SPARE_SHARE = 0.8
 _WEIGHT = 0.3
 
 
-class Detail:
+class DetailLevel:
     """Selects the finest level of detail that is fast enough.
 
     The speed of this machine is measured on the pictures drawn; a finer level is used again only with time to spare,
@@ -44,24 +44,24 @@ class Detail:
     def __init__(self) -> None:
         self._slowness = 1.0
         """Drawing time relative to a typical machine."""
-        self._rung = 0
+        self._level = 0
 
     def choose(self, points: int, pixels: int) -> tuple[int, int]:
         """Select the side of a picture pixel [screen px] and the number of points to draw, for a cloud of this many
         points on this many screen pixels."""
-        costs = [_cost(min(points, most), pixels / side**2) for side, most in _LADDER]
+        costs = [_cost(min(points, max_points), pixels / side**2) for side, max_points in _DETAIL_LEVELS]
         fitting = [rung for rung, cost in enumerate(costs) if self._slowness * cost <= MOVING_S]
-        best = fitting[0] if fitting else len(_LADDER) - 1
-        if best < self._rung and self._slowness * costs[best] > _SETTLED * MOVING_S:
-            best = self._rung
-        self._rung = best
-        side, most = _LADDER[best]
-        return side, min(points, most)
+        best = fitting[0] if fitting else len(_DETAIL_LEVELS) - 1
+        if best < self._level and self._slowness * costs[best] > _SPARE_SHARE * MOVING_S:
+            best = self._level
+        self._level = best
+        side, max_points = _DETAIL_LEVELS[best]
+        return side, min(points, max_points)
 
     def note(self, seconds: float, points: int, pixels: float) -> None:
         """Record the time that drawing `points` points on `pixels` picture pixels took."""
         found = seconds / _cost(points, pixels)
-        self._slowness += _WEIGHT * (min(max(found, _LEAST), _MOST) - self._slowness)
+        self._slowness += _WEIGHT * (min(max(found, _MIN_SLOWNESS), _MAX_SLOWNESS) - self._slowness)
 
 
 def _cost(points: int, pixels: float) -> float:
@@ -71,7 +71,7 @@ def _cost(points: int, pixels: float) -> float:
 # The full picture of a cloud, drawn in a worker thread when the view is at rest.
 
 
-class WholePicture(QObject):
+class FullPicture(QObject):
     """Draws full pictures in a worker thread: always the last one requested; an outdated one is cancelled.
 
     Signals
@@ -125,7 +125,7 @@ class WholePicture(QObject):
         if self._present is None:
             return
         scene, look = self._present
-        self._worker.start(partial(splat_in_steps, scene.points, scene.colouring.colours, look, scene.spacing))
+        self._worker.start(partial(splat_steps, scene.points, scene.colouring.colours, look, scene.spacing))
 
     def _take(self, splat: Splat) -> None:
         if self._present is None:
@@ -139,7 +139,7 @@ class WholePicture(QObject):
         self.failed.emit(error)
 
 
-REST_MS = 120
+IDLE_MS = 120
 """The full picture is drawn when the view has not moved for this long."""
 
 
@@ -157,7 +157,7 @@ class _Picture:
 
 
 @dataclass(frozen=True, eq=False)
-class _Few:
+class _Subset:
     """An evenly spread subset of a scene's points."""
 
     some: NDArray[np.intp]
@@ -182,21 +182,21 @@ class CloudDrawing(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.scene = empty_scene()
-        self.detail = Detail()
+        self.detail = DetailLevel()
         self._look: Look | None = None
         self._picture: _Picture | None = None
-        self._few: _Few | None = None
+        self._subset: _Subset | None = None
         self._is_due = False
         """Whether `image` draws a new picture."""
-        self._whole = WholePicture(self)
+        self._whole = FullPicture(self)
         self._whole.drawn.connect(self._take_whole)
         self._whole.failed.connect(self.failed)
-        self._rest = QTimer(self, singleShot=True, interval=REST_MS)
+        self._rest = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._rest.timeout.connect(self._ask_whole)
 
     def set_scene(self, scene: Scene) -> None:
         """Set another cloud, drawn from the next look on."""
-        self.scene, self._few = scene, None
+        self.scene, self._subset = scene, None
         if not len(scene):
             self._picture = None
             self.pause()
@@ -222,7 +222,7 @@ class CloudDrawing(QObject):
         return None if self._picture is None else self._picture.image
 
     @property
-    def is_whole(self) -> bool:
+    def is_full(self) -> bool:
         """Whether the picture is the full one for the current look."""
         picture = self._picture
         if picture is None or self._is_due or picture.scene is not self.scene:
@@ -231,7 +231,7 @@ class CloudDrawing(QObject):
 
     def finish(self) -> None:
         """Draw the full picture immediately, in the calling thread."""
-        if self._look is not None and len(self.scene) and not self.is_whole:
+        if self._look is not None and len(self.scene) and not self.is_full:
             scene = self.scene
             drawn = splat(scene.points, scene.colouring.colours, self._look, scene.spacing)
             self._take_whole(scene, self._look, drawn)
@@ -258,7 +258,7 @@ class CloudDrawing(QObject):
 
     def resume(self) -> None:
         """Resume drawing."""
-        if not self.is_whole:
+        if not self.is_full:
             self._rest.start()
 
     @property
@@ -275,7 +275,7 @@ class CloudDrawing(QObject):
         scene, total = self.scene, len(self.scene)
         side, count = self.detail.choose(total, look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
-        few = None if count == total else self._few_points(count)
+        few = None if count == total else self._subset_of(count)
         begun = time.perf_counter()
         if few is None:
             drawn = splat(scene.points, scene.colouring.colours, coarse, scene.spacing)
@@ -285,17 +285,17 @@ class CloudDrawing(QObject):
         some = None if few is None else few.some
         self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side, some)
         self._is_due = False
-        if not self.is_whole:
+        if not self.is_full:
             self._rest.start()
 
-    def _few_points(self, count: int) -> _Few:
-        if self._few is None or len(self._few.some) != count:
+    def _subset_of(self, count: int) -> _Subset:
+        if self._subset is None or len(self._subset.some) != count:
             # one random point per run of points: a fixed stride interferes with the image's rows and shows stripes
             total = len(self.scene)
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
-            self._few = _Few(some, self.scene.points[some], self.scene.colouring.colours[some])
-        return self._few
+            self._subset = _Subset(some, self.scene.points[some], self.scene.colouring.colours[some])
+        return self._subset
 
     def _ask_whole(self) -> None:
         if self._look is not None and len(self.scene):
@@ -304,7 +304,7 @@ class CloudDrawing(QObject):
     def _take_whole(self, scene: Scene, look: Look, drawn: Splat) -> None:
         if scene is self.scene and look == self._look:
             self._picture = _Picture(_image_of(drawn), scene, look, drawn.nearest)
-            self._few = None
+            self._subset = None
             self._is_due = False
             self.ready.emit()
 

@@ -22,7 +22,7 @@ FLOOR = 1e-6
 QUANTITIES = ("sigma_i", "error", "held_out", "residual", "l1")
 """Fields of an `IterationRecord` that are plotted."""
 
-_LEAST_LIGHT, _MOST_LIGHT = 0.4, 0.5
+_MIN_LUMINANCE, _MAX_LUMINANCE = 0.4, 0.5
 """Minimum luminance of lines on a dark background, maximum on a light one."""
 
 _LENGTHS = ("sigma_i", "error", "held_out", "residual")
@@ -59,7 +59,7 @@ class Curve:
     remark: str = ""
     corrected: float = math.nan
 
-    def looks_like(self, other: Curve) -> bool:
+    def has_same_style(self, other: Curve) -> bool:
         """Whether the other has the same name and style, regardless of records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
 
@@ -75,10 +75,10 @@ def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]
     red, green, blue = (part / 255 for part in colour)
     luminance = 0.3 * red + 0.59 * green + 0.11 * blue
     if is_dark:
-        share = max(_LEAST_LIGHT - luminance, 0) / (1 - luminance) if luminance < 1 else 0.0
+        share = max(_MIN_LUMINANCE - luminance, 0) / (1 - luminance) if luminance < 1 else 0.0
         parts = [part + share * (1 - part) for part in (red, green, blue)]
     else:
-        share = min(_MOST_LIGHT / luminance, 1) if luminance else 1.0
+        share = min(_MAX_LUMINANCE / luminance, 1) if luminance else 1.0
         parts = [share * part for part in (red, green, blue)]
     return round(255 * parts[0]), round(255 * parts[1]), round(255 * parts[2])
 
@@ -205,14 +205,14 @@ def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, al
         yield Column("hold-out", _LENGTH), length_text(record.held_out)
     yield Column("L1", "000,000 m"), f"{record.l1:,.4g} m" if record.l1 < 1e4 else f"{record.l1:,.0f} m"
     if alone:
-        yield from _own(record)
+        yield from _filter_columns(record)
     yield Column("stage", "000"), f"{record.stage}"
     yield Column("residual", _LENGTH), length_text(record.residual)
     if not by_time:
         yield time
 
 
-def _own(record: IterationRecord) -> Numbers:
+def _filter_columns(record: IterationRecord) -> Numbers:
     """Columns that only some filters have."""
     if isinstance(record, PassBandRecord):
         yield Column("radii", "000.0 × 000.0"), f"{record.radii[0]:.1f} × {record.radii[1]:.1f}"

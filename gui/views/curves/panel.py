@@ -16,7 +16,7 @@ from ilf.data.results import IterationRecord
 from ...base import theme
 from ...widgets.basics import PlainLabel
 from .curve import FLOOR, Columns, Curve, legible, readout_columns, readout_texts
-from .plot import AXIS, NAMED_AXIS, ConvergencePlot, CriterionLines, HeldOutPlot, LengthAxis, Line, SumAxis
+from .plot import AXIS, NAMED_AXIS, ConvergencePlot, CriterionLines, HoldOutPlot, LengthAxis, Line, SumAxis
 from .readout import Readout, Row
 
 # A slider over the iterations of the last run: the views show the depth at the slider's iteration.
@@ -37,7 +37,7 @@ class ScrubBar(QWidget):
         super().__init__(parent)
         self._slider = _Slider(Qt.Orientation.Horizontal)
         self._slider.setAccessibleName("Iteration shown")
-        self._slider.valueChanged.connect(self._tell)
+        self._slider.valueChanged.connect(self._report_position)
         self._text = PlainLabel()
         font = QFont(self.font())
         font.setFeature(QFont.Tag("tnum"), 1)
@@ -91,7 +91,7 @@ class ScrubBar(QWidget):
         """Go to the end, the current depth."""
         self._slider.setValue(self._slider.maximum())
 
-    def _tell(self, position: int) -> None:
+    def _report_position(self, position: int) -> None:
         self._show()
         self.moved.emit(position)
 
@@ -136,17 +136,17 @@ class _Slider(QSlider):
 EMPTY_TEXT = "Run the filter to see how each block converges"
 
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots are side by side
-_LEAST_HEIGHT, _LEAST_WIDTH = 56, 180  # minimum size of a plot [px]; without room, the last plots are omitted
-_LOW = 250  # panel height [px] up to which axes have no name
-_LEAST_ROWS = 4  # minimum rows of the readout over the plots
-_BESIDE = 330  # width of the readout beside the plots [px]
-_DECADES = 1.2  # minimum range in view
+_MIN_PLOT_HEIGHT, _MIN_PLOT_WIDTH = 56, 180  # minimum size of a plot [px]; without room, the last plots are omitted
+_NAMED_AXIS_HEIGHT = 250  # panel height [px] up to which axes have no name
+_MIN_ROWS = 4  # minimum rows of the readout over the plots
+_READOUT_WIDTH = 330  # width of the readout beside the plots [px]
+_MIN_DECADES = 1.2  # minimum range in view
 _BY_TIME = "curves/by_time"
-_OF_NUMBERS = (
+_READOUT_HINT = (
     "i: iteration. σ: deviation sigma_i. err: error against ground truth: of the current depth, after the learned "
     "correction, as in the table of blocks; or of the depth at the iteration shown."
 )
-_OF_ERRORS = (
+_ERROR_PLOT_HINT = (
     "Error against ground truth where depth was missing, after each iteration. The point at the end is the error "
     "after the learned correction, as in the table of blocks."
 )
@@ -159,7 +159,7 @@ class CurvesPanel(QWidget):
 
     Parameters
     ----------
-    remembers : bool
+    persistent : bool
         Whether the axis (iterations or time) is saved in the settings and restored.
 
     Signals
@@ -170,32 +170,32 @@ class CurvesPanel(QWidget):
 
     shown = Signal()
 
-    def __init__(self, remembers: bool = False, parent: QWidget | None = None) -> None:
+    def __init__(self, persistent: bool = False, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._remembers = remembers
+        self._persistent = persistent
         self._curves: list[Curve] = []
         self._columns: list[Columns] = []
         self._arranged: object = None
         self._hovered: float | None = None
-        self._looked_at: int | None = None
-        self._by_time = remembers and bool(QSettings().value(_BY_TIME, False, type=bool))
+        self._viewed_iteration: int | None = None
+        self._by_time = persistent and bool(QSettings().value(_BY_TIME, False, type=bool))
 
-        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _DECADES)
-        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _DECADES)
-        self.held_out_plot = HeldOutPlot(LengthAxis())
+        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _MIN_DECADES)
+        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _MIN_DECADES)
+        self.hold_out_plot = HoldOutPlot(LengthAxis())
         self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
-        self._plots = (self.sigma_plot, self.error_plot, self.held_out_plot, self.l1_plot)
+        self._plots = (self.sigma_plot, self.error_plot, self.hold_out_plot, self.l1_plot)
         names = "Deviation sigma_i", "Error against ground truth", "Hold-out error", "L1 norm"
         for plot, name in zip(self._plots, names, strict=True):
             plot.setAccessibleName(name)
             plot.hovered.connect(self._hover)
             plot.moved.connect(self._move_all)
-            plot.fit_wished.connect(self._follow)
-        self.error_plot.setToolTip(_OF_ERRORS)
+            plot.fit_requested.connect(self._follow)
+        self.error_plot.setToolTip(_ERROR_PLOT_HINT)
         self._criteria = CriterionLines(self.sigma_plot)
-        self.l1_plot.name_span("colour-weighted")
+        self.l1_plot.label_span("colour-weighted")
         self.readout = Readout()
-        self.readout.setToolTip(_OF_NUMBERS)
+        self.readout.setToolTip(_READOUT_HINT)
         self.scrub_bar = ScrubBar()
         self._time_button = QToolButton(autoRaise=True)
         self._time_button.setCheckable(True)
@@ -258,12 +258,12 @@ class CurvesPanel(QWidget):
 
     def show_curves(self, curves: Sequence[Curve]) -> None:
         """Draw these curves; existing ones are extended by their new records."""
-        same = len(curves) == len(self._curves) and all(map(Curve.looks_like, curves, self._curves))
+        same = len(curves) == len(self._curves) and all(map(Curve.has_same_style, curves, self._curves))
         if not same:
             self._columns = [Columns() for _ in curves]
             self._hovered = None
             for plot in self._plots:
-                plot.forget_ranges()
+                plot.reset_ranges()
         self._curves = list(curves)
         for curve, columns in zip(curves, self._columns, strict=True):
             columns.take(curve.records)
@@ -271,7 +271,7 @@ class CurvesPanel(QWidget):
 
     def set_by_time(self, on: bool) -> None:
         """Draw over time, or over iterations."""
-        if self._remembers:
+        if self._persistent:
             QSettings().setValue(_BY_TIME, on)
         self._by_time = on
         self._hovered = None
@@ -280,20 +280,20 @@ class CurvesPanel(QWidget):
 
     def look_at(self, iteration: int | None) -> None:
         """Put the cursor at an iteration until the mouse moves it; None: the last one of each curve."""
-        self._looked_at = iteration
+        self._viewed_iteration = iteration
         self._update_readout()
 
     def _show_axis(self) -> None:
         self._time_button.setChecked(self._by_time)
         for plot in self._plots:
             plot.set_by_time(self._by_time)
-            plot.forget_ranges()
+            plot.reset_ranges()
         self._refresh_theme()
 
     def _follow(self) -> None:
         """Keep all iterations in view again."""
         for plot in self._plots:
-            plot.forget_ranges()
+            plot.reset_ranges()
         self._draw()
 
     def _move_all(self, low: float, high: float) -> None:
@@ -306,7 +306,7 @@ class CurvesPanel(QWidget):
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
         self._pages.setCurrentIndex(1 if pairs else 0)
         stages = [[columns.between(place, self._by_time) for place in columns.stages] for _, columns in pairs]
-        colours = [QColor(*self._tone(curve)) for curve, _ in pairs]
+        colours = [QColor(*self._line_colour(curve)) for curve, _ in pairs]
         span = pairs[0][1].weighted(self._by_time) if len(pairs) == 1 else None
         for plot in self._plots:
             plot.show_stages(stages, colours)
@@ -322,7 +322,7 @@ class CurvesPanel(QWidget):
         if self._has("held_out"):
             alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
             iterations = pairs[0][1].along(by_time=False)
-            self.held_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
+            self.hold_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
         self._arrange()
         self._update_readout()
 
@@ -347,13 +347,13 @@ class CurvesPanel(QWidget):
             Line(
                 columns.along(self._by_time),
                 columns.values(quantity),
-                colour if len(pairs) == 1 else QColor(*self._tone(curve)),
+                colour if len(pairs) == 1 else QColor(*self._line_colour(curve)),
                 curve.dashed,
             )
             for curve, columns in pairs
         ]
 
-    def _tone(self, curve: Curve) -> tuple[int, int, int]:
+    def _line_colour(self, curve: Curve) -> tuple[int, int, int]:
         return legible(curve.colour, theme.is_dark(self.palette()))
 
     # room
@@ -365,29 +365,29 @@ class CurvesPanel(QWidget):
         if asked == self._arranged:
             return
         self._arranged = asked
-        wide = self.width() > max(_SIDE_BY_SIDE * self.height(), 2 * _LEAST_WIDTH)
-        beside = wide and len(self._curves) > 1 and self.width() > _BESIDE + 2 * _LEAST_WIDTH
+        wide = self.width() > max(_SIDE_BY_SIDE * self.height(), 2 * _MIN_PLOT_WIDTH)
+        beside = wide and len(self._curves) > 1 and self.width() > _READOUT_WIDTH + 2 * _MIN_PLOT_WIDTH
         across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._plots_layout.setDirection(across if wide else down)
         self._body_layout.setDirection(QBoxLayout.Direction.RightToLeft if beside else down)
-        self.readout.setMinimumWidth(_BESIDE if beside else 0)
+        self.readout.setMinimumWidth(_READOUT_WIDTH if beside else 0)
         height = self.height() - self.scrub_bar.sizeHint().height()
         line = self.readout.fontMetrics().height() + 2
-        self.readout.allow_rows((height - 6) // line if beside else max(height // 3 // line, _LEAST_ROWS))
+        self.readout.set_max_rows((height - 6) // line if beside else max(height // 3 // line, _MIN_ROWS))
         if wide:
-            fitting = (self.width() - (_BESIDE if beside else 0)) // _LEAST_WIDTH
+            fitting = (self.width() - (_READOUT_WIDTH if beside else 0)) // _MIN_PLOT_WIDTH
         else:
-            rows = min(len(self._curves), max(height // 3 // line, _LEAST_ROWS))
-            axis = NAMED_AXIS if self.height() > _LOW else AXIS
-            fitting = (height - line * rows - axis) // _LEAST_HEIGHT
-        by_weight = self.sigma_plot, self.l1_plot, self.error_plot, self.held_out_plot
+            rows = min(len(self._curves), max(height // 3 // line, _MIN_ROWS))
+            axis = NAMED_AXIS if self.height() > _NAMED_AXIS_HEIGHT else AXIS
+            fitting = (height - line * rows - axis) // _MIN_PLOT_HEIGHT
+        by_weight = self.sigma_plot, self.l1_plot, self.error_plot, self.hold_out_plot
         has = dict(zip(self._plots, there, strict=True))
         fit = [plot for plot in by_weight if has[plot]][: max(fitting, 1)]
         wanted = [plot for plot in self._plots if plot in fit]
         for plot in self._plots:
             plot.setVisible(plot in wanted)
             # stacked plots share the axis of the lowest one
-            plot.show_places(wide or plot is wanted[-1], self.height() > _LOW)
+            plot.show_axis_labels(wide or plot is wanted[-1], self.height() > _NAMED_AXIS_HEIGHT)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -408,12 +408,12 @@ class CurvesPanel(QWidget):
         """Index of a curve's iteration in the readout."""
         if self._hovered is not None:
             return columns.nearest(self._hovered, self._by_time)
-        return columns.count - 1 if self._looked_at is None else min(self._looked_at, columns.count) - 1
+        return columns.count - 1 if self._viewed_iteration is None else min(self._viewed_iteration, columns.count) - 1
 
     def _update_readout(self) -> None:
         """Show the numbers of the iterations under the cursor, or of the last ones."""
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
-        pointing = bool(pairs) and (self._hovered is not None or self._looked_at is not None)
+        pointing = bool(pairs) and (self._hovered is not None or self._viewed_iteration is not None)
         cursor = None
         if pointing:
             longest = max((columns for _, columns in pairs), key=lambda columns: columns.count)
@@ -432,7 +432,7 @@ class CurvesPanel(QWidget):
         self.readout.show_rows(
             table,
             [
-                Row(curve.name, self._tone(curve), curve.dashed, row)
+                Row(curve.name, self._line_colour(curve), curve.dashed, row)
                 for (curve, _), row in zip(pairs, texts, strict=True)
             ],
         )
@@ -452,7 +452,7 @@ class CurvesPanel(QWidget):
         _, _, residual, held_out = colours.series
         for plot in (self.sigma_plot, self.error_plot, self.l1_plot):
             plot.set_colours(colours, small)
-        self.held_out_plot.set_error_colours(colours, held_out, residual, small)
+        self.hold_out_plot.set_error_colours(colours, held_out, residual, small)
         self._criteria.set_colours(colours, small)
         self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
         self._hint.setStyleSheet(f"color: {colours.muted.name()};")

@@ -49,7 +49,7 @@ class ConvergencePlot(pg.PlotWidget):
         The vertical axis.
     label : str
         Quantity on the vertical axis.
-    least_span : float
+    min_span : float
         Minimum span of values in view.
 
     Signals
@@ -58,19 +58,19 @@ class ConvergencePlot(pg.PlotWidget):
         Position on the horizontal axis under the mouse, NaN when it leaves.
     moved(float, float)
         The user zoomed or panned the horizontal axis: its visible range.
-    fit_wished()
+    fit_requested()
         The user double-clicked to follow all iterations again.
     """
 
     hovered = Signal(float)
     moved = Signal(float, float)
-    fit_wished = Signal()
+    fit_requested = Signal()
 
-    def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
+    def __init__(self, axis: pg.AxisItem, label: str, min_span: float = 0.0) -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
         self.setAccessibleName(f"Plot: {label or 'errors'}")
-        self._least_span = least_span
+        self._least_span = min_span
         self._span_name: pg.InfLineLabel | None = None
         self.lines: list[_Curve] = []
         self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
@@ -97,7 +97,7 @@ class ConvergencePlot(pg.PlotWidget):
         self._ranges: dict[int, tuple[float, float]] = {}
         self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
-        self.show_places(True)
+        self.show_axis_labels(True)
         self.set_by_time(False)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setStatusTip("Wheel or drag: zoom and pan along the iterations. Double-click: show all.")
@@ -106,8 +106,8 @@ class ConvergencePlot(pg.PlotWidget):
     def set_by_time(self, on: bool) -> None:
         """Set the horizontal axis to seconds, or to iterations."""
         self._places = "Time [s]" if on else "Iteration i"
-        self._least_end = 0.01 if on else 10.0
-        self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._least_end)
+        self._min_end = 0.01 if on else 10.0
+        self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._min_end)
         self.getAxis("bottom").setLabel(self._places)
 
     def set_label(self, text: str) -> None:
@@ -143,7 +143,7 @@ class ConvergencePlot(pg.PlotWidget):
         """Bring lines into view: all iterations if they are followed, and all values."""
         if self.follows:
             begin = min(float(line.along[0]) for line in lines)
-            end = max(self._least_end, *(float(line.along[-1]) for line in lines))
+            end = max(self._min_end, *(float(line.along[-1]) for line in lines))
             self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
         finite = [line.values[np.isfinite(line.values)] for line in lines]
         extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
@@ -187,7 +187,7 @@ class ConvergencePlot(pg.PlotWidget):
         if span is not None:
             self._span.setRegion(span)
 
-    def name_span(self, text: str) -> None:
+    def label_span(self, text: str) -> None:
         """Label the shaded span in the plot."""
         self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
 
@@ -197,12 +197,12 @@ class ConvergencePlot(pg.PlotWidget):
         if place is not None:
             self._cursor.setValue(place)
 
-    def forget_ranges(self) -> None:
+    def reset_ranges(self) -> None:
         """Reset the ranges: the next lines are brought into view."""
         self.follows = True
         self._ranges.clear()
 
-    def show_places(self, shown: bool, named: bool = True) -> None:
+    def show_axis_labels(self, shown: bool, named: bool = True) -> None:
         """Show numbers and name of the horizontal axis, or only its line."""
         axis = self.getAxis("bottom")
         axis.setStyle(showValues=shown)
@@ -221,7 +221,7 @@ class ConvergencePlot(pg.PlotWidget):
         if self._span_name is not None:
             self._span_name.setColor(colours.muted)
             self._span_name.setFont(font)
-            self._span_name.fill = veil(colours)
+            self._span_name.fill = text_background(colours)
         for name, text in (("left", self._label), ("bottom", self._places)):
             axis = self.getAxis(name)
             axis.setPen(colours.grid)
@@ -230,7 +230,7 @@ class ConvergencePlot(pg.PlotWidget):
             axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        self.fit_wished.emit()
+        self.fit_requested.emit()
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
@@ -240,7 +240,7 @@ class ConvergencePlot(pg.PlotWidget):
         self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
-class HeldOutPlot(ConvergencePlot):
+class HoldOutPlot(ConvergencePlot):
     """Plot of hold-out errors; for one curve also of their minimum and of the errors at the other known pixels.
 
     The range is near the minimum hold-out error: the first errors may be 100 times as large, and the rise after the
@@ -250,17 +250,17 @@ class HeldOutPlot(ConvergencePlot):
     def __init__(self, axis: pg.AxisItem) -> None:
         super().__init__(axis, "Hold-out")
         self.residual = pg.PlotCurveItem(antialias=True, connect="finite")
-        self._least = pg.InfiniteLine(
+        self._minimum_line = pg.InfiniteLine(
             angle=90, label="", labelOpts={"position": 0.97, "anchors": [(0, 0), (1, 0)], "movable": False}
         )
-        for item in (self.residual, self._least):
+        for item in (self.residual, self._minimum_line):
             self.addItem(item, ignoreBounds=True)
             item.setVisible(False)
 
     @property
-    def least(self) -> str:
+    def minimum(self) -> str:
         """Label of the minimum hold-out error; "" if it is hidden."""
-        return self._least.label.toPlainText() if self._least.isVisible() else ""
+        return self._minimum_line.label.toPlainText() if self._minimum_line.isVisible() else ""
 
     def show_errors(self, lines: Sequence[Line], residual: Line | None, iterations: Values) -> None:
         """Draw hold-out errors, log10 of metres; for a single curve with the residual and the minimum marked.
@@ -276,16 +276,16 @@ class HeldOutPlot(ConvergencePlot):
         self.show_lines(lines)
         alone = residual is not None
         self.residual.setVisible(alone)
-        self._least.setVisible(alone)
-        bottom = least = min(float(np.nanmin(line.values)) for line in lines if np.isfinite(line.values).any())
+        self._minimum_line.setVisible(alone)
+        bottom = minimum = min(float(np.nanmin(line.values)) for line in lines if np.isfinite(line.values).any())
         if residual is not None:
             self.residual.setData(residual.along, residual.values)
             self.residual.setPen(pg.mkPen(residual.colour, width=1.4))
             place = int(np.nanargmin(lines[0].values))
-            self._least.setValue(lines[0].along[place])
-            self._least.label.setFormat(f"minimum at i = {int(iterations[place])}")
-            bottom = min(least, float(np.nanmin(residual.values)))
-        self.show_values(bottom, least + _ERROR_RANGE)
+            self._minimum_line.setValue(lines[0].along[place])
+            self._minimum_line.label.setFormat(f"minimum at i = {int(iterations[place])}")
+            bottom = min(minimum, float(np.nanmin(residual.values)))
+        self.show_values(bottom, minimum + _ERROR_RANGE)
 
     def _follow(self, lines: Sequence[Line]) -> None:
         """Leave the ranges unchanged: `show_errors` brings values near the minimum into view."""
@@ -295,10 +295,10 @@ class HeldOutPlot(ConvergencePlot):
         names = ((held_out, "Hold-out"), (residual, "residual"))
         self._label = ", ".join(f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
         self.set_colours(colours, font)
-        self._least.setPen(pg.mkPen(held_out, width=1))
-        self._least.label.setColor(held_out)
-        self._least.label.setFont(font)
-        self._least.label.fill = veil(colours)
+        self._minimum_line.setPen(pg.mkPen(held_out, width=1))
+        self._minimum_line.label.setColor(held_out)
+        self._minimum_line.label.setFont(font)
+        self._minimum_line.label.fill = text_background(colours)
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:
@@ -327,7 +327,7 @@ class _Curve(pg.PlotCurveItem):
         self.setVisible(True)
 
 
-def veil(colours: theme.Colours) -> QBrush:
+def text_background(colours: theme.Colours) -> QBrush:
     """Background of a text that curves may cross."""
     ground = QColor(colours.background)
     ground.setAlpha(170)
@@ -337,7 +337,7 @@ def veil(colours: theme.Colours) -> QBrush:
 # The vertical axes of the curves: lengths on a logarithmic scale, and sums.
 
 _AXIS_WIDTH = 64
-_TICK_GAP = 17  # minimum distance between the labels of a vertical axis [px]
+_MIN_TICK_DISTANCE = 17  # minimum distance between the labels of a vertical axis [px]
 
 
 class LengthAxis(pg.AxisItem):
@@ -351,7 +351,7 @@ class LengthAxis(pg.AxisItem):
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
         """Whole decades, thinned to fit the labels; 1, 2, 5 where few decades are in view."""
         first, last = math.ceil(minVal - 1e-9), math.floor(maxVal + 1e-9)
-        labels = max(size / _TICK_GAP, 1.0)
+        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
         decades = maxVal - minVal
         step = max(1, math.ceil(decades / labels))
         major = [float(power) for power in range(first, last + 1) if power % step == 0]
@@ -376,7 +376,7 @@ class SumAxis(pg.AxisItem):
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
         """Round values, thinned to fit the labels."""
-        labels = max(size / _TICK_GAP, 1.0)
+        labels = max(size / _MIN_TICK_DISTANCE, 1.0)
         spacing, values = super().tickValues(minVal, maxVal, size)[0]
         return [(spacing, values[:: math.ceil(len(values) / labels)])]
 
@@ -436,4 +436,4 @@ class CriterionLines:
             line.setPen(pg.mkPen(self._colours.warning, width=1.5, style=Qt.PenStyle.DashLine))
             line.label.setColor(self._colours.warning)
             line.label.setFont(self._font)
-            line.label.fill = veil(self._colours)
+            line.label.fill = text_background(self._colours)

@@ -14,18 +14,18 @@ from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, IterationRecord
-from ilf.run.key_frames import KeyFrame, Track, past_depth
+from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
-from ...state.results import Past
+from ...state.results import ViewedIteration
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...work.frame_runs import RunState
-from ...work.latest_question import LatestQuestion
+from ...work.latest_request import LatestRequest
 from ...work.runs import RunController
 from .curve import Curve
 from .panel import EMPTY_TEXT, CurvesPanel
 
-MOST_CURVES = 8
+MAX_CURVES = 8
 
 
 class CurvesPresenter(QObject):
@@ -47,17 +47,17 @@ class CurvesPresenter(QObject):
         if not self._panel.isVisible():
             return
         session = self._workspace.session if self._workspace.has_session else None
-        labels = [] if session is None else _shown(session)
+        labels = [] if session is None else _shown_labels(session)
         if session is None or not labels:
             self._panel.set_hint()
             self._panel.show_curves([])
             return
         self._panel.set_hint(_hint(session, labels[0]))
-        curves = [_of_block(session, label) for label in labels]
-        self._panel.show_curves([*curves, *_of_compared(session, labels)][:MOST_CURVES])
+        curves = [_block_curve(session, label) for label in labels]
+        self._panel.show_curves([*curves, *_compared_curves(session, labels)][:MAX_CURVES])
 
 
-def _shown(session: Session) -> list[int]:
+def _shown_labels(session: Session) -> list[int]:
     """The blocks whose curves are shown; if there are none, the block whose reason is shown."""
     with_records = [label for label in session.selected if session.records_of(label)]
     if with_records:
@@ -71,7 +71,7 @@ def _shown(session: Session) -> list[int]:
     return [longest] if lengths.get(longest) else []
 
 
-def _of_block(session: Session, label: int) -> Curve:
+def _block_curve(session: Session, label: int) -> Curve:
     info = session.info(label)
     parameters = session.parameters_of(label, session.common)
     metres = _criterion(parameters)
@@ -91,7 +91,7 @@ def _of_block(session: Session, label: int) -> Curve:
     )
 
 
-def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
+def _compared_curves(session: Session, labels: Sequence[int]) -> list[Curve]:
     """Curves of the same blocks in the compared runs, run by run."""
     curves = []
     for kept in session.compared:
@@ -106,10 +106,10 @@ def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
 
 def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
     """Error [m] as in `IterationRecord.error`, after the learned correction; NaN without one."""
-    if result.correction is None or frame.truth is None:
+    if result.correction is None or frame.ground_truth is None:
         return math.nan
     box, mask = result.block.box, result.block.mask
-    off = (result.depth - frame.truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
+    off = (result.depth - frame.ground_truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
     off = off[np.isfinite(off)]
     return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
 
@@ -130,11 +130,11 @@ def _criterion(parameters: Parameters) -> float | None:
 
 # Viewing the iterations of the last run: the views show the depth after the iteration being viewed.
 
-_GOING = (RunState.RUNNING, RunState.RESOLVING)
+_ACTIVE_STATES = (RunState.RUNNING, RunState.RESOLVING)
 
 
 @dataclass(frozen=True, eq=False)
-class _Moment:
+class _ViewedIteration:
     """The current depth and the blocks that continued after an iteration, to compose the depth after it."""
 
     session: Session
@@ -143,7 +143,7 @@ class _Moment:
     blocks: list[tuple[Track, KeyFrame]]
 
 
-class Scrubbing(QObject):
+class ScrubPresenter(QObject):
     """The slider under the curves.
 
     Iteration i shows every block after its own iteration i, or its final depth if it ended sooner; blocks without key
@@ -159,10 +159,10 @@ class Scrubbing(QObject):
         self._panel = panel
         self._bar = panel.scrub_bar
         self._state = RunState.IDLE
-        self._questions = LatestQuestion[_Moment, NDArray[np.float32]](_work_out, self)
+        self._questions = LatestRequest[_ViewedIteration, NDArray[np.float32]](_compose_depth, self)
         self._questions.answered.connect(self._take)
-        self._bar.moved.connect(lambda _: self._go())
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        self._bar.moved.connect(lambda _: self._show_iteration())
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
         for changed in (workspace.session_changed, workspace.guide_changed, *edits):
             changed.connect(lambda *_: self._bar.go_to_end())
         runs.state_changed.connect(self._follow_run)
@@ -173,8 +173,8 @@ class Scrubbing(QObject):
         last = 0 if session is None else max((len(records) for records, _ in _tracks(session)), default=0)
         self._bar.set_range(last)
         self._bar.set_hint("" if session is None else _scrub_hint(session))
-        if not self._bar.at_end or self._workspace.past is not None:
-            self._go()
+        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
+            self._show_iteration()
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
@@ -182,31 +182,31 @@ class Scrubbing(QObject):
 
     def _follow_run(self) -> None:
         before, self._state = self._state, self._runs.state
-        if self._state in _GOING and before not in _GOING:
+        if self._state in _ACTIVE_STATES and before not in _ACTIVE_STATES:
             self._bar.go_to_end()
 
-    def _go(self) -> None:
+    def _show_iteration(self) -> None:
         """Show the depth at the slider's iteration."""
         if self._bar.at_end or not self._workspace.has_session:
             self._questions.forget()
             self._panel.look_at(None)
-            self._workspace.look_back(None)
+            self._workspace.view_iteration(None)
             return
         session, iteration = self._workspace.session, self._bar.position
         self._panel.look_at(iteration)
-        present = session.present_depth()
+        present = session.current_depth()
         base = (session.frame.depth if present is None else present).copy()
         blocks = [(track, track.at(iteration)) for records, track in _tracks(session) if iteration < len(records)]
-        self._questions.ask(_Moment(session, iteration, base, blocks))
+        self._questions.ask(_ViewedIteration(session, iteration, base, blocks))
 
-    def _take(self, moment: _Moment, depth: NDArray[np.float32]) -> None:
+    def _take(self, moment: _ViewedIteration, depth: NDArray[np.float32]) -> None:
         if self._workspace.has_session and moment.session is self._workspace.session and not self._bar.at_end:
-            self._workspace.look_back(Past(depth, moment.iteration))
+            self._workspace.view_iteration(ViewedIteration(depth, moment.iteration))
 
 
-def _work_out(moment: _Moment) -> NDArray[np.float32]:
+def _compose_depth(moment: _ViewedIteration) -> NDArray[np.float32]:
     """Compose the depth; runs in a worker thread."""
-    return past_depth(moment.present, moment.blocks)
+    return depth_at_key_frames(moment.present, moment.blocks)
 
 
 def _tracks(session: Session) -> list[tuple[Sequence[IterationRecord], Track]]:

@@ -46,7 +46,7 @@ class Readout(QWidget):
         self.setFont(font)
         self._columns: list[Column] = []
         self._rows: list[Row] = []
-        self._most = 1
+        self._max_rows = 1
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def show_rows(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
@@ -58,9 +58,9 @@ class Readout(QWidget):
         self.setAccessibleDescription(self.text)
         self.update()
 
-    def allow_rows(self, most: int) -> None:
+    def set_max_rows(self, max_rows: int) -> None:
         """Set the maximum number of rows."""
-        self._most = max(most, 1)
+        self._max_rows = max(max_rows, 1)
         self.updateGeometry()
 
     @property
@@ -73,7 +73,7 @@ class Readout(QWidget):
         )
 
     def sizeHint(self) -> QSize:
-        return QSize(260, self._row_height * max(min(len(self._rows), self._most), 1) + 6)
+        return QSize(260, self._row_height * max(min(len(self._rows), self._max_rows), 1) + 6)
 
     def minimumSizeHint(self) -> QSize:
         return QSize(100, self.sizeHint().height())
@@ -133,4 +133,4 @@ class Readout(QWidget):
         return shown
 
     def _shown_rows(self) -> list[Row]:
-        return self._rows[: self._most]
+        return self._rows[: self._max_rows]

@@ -10,10 +10,10 @@ from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from ...errors import Cancelled
-from ..cancellation import check_stopped
+from ..cancellation import check_cancelled
 from . import protobuf as wire
 
-ASKED = "ilf-asked"
+CHECK_INPUT = "ilf-asked"
 """Name of the unused input of one number that every check layer takes."""
 
 _OPERATOR = "IlfQuestion"
@@ -29,7 +29,7 @@ _ONE_NUMBER = wire.message(1, wire.integer(1, 1) + wire.message(2, wire.message(
 """ONNX's type of a tensor of one float."""
 
 
-class _Question:
+class _CancellationCheck:
     """A layer that checks for cancellation and returns its input.
 
     On cancellation it returns nothing, so that OpenCV ends the inference: an exception would leave OpenCV holding the
@@ -47,17 +47,17 @@ class _Question:
 
     def forward(self, inputs: Sequence[MatLike]) -> Sequence[MatLike]:
         try:
-            check_stopped()
+            check_cancelled()
         except Cancelled:
             return ()
         return inputs
 
 
-cv2.dnn_registerLayer(_OPERATOR, _Question)
+cv2.dnn_registerLayer(_OPERATOR, _CancellationCheck)
 
 
-def with_questions(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Add a check layer before each convolution of an ONNX network, and one more input, `ASKED`, of one number.
+def with_cancellation_checks(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Add a check layer before each convolution of an ONNX network, and one more input, `CHECK_INPUT`, of one number.
 
     Results are the same, bit for bit, with the same memory: no layer uses the output of a check, so that it keeps no
     OpenCV buffer, which may be of any size, from the next layer.
@@ -73,19 +73,20 @@ def with_questions(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
         If it is not a protocol buffer.
     """
     parts = [bytes(span) for number, _, span in wire.spans(content.data) if number != _GRAPH]
-    graph = wire.message(_GRAPH, b"".join(_asking(wire.joined(content.data, _GRAPH))))
+    graph = wire.message(_GRAPH, b"".join(_with_checks(wire.joined(content.data, _GRAPH))))
     return np.frombuffer(b"".join((*parts, graph)), np.uint8)
 
 
 def first_input(content: NDArray[np.uint8]) -> str:
-    """Return the name of a network's first input, "" if it has none; raise ValueError as `with_questions` does."""
+    """Return the name of a network's first input, "" if it has none; raise ValueError as `with_cancellation_checks`
+    does."""
     graph = wire.joined(content.data, _GRAPH)
     constant = {wire.text(tensor, _TENSOR_NAME) for tensor in wire.messages(graph, _INITIALIZER)}
     names = (wire.text(value, _NAME) for value in wire.messages(graph, _INPUT))
     return next((name for name in names if name not in constant), "")
 
 
-def _asking(graph: memoryview) -> Iterator[bytes | memoryview]:
+def _with_checks(graph: memoryview) -> Iterator[bytes | memoryview]:
     """Yield the fields of a graph, with check layers inserted."""
     questions = 0
     for number, value, span in wire.spans(graph):
@@ -93,16 +94,16 @@ def _asking(graph: memoryview) -> Iterator[bytes | memoryview]:
             number == _NODE and isinstance(value, memoryview) and wire.text(value, _NODE_OPERATOR).startswith("Conv")
         )
         if is_convolution:
-            yield _question(questions)
+            yield _check_node(questions)
             questions += 1
         yield span
-    yield wire.message(_INPUT, wire.message(_NAME, ASKED) + wire.message(_TYPE, _ONE_NUMBER))
+    yield wire.message(_INPUT, wire.message(_NAME, CHECK_INPUT) + wire.message(_TYPE, _ONE_NUMBER))
 
 
-def _question(number: int) -> bytes:
+def _check_node(number: int) -> bytes:
     texts = {
-        _NODE_INPUT: ASKED,
-        _NODE_OUTPUT: f"{ASKED}-{number}",
+        _NODE_INPUT: CHECK_INPUT,
+        _NODE_OUTPUT: f"{CHECK_INPUT}-{number}",
         _NODE_NAME: f"ilf-question-{number}",
         _NODE_OPERATOR: _OPERATOR,
         _NODE_DOMAIN: "ilf",

@@ -20,30 +20,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError, InstallationError
-from ..cancellation import check_stopped, out_of_signals_way, taking
+from ..cancellation import acquired, check_cancelled, shielded_from_signals
 from ..files import read_file
 from ..installation import asset_path
-from ..sandbox import in_child
-from ..temporary_files import MADE_BY, is_dead, made_by, unfinished
-from .cancellable import ASKED, first_input, with_questions
+from ..sandbox import run_in_sandbox
+from ..temporary_files import CREATOR_PATTERN, creator_has_ended, removed_on_exit, unique_tag
+from .cancellable import CHECK_INPUT, first_input, with_cancellation_checks
 from .models import models_folder
 from .protobuf import has_external_data
 
 # Record of tested networks, by content: the bundled ones, and those recorded as tested; and of networks that were
 # running when the program closed unexpectedly.
 
-_TRIED = ".tried"
+_TESTED = ".tried"
 """Folder beside the user's own networks, with an empty file for each tested one."""
 
-_LOOK = ".look"
+_RUNNING = ".look"
 """Suffix of the files there that exist while a network runs."""
 
-_LONGEST_LOOK_S = 3600.0
+_MAX_RUN_S = 3600.0
 
 Shapes = dict[str, tuple[int, ...]]
 """Shapes of a network's inputs, by name."""
 
-_proven: set[str] = set()
+_tested: set[str] = set()
 
 
 def is_bundled(sha256: str) -> bool:
@@ -51,7 +51,7 @@ def is_bundled(sha256: str) -> bool:
     return sha256 in _bundled()
 
 
-def is_proven(sha256: str, kind: str) -> bool:
+def is_tested(sha256: str, kind: str) -> bool:
     """Whether a network is bundled, or has been tested with this version of OpenCV.
 
     Parameters
@@ -62,14 +62,14 @@ def is_proven(sha256: str, kind: str) -> bool:
         Name of the network class that tested it.
     """
     mark = _mark(sha256, kind)
-    return is_bundled(sha256) or mark in _proven or (models_folder() / _TRIED / mark).exists()
+    return is_bundled(sha256) or mark in _tested or (models_folder() / _TESTED / mark).exists()
 
 
-def remember(sha256: str, kind: str) -> None:
+def mark_tested(sha256: str, kind: str) -> None:
     """Record a network as tested, in this process and, if the record can be written, in later ones."""
     mark = _mark(sha256, kind)
-    _proven.add(mark)
-    folder = models_folder() / _TRIED
+    _tested.add(mark)
+    folder = models_folder() / _TESTED
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / mark).touch()
@@ -78,11 +78,11 @@ def remember(sha256: str, kind: str) -> None:
 
 
 @contextmanager
-def looking(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
+def recorded_run(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
     """Keep a file with the shapes of a network's inputs during the block. If the network crashes the program, the file
     is left behind."""
-    mark = models_folder() / _TRIED / f"{_mark(sha256, kind)}-{made_by()}{_LOOK}"
-    with unfinished(mark):
+    mark = models_folder() / _TESTED / f"{_mark(sha256, kind)}-{unique_tag()}{_RUNNING}"
+    with removed_on_exit(mark):
         with suppress(OSError):  # then a crash is not recorded
             mark.parent.mkdir(parents=True, exist_ok=True)
             mark.write_text(json.dumps(shapes), encoding="ascii")
@@ -93,14 +93,14 @@ def looking(sha256: str, kind: str, shapes: Shapes) -> Iterator[None]:
                 mark.unlink(missing_ok=True)
 
 
-def last_looks(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
+def crashed_runs(sha256: str, kind: str) -> list[tuple[Path, Shapes]]:
     """Return the runs of a network during which programs closed unexpectedly: their files, and shapes of inputs."""
-    named = re.compile(rf"{re.escape(_mark(sha256, kind))}-{MADE_BY}{re.escape(_LOOK)}")
+    named = re.compile(rf"{re.escape(_mark(sha256, kind))}-{CREATOR_PATTERN}{re.escape(_RUNNING)}")
     found = []
-    for path in sorted((models_folder() / _TRIED).glob(f"*{_LOOK}")):
+    for path in sorted((models_folder() / _TESTED).glob(f"*{_RUNNING}")):
         match = named.fullmatch(path.name)
         with suppress(OSError, ValueError):  # removed meanwhile, or truncated: the network had not started
-            if match is not None and (is_dead(match) or time.time() - path.stat().st_mtime > _LONGEST_LOOK_S):
+            if match is not None and (creator_has_ended(match) or time.time() - path.stat().st_mtime > _MAX_RUN_S):
                 found.append((path, json.loads(path.read_text(encoding="ascii"))))
     return found
 
@@ -118,7 +118,7 @@ def _bundled() -> frozenset[str]:
 _LARGE = 1_000_000
 """Input pixels above which a net is loaded again after use: it keeps its buffers, about 400 bytes per pixel."""
 
-LEAST_SIDE = 64
+MIN_SIDE = 64
 """Minimum side of the input of a network that halves it five times [px]: with a row or column of one pixel, OpenCV 5.0
 reads uninitialised memory, and results differ between processes."""
 
@@ -134,7 +134,7 @@ class OnnxNetwork:
 
     def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
         try:
-            self._first_input, self._with_questions = first_input(content), with_questions(content)
+            self._first_input, self._checked_content = first_input(content), with_cancellation_checks(content)
             self._net = self._fresh_net()
         except (ValueError, cv2.error) as error:
             raise _unreadable(path) from error
@@ -144,11 +144,11 @@ class OnnxNetwork:
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
-        self._harmless: set[tuple[tuple[int, ...], ...]] | None = None
+        self._tested_shapes: set[tuple[tuple[int, ...], ...]] | None = None
         """Shapes of inputs that this network has processed; None if they need not be tracked."""
         self._try()
         if not is_bundled(self.sha256):
-            self._harmless = set()
+            self._tested_shapes = set()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -204,12 +204,12 @@ class OnnxNetwork:
         _check_opencv()
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
-        if not is_proven(sha256, kind):
-            in_child(cls._prove, content, path, file=path.name)
-            remember(sha256, kind)
-        for mark, shapes in last_looks(sha256, kind):
+        if not is_tested(sha256, kind):
+            run_in_sandbox(cls._load_once, content, path, file=path.name)
+            mark_tested(sha256, kind)
+        for mark, shapes in crashed_runs(sha256, kind):
             try:
-                in_child(cls._look_again, content, path, shapes, file=path.name)
+                run_in_sandbox(cls._run_again, content, path, shapes, file=path.name)
             except FormatError as error:
                 height, width = next(iter(shapes.values()))[-2:]
                 raise FormatError(
@@ -233,22 +233,22 @@ class OnnxNetwork:
             )
 
     @classmethod
-    def _prove(cls, content: NDArray[np.uint8], path: Path) -> None:
+    def _load_once(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Load the network once, in a process that it may crash."""
         cls(content, path)
 
     @classmethod
-    def _look_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+    def _run_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
         """Run the network on empty images of these shapes, in a process that it may crash."""
         cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return all outputs; raise cv2.error if the network does not accept these inputs. "" is the first input."""
-        with taking(self._lock):
-            check_stopped()
+        with acquired(self._lock):
+            check_cancelled()
             whole = False
             try:
-                found = out_of_signals_way(lambda: self._watched(inputs))
+                found = shielded_from_signals(lambda: self._recorded_results(inputs))
                 whole = True
                 return found
             finally:
@@ -256,15 +256,15 @@ class OnnxNetwork:
                     # its buffers are freed only with the net
                     self._net = self._fresh_net()
 
-    def _watched(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+    def _recorded_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Run the network, with a record of the run for inputs of a new size, which may crash the program."""
         shapes = {name: values.shape for name, values in inputs.items()}
         key = tuple(shapes.values())
-        if self._harmless is None or key in self._harmless:
+        if self._tested_shapes is None or key in self._tested_shapes:
             return self._finite_results(inputs)
-        with looking(self.sha256, type(self).__name__, shapes):
+        with recorded_run(self.sha256, type(self).__name__, shapes):
             found = self._finite_results(inputs)
-        self._harmless.add(key)
+        self._tested_shapes.add(key)
         return found
 
     def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
@@ -276,19 +276,19 @@ class OnnxNetwork:
         return self._results(inputs)
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        self._net.setInput(np.zeros(1, np.float32), ASKED)
+        self._net.setInput(np.zeros(1, np.float32), CHECK_INPUT)
         for name, values in inputs.items():
             self._net.setInput(values, name or self._first_input)
         try:
             found = self._net.forward(self._outputs)
         except cv2.error:
-            check_stopped()
+            check_cancelled()
             raise
         # the net writes its next results to the same memory
         return [np.array(one, np.float32) for one in found]
 
     def _fresh_net(self) -> cv2.dnn.Net:
-        return cv2.dnn.readNetFromONNX(self._with_questions)
+        return cv2.dnn.readNetFromONNX(self._checked_content)
 
     def _try(self) -> None:
         """Raise FormatError for a network that is not of this kind, before it is used."""

@@ -9,25 +9,25 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_stopped, taking
-from ..._runtime.memory import give_back
+from ..._runtime.cancellation import acquired, check_cancelled
+from ..._runtime.memory import release_memory
 from ...data.frame import RGBDFrame
-from ...data.frame_cache import Memory, once_per_frame
+from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.results import Completion
 from ...errors import ParameterError
 from ...segmentation.edges.frame_edges import find_edges
-from ..block import known_needed
-from ..edge_aware.view import beyond_reach
+from ..block import required_known_pixels
+from ..edge_aware.view import beyond_sensor_range
 from .features import (
     FLOOR,
     Walks,
+    default_contours,
+    default_edges,
     error_features,
     features_at,
     filled_pixels,
-    usual_contours,
-    usual_edges,
     walk,
-    walks_past,
+    walks_with_edges,
 )
 from .fitted import MODELS
 from .model import WITHIN, ErrorModel
@@ -38,51 +38,51 @@ Array = NDArray[np.float32]
 #
 # This is not a completion, but both vary alike with the difficulty of the frame.
 
-_LONGEST = 640
+_MAX_SIDE = 640
 """Longest side of the frame in the test [px]: larger frames are subsampled in rows and columns."""
 
 _RADIUS, _APART = 0.06, 0.22
 """Radius of the hidden discs and distance of their centres, in widths of the frame."""
 
-_LOOKED_AT = 10_000
+_MAX_SAMPLES = 10_000
 """Maximum number of hidden pixels that are evaluated."""
 
-_FEWEST = 2000
+_MIN_SAMPLES = 2000
 """Minimum number of hidden pixels for a result."""
 
 
 def frame_difficulty(frame: RGBDFrame, model: ErrorModel) -> float | None:
     """Offset of the logarithms of errors from those that a model expects in a frame of usual difficulty, such that 68 %
     of the hidden pixels lie within the expected error; None if too little depth is known."""
-    test = own_test(frame)
+    test = difficulty_samples(frame)
     return None if test is None else difficulty_of(*test, model)
 
 
 def difficulty_of(features: NDArray[np.floating], logarithms: NDArray[np.floating], model: ErrorModel) -> float:
-    """`frame_difficulty` from the result of `own_test`."""
+    """`frame_difficulty` from the result of `difficulty_samples`."""
     return float(np.quantile(logarithms - model.logarithms(features), WITHIN))
 
 
 @once_per_frame
-def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
+def difficulty_samples(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]] | None:
     """Features (N, 13) and logarithms (N,) of |error| / completed depth at the hidden pixels, computed once.
 
     None if too little depth is known. Independent of the frame's blocks.
     """
-    stride = -(-max(frame.shape) // _LONGEST)
+    stride = -(-max(frame.shape) // _MAX_SIDE)
     depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
-    if depth.size < 2 * _FEWEST:  # a thin frame's copy may have no column
+    if depth.size < 2 * _MIN_SAMPLES:  # a thin frame's copy may have no column
         return None
     hidden = _discs(depth.shape) & np.isfinite(depth)
-    if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
+    if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _MIN_SAMPLES:
         return None
     left = np.where(hidden, np.float32(np.nan), depth)
-    contours = cv2.resize(usual_contours(frame), depth.shape[::-1], interpolation=cv2.INTER_AREA)
+    contours = cv2.resize(default_contours(frame), depth.shape[::-1], interpolation=cv2.INTER_AREA)
     edges = np.asarray(contours, np.float32)
     walks = walk(left, edges)
     completed = np.exp(walks.depth)
     places = np.flatnonzero(hidden)
-    places = places[:: -(-len(places) // _LOOKED_AT)]
+    places = places[:: -(-len(places) // _MAX_SAMPLES)]
     found = completed.ravel()[places].astype(np.float64)
     shares = np.abs(found - depth.ravel()[places]) / found
     return features_at(places, left, completed, edges, walks), np.log(np.maximum(shares, FLOOR))
@@ -105,7 +105,7 @@ DEFAULT_MODEL = "edge-aware"
 
 _NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
 
-_CLOSED_IN, _SOME_STEPS = 12.0, 20.0
+_CLOSED_OFF, _MIN_STEPS = 12.0, 20.0
 """Depth is closed off where walks need so many times the steps that they would need without edges, and more steps than
 the second number."""
 
@@ -115,10 +115,10 @@ _FARTHEST, _NEAREST = 0.999, 0.001
 _OUTSIDE = 0.02
 """Share of depth by which depth must lie outside that range to be unsupported."""
 
-_BEYOND = 0.2
+_MIN_ERROR_BEYOND_RANGE = 0.2
 """Minimum expected error, as a share of depth, beyond the sensor range."""
 
-_at_work = Memory[RGBDFrame, None]()
+_feature_locks = FrameCache[RGBDFrame, None]()
 """Its locks prevent two threads from computing the features of one frame at the same time, which need much memory."""
 
 
@@ -149,7 +149,7 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     """
     if model not in MODELS:
         raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
-    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), usual_edges(frame))
+    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), default_edges(frame))
 
 
 def expected_error(completion: Completion) -> Array:
@@ -187,14 +187,14 @@ def expected_error(completion: Completion) -> Array:
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
-    model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
+    model[completion.extrapolated] = _NUMBERS[DEFAULT_MODEL]
     error = _error(frame, completion.depth, model, _edges_of(completion))
-    beyond = _beyond_reach(completion)
-    error[beyond] = np.maximum(error[beyond], np.float32(_BEYOND) * completion.depth[beyond])
+    beyond = _beyond_range(completion)
+    error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error
 
 
-def unvouched(completion: Completion) -> NDArray[np.bool_]:
+def unsupported(completion: Completion) -> NDArray[np.bool_]:
     """Find the filled pixels that are unsupported by measurements, so that their expected error is not reliable.
 
     They are extrapolated; closed off by edges on all sides from known depth; beyond the sensor range; farther or nearer
@@ -219,7 +219,7 @@ def unvouched(completion: Completion) -> NDArray[np.bool_]:
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
-    >>> bool(ilf.unvouched(ilf.complete(frame)).any())
+    >>> bool(ilf.unsupported(ilf.complete(frame)).any())
     False
     """
     frame = completion.frame
@@ -228,14 +228,14 @@ def unvouched(completion: Completion) -> NDArray[np.bool_]:
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
     outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
-    steps, freely = walks_past(frame, _edges_of(completion)).steps, _free_walks(frame).steps
-    closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
-    beyond, by_guide = _beyond_reach(completion), _by_guide_alone(completion)
-    return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
+    steps, freely = walks_with_edges(frame, _edges_of(completion)).steps, _walks_without_edges(frame).steps
+    closed_off = (steps > _CLOSED_OFF * freely) & (steps > _MIN_STEPS)
+    beyond, by_guide = _beyond_range(completion), _by_guide_alone(completion)
+    return filled & (completion.extrapolated | outside | closed_off | beyond | by_guide)
 
 
 @once_per_frame
-def _free_walks(frame: RGBDFrame) -> Walks:
+def _walks_without_edges(frame: RGBDFrame) -> Walks:
     """Walks without edges."""
     return walk(frame.depth, np.zeros(frame.shape, np.float32))
 
@@ -243,10 +243,10 @@ def _free_walks(frame: RGBDFrame) -> Walks:
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
     """Expected error of every filled pixel by the model with its number, NaN elsewhere."""
     error = np.full(frame.shape, np.nan, np.float32)
-    with taking(_at_work.lock_of(frame)):
+    with acquired(_feature_locks.lock_of(frame)):
         filled = filled_pixels(frame, depth)
         features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
-        check_stopped()
+        check_cancelled()
         values = np.empty(depth_there.shape, np.float32)
         for name, number in _NUMBERS.items():
             own = model_there == number
@@ -255,16 +255,16 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
                 values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
         error[filled] = values
         del features
-        give_back(error.size)
+        release_memory(error.size)
     return error
 
 
-def _beyond_reach(completion: Completion) -> NDArray[np.bool_]:
+def _beyond_range(completion: Completion) -> NDArray[np.bool_]:
     """Filled pixels, bool (H, W), beyond the sensor range in blocks that were run with `out_of_range`."""
     beyond = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
-            found = beyond_reach(completion.frame, result.block)
+            found = beyond_sensor_range(completion.frame, result.block)
             if found is not None:
                 beyond |= found.pixels
     return beyond & completion.filled
@@ -275,7 +275,7 @@ def _by_guide_alone(completion: Completion) -> NDArray[np.bool_]:
     alone = np.zeros(completion.frame.shape, bool)
     for result in completion.results.values():
         outcome = result.outcome
-        if result.history and outcome.known < known_needed(outcome.pixels, result.parameters):
+        if result.history and outcome.known < required_known_pixels(outcome.pixels, result.parameters):
             alone[result.block.box][result.block.mask] = True
     return alone
 
@@ -285,7 +285,7 @@ def _edges_of(completion: Completion) -> Array:
     frame = completion.frame
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
-    edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
+    edges = default_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
     if all(result.drawn is None for result in results):
         return edges
     edges = edges.copy()

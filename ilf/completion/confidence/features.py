@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.parameters import BlockParameters, Parameters
@@ -202,22 +202,22 @@ def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.b
     return ~frame.known & np.isfinite(depth) & (depth > 0)
 
 
-def usual_edges(frame: RGBDFrame) -> Array:
+def default_edges(frame: RGBDFrame) -> Array:
     """The edges, (H, W) in [0, 1], of the default preset's filter in a frame."""
-    return _found_as_usual(frame).strength
+    return _find_default_edges(frame).strength
 
 
-def usual_contours(frame: RGBDFrame) -> Array:
+def default_contours(frame: RGBDFrame) -> Array:
     """Those of them, (H, W) in [0, 1], that are found in colour, independent of the frame's known depth."""
-    return _found_as_usual(frame).detected
+    return _find_default_edges(frame).detected
 
 
-def usual_notes(frame: RGBDFrame) -> tuple[str, ...]:
+def default_edge_notes(frame: RGBDFrame) -> tuple[str, ...]:
     """Why other edges replace those of the default preset, one sentence each."""
-    return _found_as_usual(frame).notes
+    return _find_default_edges(frame).notes
 
 
-def _found_as_usual(frame: RGBDFrame) -> FrameEdges:
+def _find_default_edges(frame: RGBDFrame) -> FrameEdges:
     try:
         return find_edges(frame, edge_parameters(Parameters()) or BlockParameters())
     except InstallationError as error:  # in a run without a network
@@ -225,14 +225,14 @@ def _found_as_usual(frame: RGBDFrame) -> FrameEdges:
         return replace(by_canny, notes=(f"Canny's edges are used for the expected error: {error}",))
 
 
-def walks_past(frame: RGBDFrame, edges: Array) -> Walks:
-    """Walks in a frame with edges (H, W); those with its `usual_edges` are computed once."""
-    return _usual_walks(frame) if edges is usual_edges(frame) else walk(frame.depth, edges)
+def walks_with_edges(frame: RGBDFrame, edges: Array) -> Walks:
+    """Walks in a frame with edges (H, W); those with its `default_edges` are computed once."""
+    return _default_walks(frame) if edges is default_edges(frame) else walk(frame.depth, edges)
 
 
 @once_per_frame
-def _usual_walks(frame: RGBDFrame) -> Walks:
-    return walk(frame.depth, usual_edges(frame))
+def _default_walks(frame: RGBDFrame) -> Walks:
+    return walk(frame.depth, default_edges(frame))
 
 
 def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
@@ -255,7 +255,7 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     filled = filled_pixels(frame, depth)
     if not filled.any():
         return np.empty((0, len(FEATURES)), np.float32)
-    return features_at(np.flatnonzero(filled), frame.depth, depth, edges, walks_past(frame, edges))
+    return features_at(np.flatnonzero(filled), frame.depth, depth, edges, walks_with_edges(frame, edges))
 
 
 def features_at(
@@ -277,8 +277,8 @@ def features_at(
     def there(values: NDArray) -> Array:
         return np.asarray(values.ravel()[places])
 
-    z, nearest, slope, distance, gap = _beside(places, known_depth, depth)
-    check_stopped()
+    z, nearest, slope, distance, gap = _local_depths(places, known_depth, depth)
+    check_cancelled()
     logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known_depth.shape))
     jump = np.log(np.abs(z - nearest) / z + FLOOR) - np.log(_LARGE_JUMP)
     columns = [
@@ -299,13 +299,13 @@ def features_at(
     return np.stack(columns, dtype=np.float32).T  # the model reads them column by column
 
 
-def _beside(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating]) -> list[Array]:
+def _local_depths(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating]) -> list[Array]:
     """At some pixels: depth, depth of the nearest known pixel, range of depth over 3 x 3 pixels [m]; distance to known
     depth and width of the gap [px]."""
     known = np.isfinite(known_depth)
     distance, nearest = nearest_values(known_depth, known)
     gap = np.asarray(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8)), np.float32)
-    check_stopped()
+    check_cancelled()
     dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32, copy=False)
     square = np.ones((3, 3), np.uint8)
     slope = np.asarray(cv2.dilate(dense, square), np.float32)

@@ -19,7 +19,7 @@ _GAP = list(FEATURES).index("gap")
 _NARROW, _WIDE = np.log(2.0), np.log(8.0)
 """Logarithms of the gap widths [px] up to which a frame's difficulty has no effect, and from which its full effect."""
 
-_MOST_UNUSUAL = 0.5
+_MAX_DEVIATION = 0.5
 """Maximum deviation of a frame's difficulty from the usual one."""
 
 
@@ -73,15 +73,15 @@ class ErrorModel:
         """
         total = self.logarithms(features)
         if difficulty is not None:
-            total += self.own * unusual(difficulty, self.usual) * wideness(features)
+            total += self.own * unusual(difficulty, self.usual) * gap_weight(features)
         return np.exp(np.clip(total, np.log(FLOOR), 0.0))
 
 
 def unusual(difficulty: float, usual: float) -> float:
     """Deviation of a difficulty from the usual one, clipped since the test is coarse."""
-    return min(max(difficulty - usual, -_MOST_UNUSUAL), _MOST_UNUSUAL)
+    return min(max(difficulty - usual, -_MAX_DEVIATION), _MAX_DEVIATION)
 
 
-def wideness(features: NDArray[np.floating]) -> NDArray[np.floating]:
+def gap_weight(features: NDArray[np.floating]) -> NDArray[np.floating]:
     """Weight of a frame's difficulty: from 0 in narrow gaps to 1 in wide ones."""
     return np.clip((features[:, _GAP] - _NARROW) / (_WIDE - _NARROW), 0.0, 1.0)

@@ -13,7 +13,7 @@ from ...data.blocks import Block, Box
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.pixel_grids import nearest_values
-from .guide_curve import Array, Mask, fitted, sharpened, slow, smoothest, sums_of_cells, weighted_median
+from .guide_curve import Array, Mask, fit_slow_field, fitted, sharpen, smoothest_surface, sums_of_cells, weighted_median
 
 Values = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ _LEAST_GAIN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class GuideTest:
     """Result of the hold-out test for every cell with hidden depth.
 
     Attributes
@@ -84,7 +84,7 @@ class Trial:
         return best if after < (1 - _LEAST_GAIN) * before else 0.0
 
 
-def try_guide(values: Array, depth: Array, confidence: Array) -> Trial:
+def evaluate_guide(values: Array, depth: Array, confidence: Array) -> GuideTest:
     """Hide known depth in areas and complete it with a guide and without: by a smooth surface relative to the fitted
     guide, or relative to the slowly varying surface of the known depth.
 
@@ -106,7 +106,7 @@ def try_guide(values: Array, depth: Array, confidence: Array) -> Trial:
             continue
         seen = np.where(left, depth, np.float32(np.nan))
         logarithms = np.log(np.where(left, depth, np.float32(1)))
-        plain = np.exp(slow(logarithms, left.astype(np.float32)))
+        plain = np.exp(fit_slow_field(logarithms, left.astype(np.float32)))
         guide = fitted(values, seen, confidence)
         guided = plain + np.where(np.isfinite(guide), confidence * (guide - plain), np.float32(0))
         asked = sums_of_cells(hidden.astype(np.float32), cell)
@@ -115,10 +115,10 @@ def try_guide(values: Array, depth: Array, confidence: Array) -> Trial:
         parts.append((*places, asked[places], without, without - with_it))
     if not parts:
         nothing = np.zeros(0)
-        return Trial(nothing.astype(np.intp), nothing.astype(np.intp), nothing, nothing, nothing)
+        return GuideTest(nothing.astype(np.intp), nothing.astype(np.intp), nothing, nothing, nothing)
     rows, columns, weights, without, change = (np.concatenate(found) for found in zip(*parts, strict=True))
     middle = cell * stride // 2
-    return Trial(
+    return GuideTest(
         np.minimum(rows * cell * stride + middle, height - 1),
         np.minimum(columns * cell * stride + middle, width - 1),
         weights.astype(np.float64),
@@ -139,14 +139,14 @@ def _error(depth: Array, base: Array, left: Mask, hidden: Mask, cell: int) -> Ar
     """Hidden depth minus completed depth, summed over cells."""
     counts, asked = (sums_of_cells(mask.astype(np.float32), cell) for mask in (left, hidden))
     totals, wanted = (sums_of_cells(np.where(mask, depth - base, np.float32(0)), cell) for mask in (left, hidden))
-    return wanted - asked * smoothest(counts, totals, _SLOPE, _BENDING / cell**2)
+    return wanted - asked * smoothest_surface(counts, totals, _SLOPE, _BENDING / cell**2)
 
 
 # The guide in metres, and the weight with which it is followed.
 
-_LEFT_ASIDE = "The guide is not used: it does not reduce the error of a hold-out of known depth."
+_NOT_USED = "The guide is not used: it does not reduce the error of a hold-out of known depth."
 
-_CARRIES = 0.5
+_SUFFICIENT = 0.5
 """Minimum weight of the guide at every pixel of a block that is completed from it alone."""
 
 
@@ -160,19 +160,19 @@ class FittedGuide:
         The guide, fitted to the known depth [m]; NaN where it has no value.
     confidence : ndarray of float32, shape (H, W)
         Its confidence, 0 where it has no value.
-    trial : Trial
+    test : Trial
     """
 
     depth: Array
     confidence: Array
-    trial: Trial
+    test: GuideTest
 
     @property
     def belief(self) -> float:
         """The belief for the whole frame, 0-1."""
-        return self.trial.belief()
+        return self.test.belief()
 
-    def in_words(self) -> str:
+    def to_text(self) -> str:
         """The belief as text for the user."""
         belief = self.belief
         if belief == 0:
@@ -182,17 +182,17 @@ class FittedGuide:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for the user."""
-        return () if self.belief > 0 else (_LEFT_ASIDE,)
+        return () if self.belief > 0 else (_NOT_USED,)
 
-    def carries(self, block: Block) -> bool:
+    def suffices_for(self, block: Block) -> bool:
         """Whether it can replace the known depth that a block lacks."""
-        return float(self.shares(block, block.box)[block.mask].min()) >= _CARRIES
+        return float(self.shares(block, block.box)[block.mask].min()) >= _SUFFICIENT
 
     def shares(self, block: Block, box: Box) -> Array:
         """Its weight for a block, 0-1, at the pixels of a box."""
         mask = np.zeros(self.depth.shape, bool)
         mask[block.box] = block.mask
-        return np.float32(self.trial.belief(mask)) * self.confidence[box]
+        return np.float32(self.test.belief(mask)) * self.confidence[box]
 
 
 @once_per_frame
@@ -206,10 +206,12 @@ def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
     guide = frame.guide
     if guide is None:
         return None
-    said = np.isfinite(guide.values)
+    has_value = np.isfinite(guide.values)
     if guide.confidence is None:
-        confidence = said.astype(np.float32)
+        confidence = has_value.astype(np.float32)
     else:
-        confidence = np.where(said, guide.confidence, np.float32(0))
-    values = np.where(said, sharpened(nearest_values(guide.values, said, 3)[1]), np.float32(np.nan))
-    return FittedGuide(fitted(values, frame.depth, confidence), confidence, try_guide(values, frame.depth, confidence))
+        confidence = np.where(has_value, guide.confidence, np.float32(0))
+    values = np.where(has_value, sharpen(nearest_values(guide.values, has_value, 3)[1]), np.float32(np.nan))
+    return FittedGuide(
+        fitted(values, frame.depth, confidence), confidence, evaluate_guide(values, frame.depth, confidence)
+    )

@@ -29,7 +29,7 @@ _SOME = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Parting:
+class CutLinks:
     """The cut links of one grid.
 
     Attributes
@@ -45,7 +45,7 @@ class Parting:
     down: Mask
 
     @classmethod
-    def around(cls, inside: Mask, drawn: Mask) -> Parting | None:
+    def around(cls, inside: Mask, drawn: Mask) -> CutLinks | None:
         """Cut links on the finest grid, from the block's pixels and those with a drawn border; None without any."""
         right, down = np.ones_like(inside), np.ones_like(inside)
         for values, at, linked in ((inside, drawn, right), (inside.T, drawn.T, down.T)):
@@ -61,13 +61,13 @@ class Parting:
         height, width = self.inside.shape
         return self.inside | whole.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
 
-    def halved(self) -> Parting:
+    def halved(self) -> CutLinks:
         """The cut links of the next level, with cells of twice the size."""
         inside, kept = _even(self.inside), _even(self.kept)
         right, down = _even(self.right) & kept, _even(self.down) & kept
         right[:, :-1] &= kept[:, 1:]
         down[:-1] &= kept[1:]
-        return Parting(
+        return CutLinks(
             inside[::2, ::2] | inside[1::2, ::2] | inside[::2, 1::2] | inside[1::2, 1::2],
             _last_open(right[::2, 1::2] | right[1::2, 1::2]),
             _last_open((down[1::2, ::2] | down[1::2, 1::2]).T).T,
@@ -77,7 +77,7 @@ class Parting:
         """Smoothness between neighbours along x and y, 0 across the cuts."""
         return smooth_x * self.right[:, :-1], smooth_y * self.down[:-1]
 
-    def enlarged(self, values: Array, finer: Parting) -> Array:
+    def enlarged(self, values: Array, finer: CutLinks) -> Array:
         """Interpolate values bilinearly to the next finer grid, block and rest each from its own cells."""
         shape = finer.inside.shape
         # cells outside the block with no source cell of their own keep the block's value
@@ -106,13 +106,13 @@ class Level(NamedTuple):
     """The properties of a grid needed to interpolate surfaces to the next finer one."""
 
     shape: tuple[int, ...]
-    parting: Parting | None
+    cut_links: CutLinks | None
 
     def enlarged(self, u: Array, finer: Level) -> Array:
         """Interpolate a surface to the next finer grid."""
-        if self.parting is None or finer.parting is None:
+        if self.cut_links is None or finer.cut_links is None:
             return enlarged(u, finer.shape)
-        return self.parting.enlarged(u, finer.parting)
+        return self.cut_links.enlarged(u, finer.cut_links)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Grid:
 
     `counts` and `totals` are the number and sum of the known depth minus the trend, `inside` is the number of the
     block's pixels in every cell; `edges` is the largest edge strength there, `creases` the largest probability of a
-    crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `parting` the
+    crease, or None if unknown. `held_out` contains counts and totals of the held-out depth, or None; `cut_links` the
     links cut by a drawn border, or None.
     """
 
@@ -133,7 +133,7 @@ class Grid:
     edges: Array
     creases: Array | None
     held_out: tuple[Array, Array] | None
-    parting: Parting | None
+    cut_links: CutLinks | None
 
     @property
     def coarseness(self) -> int:
@@ -158,7 +158,7 @@ class Grid:
         """Smoothness between neighbours along x and y: the smaller of the two cells' values, 0-1."""
         left = np.exp(-self.edges / np.float32(edge_scale))
         smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
-        return smooth if self.parting is None else self.parting.cut(*smooth)
+        return smooth if self.cut_links is None else self.cut_links.cut(*smooth)
 
     @property
     def stiff(self) -> Array | None:
@@ -168,14 +168,14 @@ class Grid:
     @property
     def level(self) -> Level:
         """Its properties for interpolation."""
-        return Level(self.counts.shape, self.parting)
+        return Level(self.counts.shape, self.cut_links)
 
     def halved(self) -> Grid:
         """The next level, with cells of twice the size."""
         counts, totals, edges = self.counts, self.totals, self.edges
-        if self.parting is not None:
+        if self.cut_links is not None:
             counts, totals, edges = (
-                np.where(self.parting.kept, values, np.float32(0)) for values in (counts, totals, edges)
+                np.where(self.cut_links.kept, values, np.float32(0)) for values in (counts, totals, edges)
             )
         return Grid(
             cell=2 * self.cell,
@@ -186,7 +186,7 @@ class Grid:
             edges=largest_of_four(edges),
             creases=None if self.creases is None else largest_of_four(self.creases),
             held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
-            parting=self.parting and self.parting.halved(),
+            cut_links=self.cut_links and self.cut_links.halved(),
         )
 
 
@@ -225,7 +225,7 @@ class Pixels:
         inside = mask[within(window, around)]
         among = inside & np.isnan(frame.depth[window]) if changing else inside
         places = np.flatnonzero(among)
-        seen = np.flatnonzero(seen_in(block, window))[among[inside]]
+        seen = np.flatnonzero(pixels_in_window(block, window))[among[inside]]
         return cls(levels, places, seen, trend.ravel()[places], frame, block)
 
     @property
@@ -248,7 +248,7 @@ class Pixels:
         return result
 
 
-def seen_in(block: Block, window: Box) -> NDArray[np.bool_]:
+def pixels_in_window(block: Block, window: Box) -> NDArray[np.bool_]:
     """Which of a block's pixels lie in a window, in the order of `block.mask`'s True values."""
     rows, columns = (
         slice(max(a.start - b.start, 0), max(a.stop - b.start, 0)) for a, b in zip(window, block.box, strict=True)

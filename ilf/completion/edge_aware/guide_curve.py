@@ -190,8 +190,8 @@ def fitted(values: Array, depth: Array, confidence: Array) -> Array:
     ndarray of float32, shape (H, W)
         Depth [m] of the guide, NaN where it has no value, or everywhere if it has none where depth is known.
     """
-    said = np.isfinite(values)
-    weights = np.where(said & np.isfinite(depth), confidence, np.float32(0))
+    has_value = np.isfinite(values)
+    weights = np.where(has_value & np.isfinite(depth), confidence, np.float32(0))
     stride = max(1, round(math.sqrt(depth.size / _SAMPLES)))
     sparse = np.s_[stride // 2 :: stride, stride // 2 :: stride]
     at = weights[sparse] > 0
@@ -202,19 +202,19 @@ def fitted(values: Array, depth: Array, confidence: Array) -> Array:
     samples = values[sparse][at].astype(np.float64), weights[sparse][at].astype(np.float64)
     for _ in range(_FITTING_ROUNDS):
         curve = fit_curve(samples[0], (logarithms - factor)[sparse][at].astype(np.float64), samples[1])
-        by_curve = curve(np.where(said, values, np.float32(0))).astype(np.float32)
-        factor = slow(logarithms - by_curve, weights)
-    return np.where(said, np.exp(by_curve + factor), np.float32(np.nan))
+        by_curve = curve(np.where(has_value, values, np.float32(0))).astype(np.float32)
+        factor = fit_slow_field(logarithms - by_curve, weights)
+    return np.where(has_value, np.exp(by_curve + factor), np.float32(np.nan))
 
 
-def slow(values: Array, weights: Array) -> Array:
+def fit_slow_field(values: Array, weights: Array) -> Array:
     """Fit a slowly varying field, float32 (H, W), robustly to weighted values."""
     cell = max(1, math.ceil(math.sqrt(values.size / _CELLS)))
     trust = weights
     field = np.zeros_like(values)
     for _ in range(_FITTING_ROUNDS):
         counts, totals = (sums_of_cells(given, cell) / np.float32(cell**2) for given in (trust, trust * values))
-        coarse = smoothest(counts, totals, _SLOPE, _BENDING)
+        coarse = smoothest_surface(counts, totals, _SLOPE, _BENDING)
         size = coarse.shape[1] * cell, coarse.shape[0] * cell
         whole = np.asarray(cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR), np.float32)
         field = whole[: values.shape[0], : values.shape[1]]
@@ -222,7 +222,7 @@ def slow(values: Array, weights: Array) -> Array:
     return field
 
 
-def smoothest(counts: Array, totals: Array, slope: float, bending: float) -> Array:
+def smoothest_surface(counts: Array, totals: Array, slope: float, bending: float) -> Array:
     """The surface of minimum energy with all neighbours fully linked, see `SmoothnessEnergy`."""
     height, width = counts.shape
     smooth = np.ones((height, width - 1), np.float32), np.ones((height - 1, width), np.float32)
@@ -267,7 +267,7 @@ _FARTHEST = np.float32(1e6)
 """Maximum distance of values from the range, in ranges; values are clipped to it."""
 
 
-def sharpened(values: Array) -> Array:
+def sharpen(values: Array) -> Array:
     """Remove pixel noise from a guide's values and sharpen blurred steps.
 
     Parameters

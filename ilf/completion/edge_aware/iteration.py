@@ -26,11 +26,11 @@ from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot
 from .fitted_guide import fit_guide
-from .grid import Grid, Pixels, seen_in
+from .grid import Grid, Pixels, pixels_in_window
 from .kernels import Sums
 from .noise import Noise, frame_noise
 from .shape import noise_of, polynomial_trend
-from .smoothness import SmoothnessEnergy, Told, Weights, make_weights
+from .smoothness import SmoothnessEnergy, StepInputs, Weights, make_weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
@@ -78,7 +78,7 @@ class Denoising:
         Bending weight that the rounds multiply.
     smoothness : float
         Factor on all weights.
-    lets_go : bool
+    weakens_at_jumps : bool
         Whether links are weakened at jumps.
     explained : bool
         Whether the trend explains all of the known depth up to its noise.
@@ -90,7 +90,7 @@ class Denoising:
     grain: float
     bending: float
     smoothness: float
-    lets_go: bool
+    weakens_at_jumps: bool
     explained: bool
 
     @classmethod
@@ -104,7 +104,7 @@ class Denoising:
             grain=noise.grain,
             bending=parameters.bending_weight,
             smoothness=parameters.smoothness,
-            lets_go=parameters.jump_share > 0,
+            weakens_at_jumps=parameters.jump_share > 0,
             explained=explained,
         )
 
@@ -123,12 +123,12 @@ class Denoising:
         for times, steps in _DENOISING_ROUNDS:
             stiff = weights.bent(np.float32(times * self.grain))
             scale = None
-            if self.lets_go:  # at larger differences if more smoothness is requested than noise requires
+            if self.weakens_at_jumps:  # at larger differences if more smoothness is requested than noise requires
                 scale = np.float32(_EXPLAINED * self.smoothness) * self._bent_by_noise(before)
             yield Round(counts, totals, stiff, scale, steps)
             before = times
 
-    def cleared(self, u: Array) -> Array:
+    def without_noise(self, u: Array) -> Array:
         """The surface after the last round; with a trend that explains it, without what noise alone may have left."""
         if not self.explained:
             return u
@@ -172,7 +172,7 @@ class Round:
     def energy(self, u: Array) -> SmoothnessEnergy:
         """The energy to minimise, given the initial surface; call it once."""
         if self.scale is not None:
-            self.weights.loosen(u, self.scale, _NOISY_SLOPE_JUMPS)
+            self.weights.weaken(u, self.scale, _NOISY_SLOPE_JUMPS)
         return SmoothnessEnergy(self.counts, self.totals, self.weights)
 
 
@@ -280,12 +280,12 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all known: the window contains the gaps
-        self._outside = float(raw[~seen_in(block, view.window)].sum(dtype=np.float64))
+        self._outside = float(raw[~pixels_in_window(block, view.window)].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
         self._stage = self._round = 0
         self._sigma = math.inf
-        self._truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
+        self._ground_truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._steps = self._run()
         self.settled = False
         """Whether the last stage has ended."""
@@ -366,15 +366,15 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         squares = inner(counts * u - 2 * totals, u) + self._held_out_squares
         return _root_mean(squares, float(counts.sum(dtype=np.float64)))
 
-    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+    def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to later records, see `Stepper`."""
-        self._truth = pixels, truth
+        self._ground_truth = pixels, ground_truth
 
     def _error(self) -> float:
-        if self._truth is None:
+        if self._ground_truth is None:
             return math.nan
-        pixels, truth = self._truth
-        return deviation(self.surface[pixels], truth)
+        pixels, ground_truth = self._ground_truth
+        return deviation(self.surface[pixels], ground_truth)
 
     def _run(self) -> Iterator[_Step]:
         """All stages: for every iteration its grid, P_i on it minus the trend, and the sums of the step."""
@@ -402,7 +402,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         if math.isfinite(self._jump) and self._denoising is None:
             for self._round in range(1, _ROUNDS + 1):
                 weights = self._weights(finest, weights)
-                weights.loosen(u, np.full(u.shape, self._jump, np.float32), _SLOPE_JUMPS)
+                weights.weaken(u, np.full(u.shape, self._jump, np.float32), _SLOPE_JUMPS)
                 u = yield from self._descend(finest, self._energy(finest, weights), u, _ROUND_STEPS)
         return u
 
@@ -422,8 +422,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         for self._round, step in enumerate(known.rounds(filled, weights), 1):
             u = yield from self._descend(grid, step.energy(u), u, step.steps)
         if known.explained or not self._iterations:
-            cleared = known.cleared(u)
-            yield grid, cleared, grid.sums(cleared, u)
+            without_noise = known.without_noise(u)
+            yield grid, without_noise, grid.sums(without_noise, u)
 
     def _noise(self, frame: RGBDFrame) -> Noise:
         return Noise(self._parameters.noise) if self._parameters.noise else frame_noise(frame)
@@ -431,8 +431,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _descend(self, grid: Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
         """One stage: until steady, or up to `limit` steps."""
         self._stage += 1
-        told = Told(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
-        steps = energy.descend(u, told, min(limit, self._parameters.max_iterations - self._iterations))
+        inputs = StepInputs(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
+        steps = energy.descend(u, inputs, min(limit, self._parameters.max_iterations - self._iterations))
         for u, sums in steps:
             yield grid, u, sums
         return u

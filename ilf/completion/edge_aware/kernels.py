@@ -15,7 +15,7 @@ from ..._runtime.compiling import compiled, inner
 
 Array = NDArray[np.float32]
 
-_TOGETHER = 1024
+_CHUNK = 1024
 """Number of cells whose products are summed in float32."""
 
 
@@ -53,9 +53,9 @@ def _pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
     one, two = np.uint64(1), np.uint64(2)
     row, rows = np.uint64(counts.shape[1]), np.uint64(2 * counts.shape[1])
     twice, total = np.float32(2), 0.0
-    for first in range(0, counts.size, _TOGETHER):
+    for first in range(0, counts.size, _CHUNK):
         part = np.float32(0)
-        for cell in range(np.uint64(first), np.uint64(min(first + _TOGETHER, counts.size))):
+        for cell in range(np.uint64(first), np.uint64(min(first + _CHUNK, counts.size))):
             i = rows + cell
             before, left = values[i - one] - values[i - two], values[i] - values[i - one]
             right, after = values[i + one] - values[i], values[i + two] - values[i + one]
@@ -180,7 +180,7 @@ def descend(
     inverse: Array,
     state: tuple[Array, Array],
     sizes: tuple[float, float, float],
-    told: tuple[Array, ...],
+    inputs: tuple[Array, ...],
     steady: float,
     start: Array,
     found: Array,
@@ -200,7 +200,7 @@ def descend(
         Direction, `framed`, and residual of the previous step; updated in place.
     sizes : tuple of float
         Squared size of the residual, its ratio to that of the previous step, and the minimum size to continue.
-    told : tuple of ndarray
+    inputs : tuple of ndarray
         Arguments of `tally` after the surfaces.
     steady : float
         Sum of squared changes below which iteration stops.
@@ -220,7 +220,7 @@ def descend(
     """
     framed_direction, residual = state
     direction = framed_direction[2:-2]
-    inside, trend, samples, totals = told
+    inside, trend, samples, totals = inputs
     size, ratio, least = sizes
     u = start
     for step in range(len(found)):
@@ -273,7 +273,7 @@ def spread(weights: Array, out: NDArray[Any]) -> None:
         diagonal[:, :-2] += bend[:, :-2]
 
 
-def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> None:
+def _weaken_links(weights: Array, u: Array, scale: Array, times: Any) -> None:
     values, scales, size = u.reshape(-1), scale.reshape(-1), np.uint64(u.size)
     row, rows, two = np.uint64(u.shape[1]), np.uint64(2 * u.shape[1]), np.float32(2)
     for kind in range(2):
@@ -287,8 +287,8 @@ def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> None:
             bend[rows + i] = bend[rows + i] / (np.float32(1) + ratio * ratio)
 
 
-@compiled(_let_go)
-def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> None:
+@compiled(_weaken_links)
+def weaken_links(weights: Array, u: Array, scale: Array, times: np.float32) -> None:
     """Reduce weights of differences with Cauchy's function, in place: halved where a difference equals its scale.
 
     Parameters

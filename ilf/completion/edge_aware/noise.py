@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 
@@ -43,13 +43,13 @@ _LEAST_DEVIATION = 1e-5
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of depth z: standard deviation `constant` + `growing` z^2, as for stereo and structured light.
+    """Noise of depth z: standard deviation `constant` + `quadratic` z^2, as for stereo and structured light.
 
     Attributes
     ----------
     constant : float
         [m].
-    growing : float
+    quadratic : float
         [1 / m].
     grain : float
         Number of pixels with correlated noise, at least 1: the variance of the mean of n pixels is `grain` / n times
@@ -57,20 +57,20 @@ class Noise:
     """
 
     constant: float
-    growing: float = 0.0
+    quadratic: float = 0.0
     grain: float = 1.0
 
     @property
     def note(self) -> str:
         """A sentence on it for the user."""
-        near, far = (1000 * (self.constant + self.growing * z * z) for z in (1, 4))
-        found = f"{near:.2g} mm" if self.growing == 0 else f"{near:.2g} mm at 1 m and {far:.2g} mm at 4 m"
+        near, far = (1000 * (self.constant + self.quadratic * z * z) for z in (1, 4))
+        found = f"{near:.2g} mm" if self.quadratic == 0 else f"{near:.2g} mm at 1 m and {far:.2g} mm at 4 m"
         return f"Noise estimated from the known depth: standard deviation {found}."
 
     def deviation(self, depth: NDArray[np.floating]) -> Array:
         """Standard deviation [m] at these depths [m]; only the constant part where depth is missing."""
         far = np.nan_to_num(np.asarray(depth, np.float32), nan=0.0)
-        return np.maximum(self.constant + self.growing * far * far, _LEAST_DEVIATION).astype(np.float32)
+        return np.maximum(self.constant + self.quadratic * far * far, _LEAST_DEVIATION).astype(np.float32)
 
 
 @once_per_frame
@@ -82,7 +82,7 @@ def frame_noise(frame: RGBDFrame) -> Noise:
     size, at = (np.concatenate(parts) for parts in zip(*(_found(values, around) for values in seconds), strict=True))
     if size.size < _LEAST:
         return Noise(0.0)
-    check_stopped()
+    check_cancelled()
     steps_at, steps = _steps(depth)
     deviations, depths = [], []
     order = np.argsort(at)
@@ -91,13 +91,13 @@ def frame_noise(frame: RGBDFrame) -> Noise:
         spread = float(np.median(size[members])) / _NORMAL_MAD / _OF_SECOND
         deviations.append(max(spread, float(np.interp(z, steps_at, steps)) / math.sqrt(12), _LEAST_DEVIATION))
         depths.append(z)
-    check_stopped()
+    check_cancelled()
     found = np.array(deviations)
     # fit relative errors; noise does not decrease with depth
     terms = np.stack([np.ones(found.size), np.square(depths)], axis=1) / found[:, None]
-    (constant, growing), _ = nnls(terms, np.ones(found.size))
-    noise = Noise(float(constant), float(growing))
-    return Noise(noise.constant, noise.growing, _grain([values / noise.deviation(around) for values in seconds]))
+    (constant, quadratic), _ = nnls(terms, np.ones(found.size))
+    noise = Noise(float(constant), float(quadratic))
+    return Noise(noise.constant, noise.quadratic, _grain([values / noise.deviation(around) for values in seconds]))
 
 
 def _seconds(depth: Array) -> Array:

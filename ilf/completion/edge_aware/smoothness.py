@@ -134,7 +134,7 @@ _CELLS_AT_A_TIME = 2**18
 """Steps on small grids are made several at a time, up to this total of cells: about half a millisecond's work."""
 
 
-class Told(NamedTuple):
+class StepInputs(NamedTuple):
     """The inputs for the records of steps on a grid.
 
     Attributes
@@ -196,7 +196,7 @@ class Weights:
         """Weights with those of second differences multiplied by a factor."""
         return Weights(self.framed * np.array([1, 1, times, times], np.float32)[:, None, None])
 
-    def loosen(self, u: Array, scale: Array, slope_jumps: float) -> None:
+    def weaken(self, u: Array, scale: Array, slope_jumps: float) -> None:
         """Reduce them with Cauchy's function, in place, where differences of u are far above the scale.
 
         Parameters
@@ -207,7 +207,7 @@ class Weights:
         slope_jumps : float
             The same for first differences, in units of `scale`.
         """
-        kernels.let_go(self.framed, u, scale, np.float32(slope_jumps))
+        kernels.weaken_links(self.framed, u, scale, np.float32(slope_jumps))
 
 
 def make_weights(
@@ -264,7 +264,7 @@ class SmoothnessEnergy:
         self._totals = totals
         self._weights = weights
 
-    def descend(self, u: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
+    def descend(self, u: Array, inputs: StepInputs, limit: int) -> Iterator[tuple[Array, Sums]]:
         """Minimise by conjugate gradients with a diagonal preconditioner, from u on; yields the approximations and the
         sums of their steps.
 
@@ -280,12 +280,12 @@ class SmoothnessEnergy:
         np.subtract(self._totals, residual, out=residual)
         size, ratio = inner(residual, inverse * residual), 0.0
         least, changes = _CONVERGED * size, math.inf
-        while limit > 0 and size > least and changes >= told.steady:
+        while limit > 0 and size > least and changes >= inputs.steady:
             many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
             found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))
             state, sizes = (direction, residual), (size, ratio, least)
             steps, size, ratio = kernels.descend(
-                self._counts, weights, inverse, state, sizes, told[:4], told.steady, u, found, sums
+                self._counts, weights, inverse, state, sizes, inputs[:4], inputs.steady, u, found, sums
             )
             limit -= steps
             for u, (changes, *others) in zip(found[:steps], sums.tolist(), strict=False):

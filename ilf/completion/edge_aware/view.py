@@ -14,10 +14,10 @@ from ...data.blocks import Block, Box, union, within
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.parameters import Parameters
-from ...data.results import held_out_of
+from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
 from .fitted_guide import FittedGuide, fit_guide
-from .grid import Grid, Parting
+from .grid import CutLinks, Grid
 from .shape import trend_of
 
 Array = NDArray[np.float32]
@@ -38,7 +38,7 @@ def around_wide_gaps(distance: Array) -> Mask:
     return cv2.dilate((distance >= WIDE).astype(np.uint8), square) > 0
 
 
-def own_distance(distance: Array, inside: Mask) -> Array:
+def edge_fade_distance(distance: Array, inside: Mask) -> Array:
     """Distance [px] to the known depth that edges fade towards: in the block around wide gaps, to the block's own.
 
     Parameters
@@ -80,7 +80,7 @@ _NEARER = 0.85
 
 
 @dataclass(frozen=True, eq=False)
-class Beyond:
+class BeyondRange:
     """Holes of a block beyond the sensor range, detected by their rims.
 
     Attributes
@@ -99,21 +99,21 @@ class Beyond:
 
 
 @once_per_frame
-def reach_of(frame: RGBDFrame) -> float:
+def sensor_range_of(frame: RGBDFrame) -> float:
     """The sensor range of a frame: depth [m] beyond which hardly any is known."""
     return float(np.quantile(frame.depth[frame.known], _REACH_SHARE))
 
 
-def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
+def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
     """Find wide holes of a block whose rims rise to the sensor range; None if there are none, or if a guide suffices to
     fill them.
 
     Depth that is filled in there is unsupported by measurements.
     """
     guide = fit_guide(frame)
-    if guide is not None and guide.carries(block):
+    if guide is not None and guide.suffices_for(block):
         return None
-    at_reach = _AT_REACH * reach_of(frame)
+    at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():
         return None
     rows, columns = (slice(max(side.start - _BACK[1], 0), side.stop + _BACK[1]) for side in block.box)
@@ -139,7 +139,7 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
         pixels[rows, columns][part] |= hole
         in_front[rows, columns][part] |= (off <= _BACK[0]) & (there < _NEARER * limit)
         limits.append(limit)
-    return Beyond(pixels, in_front, min(limits)) if limits else None
+    return BeyondRange(pixels, in_front, min(limits)) if limits else None
 
 
 # Flying pixels: samples that differ from the known depth around them.
@@ -147,7 +147,7 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
 _REACH = 2
 """Maximum distance [px] of neighbours along each axis."""
 
-_LIKE = 0.05
+_SIMILAR = 0.05
 """Samples are alike if they differ by less than this share of their depth."""
 
 _FEW = 8
@@ -171,7 +171,7 @@ def flying_pixels(frame: RGBDFrame) -> NDArray[np.bool_]:
             here = np.s_[: height - dy, max(0, -dx) : min(width, width - dx)]
             there = np.s_[dy:, max(0, dx) : min(width, width + dx)]
             both = known[here] & known[there]
-            near = np.abs(depth[here] - depth[there]) < np.float32(_LIKE) * np.minimum(depth[here], depth[there])
+            near = np.abs(depth[here] - depth[there]) < np.float32(_SIMILAR) * np.minimum(depth[here], depth[there])
             near &= both
             for part in (here, there):
                 neighbours[part] += both
@@ -184,13 +184,13 @@ def flying_pixels(frame: RGBDFrame) -> NDArray[np.bool_]:
 _CONTEXT = {"fill": 20, "fill+denoise": 40}
 """Known depth around a block is used up to a distance of the frame's longer side divided by this."""
 
-_QUIET = 0.005
+_LOW_NOISE = 0.005
 """Noise, as a share of depth, up to which the weights are not adapted."""
 
-_CALM = 10.0
+_MAX_SOFTENING = 10.0
 """Maximum factor by which known pixels with more noise are followed less where a trend explains them all."""
 
-_LEFT = 0.1
+_EXPLAINED_SPREAD = 0.1
 """A trend explains the known depth if the deviation beyond noise is less than so many deviations of noise."""
 
 _AROUND = 10.0
@@ -200,7 +200,7 @@ it fades out over the same distance again."""
 NEAREST = 0.1
 """Depth [m] below which thresholds given as a share of depth are constant."""
 
-_APART = 10.0
+_SEPARATING_EDGE = 10.0
 """Edge strength that fully separates a hole beyond the sensor range from something in front of it."""
 
 
@@ -230,7 +230,7 @@ class View:
             trusted = known & ~flying_pixels(frame)[around]
             if not trusted[self.mask].any():
                 trusted = known
-        self._held_out = held_out_of(self._mask & trusted[self.place], parameters.validation_share)
+        self._held_out = hold_out_mask(self._mask & trusted[self.place], parameters.validation_share)
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and held-out pixels."""
         self.depth[self.place][self._held_out] = np.nan
@@ -239,7 +239,7 @@ class View:
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
         wanted = parameters.out_of_range and self.gap >= WIDE
-        self.beyond = beyond_reach(frame, block) if wanted else None
+        self.beyond = beyond_sensor_range(frame, block) if wanted else None
         """The block's holes beyond the sensor range; None without any."""
 
     @cached_property
@@ -259,14 +259,14 @@ class View:
     def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float, bool]:
         """Trend [m] in the window, factor on the stiffness due to noise in the known depth, and whether the trend
         explains that depth up to its noise."""
-        quiet = _QUIET * max(depth, NEAREST)
+        quiet = _LOW_NOISE * max(depth, NEAREST)
         found = trend_of(self.depth, self.mask, noise) if shaped else None
         # where the residual is mostly noise, known depth is followed less
-        followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
+        followed = quiet if found is None else min(quiet, max(found.spread, quiet / _MAX_SOFTENING))
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
         if found is None:
             return np.full(self._mask.shape, depth, np.float32), stiffness, False
-        return found.surface[self.place], stiffness, found.spread < _LEFT * noise
+        return found.surface[self.place], stiffness, found.spread < _EXPLAINED_SPREAD * noise
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
         """Replace a trend [m] in the window by the guide, as far as it is believed: only in and around wide gaps, since
@@ -290,12 +290,12 @@ class View:
         boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
         # among dense samples depth itself contains the jumps, and colour is registered a few pixels off
         distance = self._distance
-        if parameters.own_word:
-            distance = own_distance(distance, self._mask)
+        if parameters.block_local_edges:
+            distance = edge_fade_distance(distance, self._mask)
         fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
         edges = fade * np.maximum(found.strength[self.window], np.float32(parameters.boundary_strength) * boundary)
         if self.beyond is not None:
-            edges[self.beyond.in_front[self.window]] = _APART
+            edges[self.beyond.in_front[self.window]] = _SEPARATING_EDGE
         return Grid(
             cell=1,
             counts=counts,
@@ -305,7 +305,7 @@ class View:
             edges=edges.astype(np.float32),
             creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
-            parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
+            cut_links=None if self._drawn is None else CutLinks.around(self._mask, self._drawn),
         )
 
 
@@ -319,10 +319,10 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     for axis, side in enumerate((rows, columns)):
         places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
         found.append(slice(int(places[0]), int(places[-1]) + 1))
-    return widest_window(frame.shape, (found[0], found[1]), mode)
+    return max_window(frame.shape, (found[0], found[1]), mode)
 
 
-def widest_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
+def max_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
     """The window of the surface in a frame of this shape (H, W), if all that may change is in a box."""
     margin = math.ceil(max(shape) / _CONTEXT[mode])
     rows, columns = (

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import inner
 
 Grid = tuple[int, int]
@@ -45,7 +45,7 @@ class Band:
     def __init__(self, grid: Grid, reach: tuple[int, int], dtype: np.dtype) -> None:
         self.grid = grid
         self.reach = min(reach[0], grid[0] // 2), min(reach[1], grid[1] // 2)
-        self.shape = _carrier(self.reach[0], grid[0]), _carrier(self.reach[1], grid[1])
+        self.shape = _propagator(self.reach[0], grid[0]), _propagator(self.reach[1], grid[1])
         self.coefficient_shape = min(2 * self.reach[0] + 1, self.shape[0]), self.reach[1] + 1
         """Shape of an array of coefficients."""
         self.weight = grid[0] * grid[1] / (self.shape[0] * self.shape[1])
@@ -140,7 +140,7 @@ def fast_reach(least: int) -> int:
     return int(scipy.fft.next_fast_len(least + 1, real=True)) - 1
 
 
-def _carrier(reach: int, full: int) -> int:
+def _propagator(reach: int, full: int) -> int:
     """Number of points per axis for a band of this reach: at least 4 r + 1, or the whole grid.
 
     Four times a fast length: factors of 4 are faster than 3 and 5.
@@ -198,7 +198,7 @@ def half_spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray
     rows = scipy.fft.rfft(values, n=grid[1], axis=1)
     spectrum = np.empty((grid[0], rows.shape[1]), np.complex128)
     for first in range(0, rows.shape[1], _TOGETHER):
-        check_stopped()
+        check_cancelled()
         columns = slice(first, first + _TOGETHER)
         spectrum[:, columns] = scipy.fft.fft(rows[:, columns], n=grid[0], axis=0)
     return spectrum
@@ -230,14 +230,14 @@ def colour_weight(
     """
     grey = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float64)
     spectrum = np.log1p(np.abs(half_spectrum(np.where(mask, grey, 0.0), grid)))
-    check_stopped()
+    check_cancelled()
     low, high = float(spectrum.min()), float(spectrum.max())
     if high <= low:
         return np.ones_like(spectrum)
     normalised = (spectrum - low) / (high - low)
     if dilation == 0:
         return normalised
-    check_stopped()
+    check_cancelled()
     half = normalised.shape[1]
     offsets = np.arange(-dilation, dilation + 1)
     disk = (offsets[:, None] ** 2 + offsets[None, :] ** 2 <= dilation**2).astype(np.uint8)

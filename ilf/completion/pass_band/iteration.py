@@ -22,12 +22,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import inner
 from ...data.blocks import Block
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
-from ...data.results import PassBandRecord, deviation, held_out_of, l1_norm
+from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 from ..stepper import Snapshot
 from .band import Band, Grid, colour_weight, fast_reach, half_spectrum, inside_ellipse, synthesise
 
@@ -172,19 +172,19 @@ class PassBandIteration(Iterator[PassBandRecord]):
 
         raw = frame.depth[block.box].astype(np.float64)
         known = block.mask & np.isfinite(raw)
-        held_out = held_out_of(known, parameters.validation_share)
+        held_out = hold_out_mask(known, parameters.validation_share)
         taken = known & ~held_out
         self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
-        self._known = _Values(taken, grid, raw - self._mean)
-        self._held_out = _Values(held_out, grid, raw - self._mean) if held_out.any() else None
-        self._truth: _Values | None = None
-        self._judged: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
-        self._block = _Values(block.mask, grid)
+        self._known = _MaskedValues(taken, grid, raw - self._mean)
+        self._held_out = _MaskedValues(held_out, grid, raw - self._mean) if held_out.any() else None
+        self._ground_truth: _MaskedValues | None = None
+        self._evaluated: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
+        self._block = _MaskedValues(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # W on the small grid
         if parameters.rgb_iterations:
             self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
-        check_stopped()
+        check_cancelled()
         self._schedule: Schedule
         if parameters.schedule == "staged":
             self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
@@ -194,9 +194,9 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._dtype = np.dtype(parameters.precision)
         self._use_band(Band(grid, (0, 0), self._dtype))
         self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
-        self._missed = self._known.coefficients  # e_(i-1), the error of P_(i-1) at known pixels
+        self._error_coefficients = self._known.coefficients  # e_(i-1), the error of P_(i-1) at known pixels
         self._samples = self._band.samples(self._coefficients)  # updated for `_misfit` only
-        self._least = -math.inf  # lower bound of P_i in the block, including the mean
+        self._lower_bound = -math.inf  # lower bound of P_i in the block, including the mean
         self._iterations = 0
         self.settled = False
         """Whether the schedule has ended: steady at the last radius, or the last iteration of a linear schedule."""
@@ -214,20 +214,20 @@ class PassBandIteration(Iterator[PassBandRecord]):
     def snapshot(self) -> Snapshot:
         """The current surface: its coefficients, which later iterations do not modify."""
         coefficients = self._coefficients
-        work_out = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
-        return Snapshot(work_out, coefficients.nbytes, self._mask.nbytes)
+        compute = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
+        return Snapshot(compute, coefficients.nbytes, self._mask.nbytes)
 
-    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+    def evaluate(self, pixels: NDArray[np.bool_], ground_truth: NDArray[np.float64]) -> None:
         """Add the error against ground truth to later records, see `Stepper`."""
         if self._dtype == np.float32:  # differences of sums of squares would be too inaccurate
-            self._judged = pixels, truth
+            self._evaluated = pixels, ground_truth
             return
         at = np.zeros(self._mask.shape, bool)
         at[self._mask] = pixels
         values = np.zeros(self._mask.shape)
-        values[at] = truth - self._mean
-        self._truth = _Values(at, self._grid, values)
-        self._truth.use_band(self._band, self._dtype)
+        values[at] = ground_truth - self._mean
+        self._ground_truth = _MaskedValues(at, self._grid, values)
+        self._ground_truth.use_band(self._band, self._dtype)
         self._samples = self._band.samples(self._coefficients)
 
     def __next__(self) -> PassBandRecord:
@@ -237,23 +237,23 @@ class PassBandIteration(Iterator[PassBandRecord]):
         stage, radii = self._schedule.stage, self._schedule.radii
         if self._iterations > self._parameters.rgb_iterations:
             self._colour = self._weight = None
-        self._make_room(radii)
+        self._enlarge_band(radii)
 
         band = self._band
-        coefficients = self._coefficients + self._missed
+        coefficients = self._coefficients + self._error_coefficients
         coefficients *= self._filter(radii)
         change = band.samples(coefficients - self._coefficients)
         part = self._block.mask * change
         sigma = self._compare(coefficients, change, part)
         np.multiply(self._known.mask, change, out=part)
-        self._missed = self._missed - band.coefficients_of(part)
+        self._error_coefficients = self._error_coefficients - band.coefficients_of(part)
         # one assignment, so that another thread may read the surface during an iteration
         self._coefficients = coefficients
         residual = self._residual()
-        if self._held_out is not None or self._truth is not None:
+        if self._held_out is not None or self._ground_truth is not None:
             self._samples += change
         l1 = self._l1_norm()
-        self._note(sigma)
+        self._advance(sigma)
         return PassBandRecord(
             i=self._iterations,
             stage=stage,
@@ -274,11 +274,11 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._passed: tuple[tuple[float, float], bool] | None = None  # key of the cached filter
         if self._colour is not None:
             self._weight = band.cut(self._colour)
-        for values in (self._known, self._block, self._held_out, self._truth):
+        for values in (self._known, self._block, self._held_out, self._ground_truth):
             if values is not None:
                 values.use_band(band, self._dtype)
 
-    def _make_room(self, radii: tuple[float, float]) -> None:
+    def _enlarge_band(self, radii: tuple[float, float]) -> None:
         """Move to a larger small grid if the pass band exceeds the present one."""
         needed = [math.floor(radius * (1 + 1e-9)) for radius in radii]
         old = self._band
@@ -289,7 +289,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._use_band(band)
         self._coefficients = band.moved_from(old, self._coefficients)
         self._samples = band.samples(self._coefficients)
-        self._missed = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
+        self._error_coefficients = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
 
     def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
         """G_i, times W while it is active."""
@@ -297,7 +297,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         if self._passed != (radii, weight is not None):
             inside = inside_ellipse(self._squared, radii)
             # complex, since otherwise the product with coefficients would convert it in chunks
-            self._gain = (inside if weight is None else weight * inside).astype(self._missed.dtype)
+            self._gain = (inside if weight is None else weight * inside).astype(self._error_coefficients.dtype)
             self._passed = radii, weight is not None
         return self._gain
 
@@ -310,23 +310,23 @@ class PassBandIteration(Iterator[PassBandRecord]):
         if self._iterations == 1:  # P_0 is U_0, which is not in the band; `change` is from 0
             squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
         low, high = float(change.min()) / weight, float(change.max()) / weight
-        self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
+        self._lower_bound += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
         return math.sqrt(max(squares, 0.0) / self._pixels)
 
     def _residual(self) -> float:
         """Root mean square of P_i - raw over the known pixels; sum(M P_i (raw - P_i)) follows from the coefficients."""
         known = self._known
-        explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
+        explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._error_coefficients)
         return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
 
     def _error(self) -> float:
         """Root mean square of P_i - ground truth over the evaluated pixels; NaN if there are none."""
-        if self._judged is None:
-            return self._misfit(self._truth)
-        pixels, truth = self._judged
-        return deviation(self.surface[pixels], truth)
+        if self._evaluated is None:
+            return self._misfit(self._ground_truth)
+        pixels, ground_truth = self._evaluated
+        return deviation(self.surface[pixels], ground_truth)
 
-    def _misfit(self, values: _Values | None) -> float:
+    def _misfit(self, values: _MaskedValues | None) -> float:
         """Root mean square of P_i - values over the pixels with values; NaN if there are none."""
         band = self._band
         if values is None:
@@ -337,14 +337,14 @@ class PassBandIteration(Iterator[PassBandRecord]):
 
     def _l1_norm(self) -> float:
         """L1 norm of P_i over the block [m]: a plain sum unless a value may be negative."""
-        if self._least <= 0:
+        if self._lower_bound <= 0:
             values = self.surface
-            self._least = float(values.min())
-            if self._least <= 0:
+            self._lower_bound = float(values.min())
+            if self._lower_bound <= 0:
                 return l1_norm(values)
         return self._band.sum_of_product(self._block.coefficients, self._coefficients) + self._pixels * self._mean
 
-    def _note(self, sigma: float) -> None:
+    def _advance(self, sigma: float) -> None:
         """Advance the schedule and decide whether to stop."""
         self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
         stop = self.settled and self._parameters.stop_when_steady
@@ -360,7 +360,7 @@ def _on_block(
     return values
 
 
-class _Values:
+class _MaskedValues:
     """Values at some of the block's pixels, 0 elsewhere, represented in the band.
 
     Parameters

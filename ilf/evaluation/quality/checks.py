@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 from skimage.measure import label as connected_regions
 
-from ...data.pixel_grids import Pairs, apart, long_lines, mark, sides
+from ...data.pixel_grids import Pairs, different_labels, long_lines, mark, sides
 from ...segmentation.edges.relief import JUMP_LENGTH
-from .places import Ground, Group, Place, largest_groups, number_groups
+from .places import CheckInput, Group, Place, largest_groups, number_groups
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
 
@@ -21,7 +21,7 @@ _REACH = 24
 """Distance [px] up to which an error affects filled depth, decreasing with distance; also the maximum displacement of
 a wrong border."""
 
-_LEAST_KNOWN = 0.03
+_KNOWN_WEIGHT = 0.03
 """Weight of a known pixel near an error, relative to a pixel to be filled."""
 
 _BESIDE = 2
@@ -36,24 +36,24 @@ gap, it may also be a bend."""
 _FOUND, _AROUND = 0.5, 7
 """Edge strength that confirms a jump in missing depth, and the distance [px] in which it is searched."""
 
-_UNSEEN = 0.3
+_WEIGHT_WITHOUT_EDGE = 0.3
 """Weight of a difference between two surfaces without a colour edge between them."""
 
 
-def find_faults(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find depth jumps inside blocks, and blocks with two surfaces separated only by missing depth."""
-    jumps, hidden = _jumps(ground), _hidden(ground, strength)
+    jumps, hidden = _jumps(inputs), _hidden(inputs, strength)
     step = np.maximum(jumps, hidden)
-    numbers = number_groups(step > 0, ground.labels)
+    numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
         return
-    for group in largest_groups(numbers, _harm(ground, numbers, step), ground.labels):
+    for group in largest_groups(numbers, _harm(inputs, numbers, step), inputs.labels):
         seen = jumps[group.rows, group.columns]
         kind = "jump" if np.count_nonzero(seen) * 2 > seen.size else "surfaces"
-        yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(ground, group, kind, step))
+        yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(inputs, group, kind, step))
 
 
-def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
+def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
     """For every group, the pixels to be filled around it, weighted by the step [m] at the nearest of its pixels."""
     away, nearest = cv2.distanceTransformWithLabels(
         (numbers == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
@@ -62,9 +62,9 @@ def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64])
     on = numbers > 0
     at[nearest[on]] = np.flatnonzero(on)
     reached = at[nearest[away < _REACH]]
-    labels = ground.labels
+    labels = inputs.labels
     counts = (labels[away < _REACH] == labels.ravel()[reached]) * np.where(
-        ground.missing[away < _REACH], 1.0, _LEAST_KNOWN
+        inputs.missing[away < _REACH], 1.0, _KNOWN_WEIGHT
     )
     faded = 1 - away[away < _REACH] / _REACH
     weights = counts * faded * step.ravel()[reached]
@@ -72,12 +72,12 @@ def _harm(ground: Ground, numbers: NDArray[np.int32], step: NDArray[np.float64])
     return np.asarray(harm, np.float64)
 
 
-def _jumps(ground: Ground) -> NDArray[np.float64]:
+def _jumps(inputs: CheckInput) -> NDArray[np.float64]:
     """Height [m] of jumps in known depth inside blocks, 0 elsewhere."""
-    height, width = ground.labels.shape
+    height, width = inputs.labels.shape
     found = np.zeros((height, width))
-    jumps = ground.relief.jumps
-    inner = long_lines((jumps[0] & ground.inner[:, :-1], jumps[1] & ground.inner[:-1]), JUMP_LENGTH)
+    jumps = inputs.relief.jumps
+    inner = long_lines((jumps[0] & inputs.inner[:, :-1], jumps[1] & inputs.inner[:-1]), JUMP_LENGTH)
     for side, (dy, dx) in enumerate(((0, 1), (1, 0))):
         rows, columns = np.nonzero(inner[side])
         one = (
@@ -88,53 +88,53 @@ def _jumps(ground: Ground) -> NDArray[np.float64]:
             np.clip(rows + (1 + _BESIDE) * dy, 0, height - 1),
             np.clip(columns + (1 + _BESIDE) * dx, 0, width - 1),
         )
-        step = np.abs(ground.depth[one].astype(np.float64) - ground.depth[other])
+        step = np.abs(inputs.depth[one].astype(np.float64) - inputs.depth[other])
         found[rows, columns] = np.maximum(found[rows, columns], step)
     return found
 
 
-def _hidden(ground: Ground, strength: NDArray[np.float32]) -> NDArray[np.float64]:
+def _hidden(inputs: CheckInput, strength: NDArray[np.float32]) -> NDArray[np.float64]:
     """Distance [m] between surfaces that meet in missing depth inside a block, 0 elsewhere; reduced where that is
     uncertain."""
-    found = np.zeros(ground.labels.shape)
-    pieces = ground.pieces.ravel()
-    width = ground.labels.shape[1]
+    found = np.zeros(inputs.labels.shape)
+    pieces = inputs.pieces.ravel()
+    width = inputs.labels.shape[1]
     square = np.ones((2 * _AROUND + 1,) * 2, np.uint8)
-    edge = cv2.dilate(np.where(ground.inner, strength, np.float32(0)), square)
-    seen = _UNSEEN + (1 - _UNSEEN) * np.minimum(edge / _FOUND, 1.0)
-    for side, (one, other) in enumerate(sides(ground.source)):
-        rows, columns = np.nonzero(_inside(ground)[side] & (one != other) & (one >= 0) & (other >= 0))
+    edge = cv2.dilate(np.where(inputs.inner, strength, np.float32(0)), square)
+    seen = _WEIGHT_WITHOUT_EDGE + (1 - _WEIGHT_WITHOUT_EDGE) * np.minimum(edge / _FOUND, 1.0)
+    for side, (one, other) in enumerate(sides(inputs.source)):
+        rows, columns = np.nonzero(_inside(inputs)[side] & (one != other) & (one >= 0) & (other >= 0))
         near, far = one[rows, columns], other[rows, columns]
         parted = pieces[near] != pieces[far]
         rows, columns, near, far = rows[parted], columns[parted], near[parted], far[parted]
         gap = np.hypot(near // width - far // width, near % width - far % width)
-        by = ground.apart(near, far) * seen[rows, columns] / (1 + (gap / _FAR) ** 2)
+        by = inputs.separation(near, far) * seen[rows, columns] / (1 + (gap / _FAR) ** 2)
         found[rows, columns] = np.maximum(found[rows, columns], by)
     # in known depth, jumps are found directly
-    return np.where(ground.missing, found, 0.0)
+    return np.where(inputs.missing, found, 0.0)
 
 
-def _inside(ground: Ground) -> Pairs:
-    right, below = apart(ground.labels)
-    return ~right & (ground.labels[:, 1:] > 0), ~below & (ground.labels[1:] > 0)
+def _inside(inputs: CheckInput) -> Pairs:
+    right, below = different_labels(inputs.labels)
+    return ~right & (inputs.labels[:, 1:] > 0), ~below & (inputs.labels[1:] > 0)
 
 
-def _step_reason(ground: Ground, group: Group, kind: str, step: NDArray[np.float64]) -> str:
+def _step_reason(inputs: CheckInput, group: Group, kind: str, step: NDArray[np.float64]) -> str:
     if kind == "jump":
         height = float(np.median(step[group.rows, group.columns]))
         return f"Depth jumps by {height:.2f} m inside Block {group.label}."
-    near, far = _beside(ground, group)
+    near, far = _beside(inputs, group)
     return f"Block {group.label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
 
 
-def _beside(ground: Ground, group: Group) -> tuple[float, float]:
+def _beside(inputs: CheckInput, group: Group) -> tuple[float, float]:
     """Depth [m] of the nearer and of the farther surface along a jump in missing depth."""
-    height, width = ground.labels.shape
+    height, width = inputs.labels.shape
     corners = []
     for down, right in ((0, 0), (0, 1), (1, 0)):
         rows, columns = np.minimum(group.rows + down, height - 1), np.minimum(group.columns + right, width - 1)
-        depth = ground.depth.ravel()[ground.source[rows, columns]]
-        corners.append(np.where(ground.labels[rows, columns] == group.label, depth, np.nan))
+        depth = inputs.depth.ravel()[inputs.source[rows, columns]]
+        corners.append(np.where(inputs.labels[rows, columns] == group.label, depth, np.nan))
     return float(np.median(np.nanmin(corners, axis=0))), float(np.median(np.nanmax(corners, axis=0)))
 
 
@@ -143,17 +143,17 @@ def _beside(ground: Ground, group: Group) -> tuple[float, float]:
 _STRONG, _WEAK = 0.5, 0.25
 """Edge strength from which on a border is plausible, and below which it is not."""
 
-_BLAME = 0.3
+_WRONG_BORDER_PROBABILITY = 0.3
 """Probability that a border without an edge is wrong: in missing depth, two surfaces may have similar colours."""
 
-_NOWHERE = 4
+_DEFAULT_DISPLACEMENT = 4
 """Assumed displacement [px] of a border if there is no edge within `_REACH`."""
 
 
-def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find parts of borders in missing depth, away from edges, between blocks whose depths differ there."""
-    off, apart_by, one, other = _stretches(ground, strength)
-    harm = _BLAME * off * apart_by
+    off, apart_by, one, other = _stretches(inputs, strength)
+    harm = _WRONG_BORDER_PROBABILITY * off * apart_by
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
     numbers = np.asarray(connected_regions(pair, background=0, connectivity=2), np.int32)
     totals = np.bincount(numbers.ravel(), harm.ravel(), minlength=int(numbers.max()) + 1)
@@ -168,25 +168,25 @@ def find_weak_borders(ground: Ground, strength: NDArray[np.float32]) -> Iterator
 
 
 def _stretches(
-    ground: Ground, strength: NDArray[np.float32]
+    inputs: CheckInput, strength: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """At the pixels of weak borders: possible displacement [px], distance [m] between their blocks, and the lower and
     the higher label of these; 0 elsewhere."""
     square = np.ones((2 * _BESIDE + 1,) * 2, np.uint8)
     under = cv2.dilate(strength, square)
-    weak = (under < _WEAK) & ~ground.relief.near
+    weak = (under < _WEAK) & ~inputs.relief.near
     edges = (strength >= _STRONG).astype(np.uint8)
     away = cv2.distanceTransform(1 - edges, cv2.DIST_L2, 5) if edges.any() else np.full(edges.shape, np.inf)
-    share = cv2.blur(ground.missing.astype(np.float64), (_REACH + 1,) * 2)
-    off = share * np.where(away <= _REACH, away, _NOWHERE)
+    share = cv2.blur(inputs.missing.astype(np.float64), (_REACH + 1,) * 2)
+    off = share * np.where(away <= _REACH, away, _DEFAULT_DISPLACEMENT)
     found, difference = np.zeros(weak.shape), np.zeros(weak.shape)
     lower, higher = np.zeros(weak.shape, np.int64), np.zeros(weak.shape, np.int64)
     for parted, labels, sources, weaknesses in zip(
-        apart(ground.labels), sides(ground.labels), sides(ground.source), sides(weak), strict=True
+        different_labels(inputs.labels), sides(inputs.labels), sides(inputs.source), sides(weak), strict=True
     ):
         both = parted & (labels[0] > 0) & (labels[1] > 0) & weaknesses[0] & weaknesses[1]
         rows, columns = np.nonzero(both)
-        by = ground.apart(sources[0][rows, columns], sources[1][rows, columns])
+        by = inputs.separation(sources[0][rows, columns], sources[1][rows, columns])
         better = by > difference[rows, columns]
         rows, columns = rows[better], columns[better]
         difference[rows, columns] = by[better]
@@ -198,7 +198,7 @@ def _stretches(
 
 # Parts apart from their block or inside another one, and parts too thin to be a surface.
 
-_KNOWN = 0.2
+_MIN_ISLAND_ERROR = 0.2
 """Minimum error [m] per pixel of an island: its shape is wrong whatever its depth."""
 
 _OWN_SHARE, _FRAME_SHARE = 0.2, 0.01
@@ -213,7 +213,7 @@ _EDGE = 0.35
 _THIN = 2.5
 """Maximum distance [px] of a sliver's pixels from its border."""
 
-_SMALLEST = 6
+_MIN_PART = 6
 """Minimum number of pixels of a flagged part."""
 
 
@@ -227,7 +227,7 @@ class _Parts(NamedTuple):
     """Largest distance to a border [px]."""
 
 
-class _Shores(NamedTuple):
+class _PartBorders(NamedTuple):
     """Borders between parts, listed from both sides."""
 
     part: NDArray[np.int64]
@@ -239,16 +239,16 @@ class _Shores(NamedTuple):
     """Distance between the depths of both sides [m]."""
 
 
-def find_islands(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
     """Find islands, holes and slivers."""
-    parts = _find_parts(ground)
-    shores = _find_shores(ground, parts, strength)
+    parts = _find_parts(inputs)
+    part_borders = _find_part_borders(inputs, parts, strength)
     count = parts.label.size
-    length = np.maximum(np.bincount(shores.part, minlength=count), 1)
-    edge = np.bincount(shores.part, shores.edge, minlength=count) / length
-    step = np.bincount(shores.part, shores.apart, minlength=count) / length
-    main_beyond, beyond_share = _main_neighbour(shores, count)
-    missing = np.bincount(parts.numbers[ground.missing], minlength=count)
+    length = np.maximum(np.bincount(part_borders.part, minlength=count), 1)
+    edge = np.bincount(part_borders.part, part_borders.edge, minlength=count) / length
+    step = np.bincount(part_borders.part, part_borders.apart, minlength=count) / length
+    main_beyond, beyond_share = _main_neighbour(part_borders, count)
+    missing = np.bincount(parts.numbers[inputs.missing], minlength=count)
     total = np.bincount(parts.label, parts.pixels)
     largest = np.zeros(total.size, np.int64)
     np.maximum.at(largest, parts.label, parts.pixels)
@@ -258,9 +258,9 @@ def find_islands(ground: Ground, strength: NDArray[np.float32]) -> Iterator[Plac
     inside = ~stray & (beyond_share >= _ENCLOSED) & (edge < _EDGE) & (main_beyond > 0)
     inside &= ~_at_rim(parts) & (parts.pixels < small[main_beyond])
     thin = ~stray & ~inside & (parts.width <= _THIN) & (parts.label > 0) & (edge < _EDGE)
-    harm = _KNOWN * parts.pixels + step * missing
+    harm = _MIN_ISLAND_ERROR * parts.pixels + step * missing
     boxes = find_objects(parts.numbers)
-    for number in np.flatnonzero((stray | inside | thin) & (parts.pixels >= _SMALLEST)).tolist():
+    for number in np.flatnonzero((stray | inside | thin) & (parts.pixels >= _MIN_PART)).tolist():
         if number == 0:
             continue
         kind = "sliver" if parts.width[number] <= _THIN else "island"
@@ -286,46 +286,46 @@ def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) 
     return f"Block {label}, {pixels:,} px, lies inside {around} without an edge between them."
 
 
-def _find_parts(ground: Ground) -> _Parts:
-    numbers = np.asarray(connected_regions(ground.labels, background=-1, connectivity=1), np.int32)
+def _find_parts(inputs: CheckInput) -> _Parts:
+    numbers = np.asarray(connected_regions(inputs.labels, background=-1, connectivity=1), np.int32)
     count = int(numbers.max()) + 1
     label = np.zeros(count, np.int64)
-    label[numbers] = ground.labels
-    borders = mark(apart(numbers))
-    borders[:, 1:] |= apart(numbers)[0]
-    borders[1:] |= apart(numbers)[1]
+    label[numbers] = inputs.labels
+    borders = mark(different_labels(numbers))
+    borders[:, 1:] |= different_labels(numbers)[0]
+    borders[1:] |= different_labels(numbers)[1]
     depth = cv2.distanceTransform((~borders).astype(np.uint8), cv2.DIST_L2, 3)
     width = np.zeros(count)
     np.maximum.at(width, numbers.ravel(), depth.ravel())
     return _Parts(numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1)
 
 
-def _find_shores(ground: Ground, parts: _Parts, strength: NDArray[np.float32]) -> _Shores:
+def _find_part_borders(inputs: CheckInput, parts: _Parts, strength: NDArray[np.float32]) -> _PartBorders:
     columns = []
-    jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(ground.relief.jumps))
+    jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
     for numbers, labels, sources, edges in zip(
-        sides(parts.numbers), sides(ground.labels), sides(ground.source), sides(jumps), strict=True
+        sides(parts.numbers), sides(inputs.labels), sides(inputs.source), sides(jumps), strict=True
     ):
         parted = numbers[0] != numbers[1]
-        by = ground.apart(sources[0][parted], sources[1][parted])
+        by = inputs.separation(sources[0][parted], sources[1][parted])
         edge = np.maximum(edges[0][parted], edges[1][parted])
         for this, that in ((0, 1), (1, 0)):
             columns.append((numbers[this][parted], labels[that][parted], edge, by))
     part, beyond, edge, by = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return _Shores(part, beyond, edge, by)
+    return _PartBorders(part, beyond, edge, by)
 
 
-def _main_neighbour(shores: _Shores, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _main_neighbour(part_borders: _PartBorders, count: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The label along most of every part's border, and its share of the border."""
     main, share = np.zeros(count, np.int64), np.zeros(count)
-    if shores.part.size == 0:
+    if part_borders.part.size == 0:
         return main, share
-    top = int(shores.beyond.max()) + 1
-    keys, lengths = np.unique(shores.part.astype(np.int64) * top + shores.beyond, return_counts=True)
+    top = int(part_borders.beyond.max()) + 1
+    keys, lengths = np.unique(part_borders.part.astype(np.int64) * top + part_borders.beyond, return_counts=True)
     order = np.argsort(lengths, kind="stable")
     main[keys[order] // top] = keys[order] % top
     share[keys[order] // top] = lengths[order]
-    return main, share / np.maximum(np.bincount(shores.part, minlength=count), 1)
+    return main, share / np.maximum(np.bincount(part_borders.part, minlength=count), 1)
 
 
 def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
@@ -340,16 +340,16 @@ def _at_rim(parts: _Parts) -> NDArray[np.bool_]:
 _HIGH, _HIGH_SHARE = 0.1, 0.05
 """Threshold of a high expected error: the larger of the two [m, share of the depth around]."""
 
-_ERROR_BLAME = 0.1
+_BLOCK_SHARE_OF_ERROR = 0.1
 """Share of a high expected error attributed to blocks: most of it is due to missing depth."""
 
 
-def find_high_errors(ground: Ground, error: NDArray[np.float32]) -> Iterator[Place]:
+def find_high_errors(inputs: CheckInput, error: NDArray[np.float32]) -> Iterator[Place]:
     """Find areas of high expected error [m], float32 (H, W), NaN where nothing was filled."""
-    high = ground.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * ground.depth))
-    numbers = number_groups(high, ground.labels)
+    high = inputs.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * inputs.depth))
+    numbers = number_groups(high, inputs.labels)
     totals = np.bincount(numbers[high], error[high], minlength=int(numbers.max()) + 1)
-    for group in largest_groups(numbers, _ERROR_BLAME * totals, ground.labels):
+    for group in largest_groups(numbers, _BLOCK_SHARE_OF_ERROR * totals, inputs.labels):
         typical = float(np.median(error[group.rows, group.columns]))
         reason = f"Expected error {1000 * typical:.0f} mm over {group.rows.size:,} px of Block {group.label}."
         yield Place("error", group.box, (group.label,), group.point, group.harm, reason)

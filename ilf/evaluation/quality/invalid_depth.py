@@ -34,25 +34,25 @@ _BESIDE = 12
 _EDGES = (0.3, 0.5, 0.7)
 """Edge strengths at which contours are searched: touching objects are separated at one of them."""
 
-_LEAST, _MOST = 0.0005, 0.04
+_MIN_SIZE, _MAX_SIZE = 0.0005, 0.04
 """Minimum and maximum size of objects of glass, as shares of the frame."""
 
 _RING = 10
 """Width [px] of the ring around an object that shows its background."""
 
-_RUNS_ON, _RUNS_ON_SHARE = 0.012, 0.6
+_CONTINUES, _CONTINUES_SHARE = 0.012, 0.6
 """Depth continues through an object if it is within this share of its value from the plane around, for at least this
 share of the pixels."""
 
-_CALM, _DISTURBED = 0.5, 0.1
+_MIN_KNOWN_AROUND, _MIN_REDUCTION = 0.5, 0.1
 """Minimum share of known pixels in the ring, and minimum reduction of this share in the object: depth is missing in
 parts of glass."""
 
-_LIKE = 60.0
+_MAX_COLOUR_DIFFERENCE = 60.0
 """Maximum colour difference (Lab, 8 bits) between a transparent object and its surroundings."""
 
 
-def suggest_distrust(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
+def suggest_invalid(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     """Find known depth that is likely invalid, for the user to check.
 
     These are flying pixels; speckles, which stand out from the surface around them; and recognisable objects of glass:
@@ -79,13 +79,13 @@ def suggest_distrust(frame: RGBDFrame, strength: NDArray[np.float32]) -> Mask:
     >>> depth = np.full((40, 60), 2.0)
     >>> depth[20:22, 30:32] = 1.2
     >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
-    >>> np.argwhere(suggest_distrust(frame, np.zeros((40, 60), np.float32))).tolist()
+    >>> np.argwhere(suggest_invalid(frame, np.zeros((40, 60), np.float32))).tolist()
     [[20, 30], [20, 31], [21, 30], [21, 31]]
     """
     if strength.shape != frame.shape:
         raise InputError(f"The edge strength has shape {strength.shape}, but the frame has {frame.shape}.")
     found = flying_pixels(frame) | _speckles(frame)
-    for box, thing in _glass(frame, strength):
+    for box, thing in _glass_objects(frame, strength):
         found[box] |= thing
     return found & frame.known
 
@@ -117,23 +117,23 @@ def _speckles(frame: RGBDFrame) -> Mask:
     return np.asarray(small & (away <= _BESIDE) & (np.abs(depth - surface) > _STANDS_OUT * near_by))
 
 
-def _glass(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
+def _glass_objects(frame: RGBDFrame, strength: NDArray[np.float32]) -> Iterator[tuple[Box, Mask]]:
     """Boxes, and masks of the objects in them through which the depth behind is seen."""
     lab = cv2.cvtColor(np.ascontiguousarray(frame.rgb), cv2.COLOR_RGB2Lab).astype(np.float32)
     for least in _EDGES:
-        for box, thing, inside in _things(strength >= least):
+        for box, thing, inside in _objects(strength >= least):
             if _is_seen_through(frame.depth[box], lab[box], thing, inside):
                 yield box, thing
 
 
-def _things(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
+def _objects(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
     """Objects inside closed contours: boxes with a margin, and masks of contour with interior, and of the interior."""
     height, width = edges.shape
     _, contours = cv2.connectedComponents(edges.astype(np.uint8), connectivity=8, ltype=cv2.CV_32S)
     for number, (rows, columns) in enumerate(find_objects(np.asarray(contours, np.int32)), 1):
         area = (rows.stop - rows.start) * (columns.stop - columns.start)
         cut_off = rows.start == 0 or columns.start == 0 or rows.stop == height or columns.stop == width
-        if cut_off or not _LEAST <= area / edges.size <= 2 * _MOST:
+        if cut_off or not _MIN_SIZE <= area / edges.size <= 2 * _MAX_SIZE:
             continue
         box = (
             slice(max(rows.start - _RING, 0), min(rows.stop + _RING, height)),
@@ -142,7 +142,7 @@ def _things(edges: Mask) -> Iterator[tuple[Box, Mask, Mask]]:
         contour = contours[box] == number
         thing = np.asarray(binary_fill_holes(contour), bool)
         inside = thing & ~contour
-        if not _LEAST <= np.count_nonzero(inside) / edges.size <= _MOST:
+        if not _MIN_SIZE <= np.count_nonzero(inside) / edges.size <= _MAX_SIZE:
             continue
         yield box, thing, inside
 
@@ -153,11 +153,11 @@ def _is_seen_through(depth: NDArray[np.float32], lab: NDArray[np.float32], thing
     ring &= cv2.dilate(thing.astype(np.uint8), np.ones((5, 5), np.uint8)) == 0
     behind, shown = ring & known, inside & known
     calm = float(np.mean(known[ring])) if ring.any() else 0.0
-    if calm < _CALM or np.mean(known[thing]) > calm - _DISTURBED or not shown.any():
+    if calm < _MIN_KNOWN_AROUND or np.mean(known[thing]) > calm - _MIN_REDUCTION or not shown.any():
         return False
-    if np.linalg.norm(np.median(lab[inside], axis=0) - np.median(lab[ring], axis=0)) > _LIKE:
+    if np.linalg.norm(np.median(lab[inside], axis=0) - np.median(lab[ring], axis=0)) > _MAX_COLOUR_DIFFERENCE:
         return False
     terms = np.stack([np.ones(depth.shape), *np.indices(depth.shape)], axis=-1)
     plane = np.linalg.lstsq(terms[behind], 1 / depth[behind], rcond=None)[0]
     off = np.abs(depth * (terms @ plane) - 1)
-    return bool(np.mean(off[shown] < _RUNS_ON) >= _RUNS_ON_SHARE and np.median(off[behind]) < _RUNS_ON)
+    return bool(np.mean(off[shown] < _CONTINUES) >= _CONTINUES_SHARE and np.median(off[behind]) < _CONTINUES)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 from skimage.measure import label as connected_regions
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import Box, find_blocks
 from ...data.frame import RGBDFrame
-from ...data.pixel_grids import apart, mark
+from ...data.pixel_grids import different_labels, mark
 from ...segmentation.edges.relief import Relief, filled_depth, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
@@ -36,7 +36,7 @@ _PLANE = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class CheckInput:
     """A frame and its blocks, prepared for the quality checks. Arrays have the shape (H, W).
 
     Attributes
@@ -68,7 +68,7 @@ class Ground:
     pieces: NDArray[np.int32]
     planes: NDArray[np.float64]
 
-    def apart(self, one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.float64]:
+    def separation(self, one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.float64]:
         """Distance [m] between the surfaces at two known pixels: 0 if one continues the other.
 
         Parameters
@@ -95,18 +95,18 @@ class Ground:
         return np.where(counts, difference, 0.0)
 
 
-def survey(frame: RGBDFrame, labels: NDArray[np.int32]) -> Ground:
+def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
     """Prepare a frame and its blocks, int32 (H, W), for the quality checks."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
     depth, _ = filled_depth(frame.depth)
-    check_stopped()
-    border = mark(apart(labels)).astype(np.uint8)
+    check_cancelled()
+    border = mark(different_labels(labels)).astype(np.uint8)
     inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)
     whole = relief.near & (labels > 0) & ~mark(relief.all_jumps)
     pieces = np.asarray(connected_regions(np.where(whole, labels, 0), background=0, connectivity=1), np.int32)
-    check_stopped()
+    check_cancelled()
     sure = _sure(frame.known & whole, inner, labels, pieces)
-    return Ground(
+    return CheckInput(
         labels,
         ~frame.known & (labels > 0),
         depth,
@@ -149,12 +149,12 @@ def _planes(
     depth: NDArray[np.float32], pieces: NDArray[np.int32], sure: NDArray[np.bool_], count: int
 ) -> NDArray[np.float64]:
     rows, columns = np.nonzero(sure)
-    check_stopped()
+    check_cancelled()
     owner, inverse = pieces[rows, columns], 1 / depth[rows, columns].astype(np.float64)
     terms = np.stack([np.ones(rows.size), columns, rows])
 
     def totals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        check_stopped()
+        check_cancelled()
         return np.asarray(np.bincount(owner, values, minlength=count), np.float64)
 
     squares = np.array([[totals(one * other) for other in terms] for one in terms]).transpose(2, 0, 1)
@@ -173,7 +173,7 @@ def _planes(
 
 # A place in a frame where its blocks or its depth look wrong.
 
-KINDS = ("jump", "surfaces", "border", "error", "island", "sliver", "carried")
+KINDS = ("jump", "surfaces", "border", "error", "island", "sliver", "propagated")
 """Depth jump inside a block; two surfaces in a block; weak edge at a border between different depths; high expected
 error; a part apart from its block or inside another; a thin part; a propagated block to check."""
 

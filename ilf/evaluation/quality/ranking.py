@@ -8,27 +8,27 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import checked_labels
 from ...data.frame import RGBDFrame
 from ...errors import InputError
-from .checks import find_faults, find_high_errors, find_islands, find_weak_borders
-from .places import Place, survey
+from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
+from .places import Place, make_check_input
 
-LEAST_HARM = 1.0
+MIN_SCORE = 1.0
 """Minimum score of a place to check: ten pixels with an error of ten centimetres."""
 
-_SAME = 20.0
+_MERGE_DISTANCE = 20.0
 """Places of one block that are closer [px] than this are merged."""
 
 
-def suspicious_places(
+def find_places(
     frame: RGBDFrame,
     labels: NDArray[np.integer],
     strength: NDArray[np.float32],
     error: NDArray[np.float32] | None = None,
     *,
-    least: float = LEAST_HARM,
+    least: float = MIN_SCORE,
 ) -> list[Place]:
     """Find places where the blocks of a frame, or its filled depth, look wrong; highest scores first.
 
@@ -62,7 +62,7 @@ def suspicious_places(
     >>> depth[:, 30:] = 1.5
     >>> depth[10:30, 26:34] = np.nan
     >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
-    >>> for place in suspicious_places(frame, np.ones((40, 60), np.int32), np.zeros((40, 60), np.float32)):
+    >>> for place in find_places(frame, np.ones((40, 60), np.int32), np.zeros((40, 60), np.float32)):
     ...     print(place.kind, place.reason)
     jump Depth jumps by 0.50 m inside Block 1.
     """
@@ -70,13 +70,13 @@ def suspicious_places(
     for array, name in ((strength, "edge strength"), (error, "expected error")):
         if array is not None and array.shape != frame.shape:
             raise InputError(f"The {name} has shape {array.shape}, but the frame has {frame.shape}.")
-    ground = survey(frame, blocks)
+    inputs = make_check_input(frame, blocks)
     found: list[Place] = []
-    for find in (find_faults, find_weak_borders, find_islands):
-        check_stopped()
-        found += find(ground, strength)
+    for find in (find_multiple_surfaces, find_weak_borders, find_islands):
+        check_cancelled()
+        found += find(inputs, strength)
     if error is not None:
-        found += find_high_errors(ground, error)
+        found += find_high_errors(inputs, error)
     return _distinct(place for place in found if place.score >= least)
 
 
@@ -84,7 +84,10 @@ def _distinct(places: Iterable[Place]) -> list[Place]:
     """Places by decreasing score, without those merged into one with a higher score."""
     kept: list[Place] = []
     for place in sorted(places, key=lambda place: (-place.score, place.point)):
-        if not any(math.dist(place.point, other.point) < _SAME and {*place.labels} & {*other.labels} for other in kept):
+        if not any(
+            math.dist(place.point, other.point) < _MERGE_DISTANCE and {*place.labels} & {*other.labels}
+            for other in kept
+        ):
             kept.append(place)
     return kept
 
@@ -94,7 +97,7 @@ def _distinct(places: Iterable[Place]) -> list[Place]:
 _NO_REASON = "it came from another frame."
 
 
-def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> list[Place]:
+def propagated_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> list[Place]:
     """The propagated blocks to check as places, the largest first; they come before all others.
 
     Parameters
@@ -106,7 +109,7 @@ def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> l
 
     Examples
     --------
-    >>> place = carried_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
+    >>> place = propagated_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
     >>> place.kind, place.point, place.reason
     ('carried', (2.5, 0.5), 'Block 2 was propagated: it is new.')
     """
@@ -119,7 +122,7 @@ def carried_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -> l
             why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
             text = f"Block {label} was propagated: {why}"
             size = int(np.count_nonzero(inside))
-            places.append((size, Place("carried", box, (label,), _middle(inside, box), math.inf, text)))
+            places.append((size, Place("propagated", box, (label,), _middle(inside, box), math.inf, text)))
     return [place for _, place in sorted(places, key=lambda one: -one[0])]
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from skimage.measure import label as connected_regions
 
-from ...completion.block import known_needed
+from ...completion.block import required_known_pixels
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters, preset
-from ...data.pixel_grids import Pairs, apart, both, mark
+from ...data.pixel_grids import Pairs, both, different_labels, mark
 from ...segmentation.edges.relief import JUMP_LENGTH, find_relief
 from ...segmentation.extraction import find_margins
 
@@ -61,7 +61,7 @@ def margin_window(rgb: NDArray[np.uint8]) -> Box:
     return slice(top, rgb.shape[0] - bottom), slice(left, rgb.shape[1] - right)
 
 
-def find_evidence(frame: RGBDFrame) -> Evidence:
+def find_reference(frame: RGBDFrame) -> Evidence:
     """Find jumps and smooth surfaces in a frame's known depth.
 
     Jumps are those of `ilf.segmentation.edges.relief.find_relief` in lines of more than 10 px.
@@ -72,7 +72,7 @@ def find_evidence(frame: RGBDFrame) -> Evidence:
     window = margin_window(frame.rgb)
     known = frame.known[window]
     relief = find_relief(frame.depth[window], JUMP, JUMP_SHARE)
-    smooth = known & relief.judged & ~widened(relief.bend > 1, TOLERANCE)
+    smooth = known & relief.evaluated & ~widened(relief.bend > 1, TOLERANCE)
     return Evidence(window, known, relief.near, relief.jumps, both(smooth))
 
 
@@ -167,7 +167,7 @@ def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Para
     chosen = parameters or preset()
     pixels = np.bincount(labels.ravel())
     with_depth = np.bincount(labels[known], minlength=pixels.size)
-    enough = with_depth >= known_needed(pixels, chosen)
+    enough = with_depth >= required_known_pixels(pixels, chosen)
     enough[0] = False
     return float(np.mean(enough[labels[missing]]))
 
@@ -187,16 +187,16 @@ def count_leaks(labels: Labels) -> int:
 def purity(labels: Labels, evidence: Evidence) -> float | None:
     """Share of the blocks, by area, whose known depth has no jump inside; None if no block has known depth.
 
-    A block has a jump inside if an 8-connected line of depth jumps (see `find_evidence`) between its own pixels is
+    A block has a jump inside if an 8-connected line of depth jumps (see `find_reference`) between its own pixels is
     longer than 10 px and longer than 1 % of the block's perimeter, so that single flying pixels do not make a wall
     impure. Blocks without known depth are left out. More and smaller blocks are purer, so read it with the cut rate.
     """
     area = np.bincount(labels.ravel())
-    judged = np.bincount(labels[evidence.known], minlength=area.size) > 0
-    judged[0] = False
-    if not judged.any():
+    evaluated = np.bincount(labels[evidence.known], minlength=area.size) > 0
+    evaluated[0] = False
+    if not evaluated.any():
         return None
-    parted = apart(labels)
+    parted = different_labels(labels)
     inner = mark((evidence.jumps[0] & ~parted[0], evidence.jumps[1] & ~parted[1]))
     lines, count = connected_regions(np.where(inner, labels, 0), background=0, connectivity=2, return_num=True)
     length = np.bincount(lines.ravel(), minlength=count + 1)
@@ -205,18 +205,21 @@ def purity(labels: Labels, evidence: Evidence) -> float | None:
     longest = np.zeros(area.size, np.int64)
     np.maximum.at(longest, owner[1:], length[1:])
     pure = longest <= np.maximum(JUMP_LENGTH, PERIMETER_SHARE * _perimeters(labels))
-    return float(area[judged & pure].sum() / area[judged].sum())
+    return float(area[evaluated & pure].sum() / area[evaluated].sum())
 
 
 def cut_rate(labels: Labels, evidence: Evidence) -> float | None:
-    """Share of the smooth neighbouring pairs (see `find_evidence`) that have different labels; None if there are none.
+    """Share of the smooth neighbouring pairs (see `find_reference`) that have different labels; None if there are none.
 
     The depth gives no evidence for a boundary between these pixels.
     """
     pairs = sum(np.count_nonzero(smooth) for smooth in evidence.smooth)
     if pairs == 0:
         return None
-    cut = sum(np.count_nonzero(smooth & parted) for smooth, parted in zip(evidence.smooth, apart(labels), strict=True))
+    cut = sum(
+        np.count_nonzero(smooth & parted)
+        for smooth, parted in zip(evidence.smooth, different_labels(labels), strict=True)
+    )
     return cut / pairs
 
 
@@ -231,13 +234,13 @@ def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
     jumps = mark(evidence.jumps)
     if not jumps.any():
         return BoundaryScore(None, None, None)
-    parted, seen = apart(labels), both(evidence.near_known)
+    parted, seen = different_labels(labels), both(evidence.near_known)
     boundaries = mark(parted)
-    judged = mark((parted[0] & seen[0], parted[1] & seen[1]))
+    evaluated = mark((parted[0] & seen[0], parted[1] & seen[1]))
     recall = float(np.mean(widened(boundaries, TOLERANCE)[jumps]))
-    if not judged.any():
+    if not evaluated.any():
         return BoundaryScore(recall, None, 0.0)
-    precision = float(np.mean(widened(jumps, TOLERANCE)[judged]))
+    precision = float(np.mean(widened(jumps, TOLERANCE)[evaluated]))
     total = recall + precision
     return BoundaryScore(recall, precision, 2 * recall * precision / total if total > 0 else 0.0)
 
@@ -246,7 +249,7 @@ def _perimeters(labels: Labels) -> NDArray[np.int64]:
     """Perimeter of each label: pixel sides that border on another label or on the rim of the map."""
     perimeters = np.bincount(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     perimeters = np.pad(perimeters, (0, int(labels.max()) + 1 - perimeters.size))
-    right, below = apart(labels)
+    right, below = different_labels(labels)
     for side in (labels[:, :-1][right], labels[:, 1:][right], labels[:-1][below], labels[1:][below]):
         perimeters += np.bincount(side, minlength=perimeters.size)
     return perimeters

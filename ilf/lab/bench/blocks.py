@@ -21,8 +21,8 @@ from ...data.frame import RGBDFrame
 from ...data.parameters import PAPER_BLOCKS
 from ...errors import IlfError, InputError
 from ...segmentation.extraction import extract
-from .block_measures import BlockScore, Evidence, find_evidence, margin_window, score_blocks
-from .frames import chosen_names, load_bench_frame
+from .block_measures import BlockScore, Evidence, find_reference, margin_window, score_blocks
+from .frames import load_bench_frame, parse_names
 from .results import records, write_content, write_table
 
 # The block methods that the bench compares: variants of EBS, and two public segmentations.
@@ -94,7 +94,7 @@ BLOCK_METHODS: dict[str, BlockMethod] = {
 """Name -> method, those of EBS first."""
 
 
-def choose_block_methods(names: str) -> list[str]:
+def parse_block_methods(names: str) -> list[str]:
     """Parse a comma-separated list of methods, each named once; "all" means all.
 
     Raises
@@ -102,7 +102,7 @@ def choose_block_methods(names: str) -> list[str]:
     ParameterError
         For an unknown name, or if there is none.
     """
-    return chosen_names(names, BLOCK_METHODS, {"all": tuple(BLOCK_METHODS)})
+    return parse_names(names, BLOCK_METHODS, {"all": tuple(BLOCK_METHODS)})
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _run_unit(folder: Path, methods: Sequence[str]) -> list[BlockRow] | SkippedF
         frame = load_bench_frame(folder).frame
     except IlfError as error:
         return SkippedFrame(folder.name, str(error))
-    evidence = find_evidence(frame)
+    evidence = find_reference(frame)
     return [_run_method(method, frame, evidence) for method in methods]
 
 

@@ -17,10 +17,10 @@ from scipy.sparse import csr_array, hstack
 
 from ..._runtime.files import write_bytes
 from ...completion.confidence import fitted as confidence
-from ...completion.confidence.expected_error import DEFAULT_MODEL, difficulty_of, own_test
-from ...completion.confidence.features import FEATURES, FLOOR, error_features, filled_pixels, usual_edges
+from ...completion.confidence.expected_error import DEFAULT_MODEL, difficulty_of, difficulty_samples
+from ...completion.confidence.features import FEATURES, FLOOR, default_edges, error_features, filled_pixels
 from ...completion.confidence.fitted import MODELS
-from ...completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, unusual, wideness
+from ...completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight, unusual
 from ...data.frame import RGBDFrame
 from ...errors import IlfError, InputError
 from ...evaluation.metrics import share_within, sparsification_error
@@ -40,7 +40,7 @@ _KNOTS = 6
 _OUTERMOST = 0.01
 """Share of the pixels that lies beyond the first knot, and beyond the last."""
 
-_EITHER_WAY = {"depth", "edge", "edge near", "edges around"}
+_NON_MONOTONE = {"depth", "edge", "edge near", "edges around"}
 """Features whose curves may rise or fall; all other curves only rise."""
 
 _STRAIGHT, _LEVEL = 1e-3, 1e-4
@@ -49,7 +49,7 @@ _STRAIGHT, _LEVEL = 1e-3, 1e-4
 _SMOOTHINGS = (0.5, 0.1)
 """Widths over which the kink of the pinball loss is rounded, in turn."""
 
-_PROMISES = (1.0, WITHIN, 1.0), (2.0, WITHIN_TWICE, 0.3)
+_QUANTILE_TARGETS = (1.0, WITHIN, 1.0), (2.0, WITHIN_TWICE, 0.3)
 """Multiple of the expected error, target share of errors within it, and weight of this target in the loss."""
 
 _DECIMALS = 3
@@ -71,8 +71,8 @@ class Sample:
         |error| / completed depth.
     distances : ndarray of float32, shape (N,)
         To the nearest known depth [px].
-    own_test : (ndarray, ndarray) or None
-        See `ilf.completion.confidence.expected_error.own_test`.
+    difficulty_samples : (ndarray, ndarray) or None
+        See `ilf.completion.confidence.expected_error.difficulty_samples`.
     weight : float
         Weight in the fit.
     """
@@ -83,12 +83,12 @@ class Sample:
     depths: Values
     shares: Values
     distances: NDArray[np.float32]
-    own_test: tuple[NDArray[np.floating], NDArray[np.floating]] | None = None
+    difficulty_samples: tuple[NDArray[np.floating], NDArray[np.floating]] | None = None
     weight: float = 1.0
 
     def expected(self, model: ErrorModel) -> Values:
         """The expected errors, as shares of depth."""
-        difficulty = None if self.own_test is None else difficulty_of(*self.own_test, model)
+        difficulty = None if self.difficulty_samples is None else difficulty_of(*self.difficulty_samples, model)
         return model.shares(self.features, difficulty)
 
 
@@ -104,13 +104,16 @@ def fit(samples: Sequence[Sample]) -> ErrorModel:
     weights = np.concatenate([np.full(len(sample.shares), sample.weight / len(sample.shares)) for sample in samples])
     weights /= weights.sum()
     model = _fit_curves(features, logarithms, weights)
-    above = [np.nan if sample.own_test is None else difficulty_of(*sample.own_test, model) for sample in samples]
+    above = [
+        np.nan if sample.difficulty_samples is None else difficulty_of(*sample.difficulty_samples, model)
+        for sample in samples
+    ]
     if not np.isfinite(above).any():
         return model
     usual = float(np.nanmedian(above))
     own = np.concatenate(
         [
-            wideness(sample.features) * unusual(np.nan_to_num(value, nan=usual), usual)
+            gap_weight(sample.features) * unusual(np.nan_to_num(value, nan=usual), usual)
             for sample, value in zip(samples, above, strict=True)
         ]
     )
@@ -124,7 +127,7 @@ def fit(samples: Sequence[Sample]) -> ErrorModel:
 def _loss(left: Values, weights: Values, width: float) -> tuple[float, Values]:
     """Loss of the residuals of the logarithms, and its gradient by the expected logarithms."""
     value, slopes = 0.0, np.zeros_like(left)
-    for times, share, matters in _PROMISES:
+    for times, share, matters in _QUANTILE_TARGETS:
         miss = left - np.log(times)
         rounded = np.hypot(miss, width)
         value += matters * float(weights @ ((share - 0.5) * miss + rounded / 2))
@@ -159,7 +162,7 @@ def _fit_curves(features: Values, logarithms: Values, weights: Values) -> ErrorM
     constants[0] = np.quantile(logarithms, WITHIN)
     bounds: list[tuple[float | None, float | None]] = [(None, None)]
     for name, of_it in zip(FEATURES, knots, strict=True):
-        bounds += [(0.0, 0.0), *[(None if name in _EITHER_WAY else 0.0, None)] * (len(of_it) - 1)]
+        bounds += [(0.0, 0.0), *[(None if name in _NON_MONOTONE else 0.0, None)] * (len(of_it) - 1)]
     for width in _SMOOTHINGS:
         constants = minimize(
             loss, constants, (width,), "L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": 300, "maxfun": 600}
@@ -193,8 +196,8 @@ DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
 _SAMPLES = 2000
 """Pixels taken of every frame and pattern."""
 
-_LEAST_IN_BIN = 50
-_LEAST_IN_SCENE = 200
+_MIN_IN_BIN = 50
+_MIN_IN_SCENE = 200
 """Minimum number of missing pixels of a generated scene."""
 
 _SCENES, _SCENE_WEIGHT = 40, 0.25
@@ -282,10 +285,14 @@ def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
             frame = RGBDFrame(arrays["rgb"], arrays["measured"], name=f"scene {path.stem}")
             missing = ~frame.known & np.isfinite(arrays["exact"])
             task = Task(frame, arrays["exact"], missing)
-        if frame.known.any() and np.count_nonzero(missing) >= _LEAST_IN_SCENE:
+        if frame.known.any() and np.count_nonzero(missing) >= _MIN_IN_SCENE:
             # a hold-out in such a scene is not representative of its holes
             samples.append(
-                replace(_sample_of(task, "generated", "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT)
+                replace(
+                    _sample_of(task, "generated", "ground-truth", method, 0),
+                    difficulty_samples=None,
+                    weight=_SCENE_WEIGHT,
+                )
             )
     return samples
 
@@ -299,15 +306,18 @@ def _sample_of(task: Task, sensor: str, pattern: str, method: str, seed: int) ->
     scored = np.flatnonzero(task.scored[filled])
     if scored.size > _SAMPLES:
         scored = np.sort(np.random.default_rng(seed).choice(scored, _SAMPLES, replace=False))
-    completed, truth = depth[filled][scored].astype(np.float64), task.truth[filled][scored].astype(np.float64)
+    completed, ground_truth = (
+        depth[filled][scored].astype(np.float64),
+        task.ground_truth[filled][scored].astype(np.float64),
+    )
     return Sample(
         sensor,
         pattern,
-        error_features(task.frame, depth, usual_edges(task.frame))[scored],
+        error_features(task.frame, depth, default_edges(task.frame))[scored],
         completed,
-        np.abs(completed - truth) / completed,
+        np.abs(completed - ground_truth) / completed,
         distance[filled][scored],
-        own_test(task.frame),
+        difficulty_samples(task.frame),
     )
 
 
@@ -329,7 +339,7 @@ def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[C
             place = np.digitize(sample.distances, DISTANCE_BINS, right=True) - 1
             for number, values in enumerate(bins):
                 inside = place == number
-                if np.count_nonzero(inside) >= _LEAST_IN_BIN:
+                if np.count_nonzero(inside) >= _MIN_IN_BIN:
                     values.append(share_within(sample.shares[inside], expected[inside]))
         found.append(
             Calibration(
@@ -348,7 +358,7 @@ def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[C
     return found
 
 
-def fit_to_others(samples: Sequence[Sample]) -> list[ErrorModel]:
+def fit_without_own_sensor(samples: Sequence[Sample]) -> list[ErrorModel]:
     """Fit, for every sample, a model to the samples of other sensors; raise InputError if there is only one sensor."""
     if len({sample.sensor for sample in samples}) < 2:
         raise InputError("All frames are of one sensor. Add frames of other sensors to fit to.")
@@ -403,7 +413,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         if given.scenes is not None:
             fitted += take_scenes(given.scenes, _SCENES, given.method)
-        others = fit_to_others(fitted) if given.others else []
+        others = fit_without_own_sensor(fitted) if given.others else []
     except IlfError as error:
         print("calibration: error:", error, file=sys.stderr)
         return 1

@@ -22,7 +22,7 @@ from ...errors import IlfError
 from ...evaluation.metrics import measure_errors
 from ...run.run import complete
 from ...segmentation.extraction import extract_blocks
-from .frames import chosen_names, load_bench_frame
+from .frames import load_bench_frame, parse_names
 
 # Noise model of structured-light cameras, for scenes whose depth is known exactly.
 
@@ -94,7 +94,7 @@ class Scene:
     ----------
     frame : RGBDFrame
         With noise.
-    truth : ndarray of float64, shape (H, W)
+    ground_truth : ndarray of float64, shape (H, W)
         Depth [m] without noise.
     noise : ndarray of float64, shape (H, W)
         True standard deviation [m] of every pixel's noise; given to the peers.
@@ -105,7 +105,7 @@ class Scene:
     """
 
     frame: RGBDFrame
-    truth: NDArray[np.float64]
+    ground_truth: NDArray[np.float64]
     noise: NDArray[np.float64]
     one_block: bool
     parts: dict[str, Mask]
@@ -123,14 +123,14 @@ def _cylinder(noise: float, seed: int) -> Scene:
     return _smooth("cylinder", 2.0 - np.sqrt(0.25 - x**2), noise, seed)
 
 
-def _smooth(name: str, truth: Depth, noise: float, seed: int) -> Scene:
+def _smooth(name: str, ground_truth: Depth, noise: float, seed: int) -> Scene:
     rng = np.random.default_rng([seed, round(1e6 * noise)])
-    depth = truth + noise * rng.standard_normal(truth.shape)
-    everywhere = np.ones(truth.shape, bool)
+    depth = ground_truth + noise * rng.standard_normal(ground_truth.shape)
+    everywhere = np.ones(ground_truth.shape, bool)
     return Scene(
-        RGBDFrame(_shaded(truth), depth.astype(np.float32), name=name),
-        truth,
-        np.full(truth.shape, noise),
+        RGBDFrame(_shaded(ground_truth), depth.astype(np.float32), name=name),
+        ground_truth,
+        np.full(ground_truth.shape, noise),
         True,
         {"all": everywhere},
     )
@@ -139,25 +139,25 @@ def _smooth(name: str, truth: Depth, noise: float, seed: int) -> Scene:
 def _steps_and_slopes(seed: int) -> Scene:
     """Planes side by side, level and slanted, 1 to 2.2 m away, with steps of 3 to 50 cm between them."""
     rows, columns = np.indices(_SHAPE)
-    truth = np.empty(_SHAPE)
+    ground_truth = np.empty(_SHAPE)
     offsets = (1.0, 1.03, 1.13, 1.33, 1.28, 1.78)
     slopes = ((0.0, 0.0), (0.0, 4e-4), (8e-4, 0.0), (0.0, 0.0), (-3e-4, 6e-4), (0.0, -8e-4))
     width = _SHAPE[1] // len(offsets)
     for band, (offset, (down, across)) in enumerate(zip(offsets, slopes, strict=True)):
         inside = np.minimum(columns // width, len(offsets) - 1) == band
         surface = offset + down * rows + across * (columns - band * width)
-        truth[inside] = surface[inside]
-        truth[inside & (rows > 380)] = 1.9 + 0.05 * band
-    return _structured("steps and slopes", truth, seed)
+        ground_truth[inside] = surface[inside]
+        ground_truth[inside & (rows > 380)] = 1.9 + 0.05 * band
+    return _structured("steps and slopes", ground_truth, seed)
 
 
 def _things(seed: int) -> Scene:
     """Balls, boxes and rods, some 2 px thin, on a floor before a slanted wall; in perspective."""
     rows, columns = np.indices(_SHAPE)
     x, y = ((at / _FOCAL).astype(np.float64) for at in (columns - 319.5, rows - 239.5))
-    truth = np.minimum(1 / (0.36 - 0.12 * x), 1.1 / np.maximum(y, 1e-3))
+    ground_truth = np.minimum(1 / (0.36 - 0.12 * x), 1.1 / np.maximum(y, 1e-3))
     for centre, radius in (((-0.55, 0.1, 2.0), 0.25), ((0.5, -0.3, 2.4), 0.3), ((0.1, 0.25, 1.6), 0.12)):
-        truth = np.minimum(truth, _ball(x, y, np.array(centre), radius))
+        ground_truth = np.minimum(ground_truth, _ball(x, y, np.array(centre), radius))
     for left, right, top, bottom, z, turn in (
         (0.05, 0.5, 0.0, 0.7, 2.1, 0.25),
         (-0.9, -0.62, -0.5, 0.6, 2.5, -0.3),
@@ -165,49 +165,57 @@ def _things(seed: int) -> Scene:
     ):
         plane = z / (1 - turn * x)
         inside = (x * plane > left) & (x * plane < right) & (y * plane > top) & (y * plane < bottom)
-        truth = np.where(inside, np.minimum(truth, plane), truth)
+        ground_truth = np.where(inside, np.minimum(ground_truth, plane), ground_truth)
     for place, wide, z in ((-0.28, 2, 1.5), (-0.2, 5, 1.7), (0.02, 3, 1.3), (0.32, 9, 1.5)):
         rod = np.abs(columns - 319.5 - _FOCAL * (place + 0.08 * y)) < wide / 2
-        truth = np.where(rod & (y < 0.3), np.minimum(truth, z), truth)
-    return _structured("things", truth, seed)
+        ground_truth = np.where(rod & (y < 0.3), np.minimum(ground_truth, z), ground_truth)
+    return _structured("things", ground_truth, seed)
 
 
 def _things_in_white_noise(seed: int) -> Scene:
     scene = _things(seed)
-    return _parted("things", scene.truth, scene.frame.rgb, np.isfinite(scene.frame.depth), 0.004 * scene.truth, seed)
+    return _with_white_noise(
+        "things", scene.ground_truth, scene.frame.rgb, np.isfinite(scene.frame.depth), 0.004 * scene.ground_truth, seed
+    )
 
 
-def _structured(name: str, truth: Depth, seed: int) -> Scene:
+def _structured(name: str, ground_truth: Depth, seed: int) -> Scene:
     """A scene as a structured-light camera measures it, with seams of missing depth at some of the jumps."""
     rng = np.random.default_rng([seed, 7])
-    field = cv2.GaussianBlur(rng.standard_normal(truth.shape), (0, 0), 1.5)
-    seam = _beside_jumps(truth, 1) & (field > 0)
-    depth = _SENSOR.measured(truth, rng)
-    frame = RGBDFrame(_shaded(truth), np.where(seam, np.nan, depth), name=name)
-    return Scene(frame, truth, _SENSOR.deviation(truth), False, _flat_and_edges(truth, frame.known))
+    field = cv2.GaussianBlur(rng.standard_normal(ground_truth.shape), (0, 0), 1.5)
+    seam = _beside_jumps(ground_truth, 1) & (field > 0)
+    depth = _SENSOR.measured(ground_truth, rng)
+    frame = RGBDFrame(_shaded(ground_truth), np.where(seam, np.nan, depth), name=name)
+    return Scene(
+        frame, ground_truth, _SENSOR.deviation(ground_truth), False, _flat_and_edges(ground_truth, frame.known)
+    )
 
 
 def _room(seed: int) -> Scene:
     """The bundled sample with noise from the seed; with seed 0, the sample's own noise."""
     source = load_bench_frame(asset_path("samples/room"))
-    assert source.truth is not None
-    truth, frame = source.truth.astype(np.float64), source.frame
+    assert source.ground_truth is not None
+    ground_truth, frame = source.ground_truth.astype(np.float64), source.frame
     if seed:
-        depth = np.where(frame.known, _SENSOR.measured(truth, np.random.default_rng([seed, 11])), np.nan)
+        depth = np.where(frame.known, _SENSOR.measured(ground_truth, np.random.default_rng([seed, 11])), np.nan)
         frame = RGBDFrame(frame.rgb, depth, name=frame.name)
-    return Scene(frame, truth, _SENSOR.deviation(truth), False, _flat_and_edges(truth, frame.known))
+    return Scene(
+        frame, ground_truth, _SENSOR.deviation(ground_truth), False, _flat_and_edges(ground_truth, frame.known)
+    )
 
 
 def _room_in_white_noise(seed: int) -> Scene:
     scene = _room(0)
-    deviation = np.full(scene.truth.shape, 0.01)
-    return _parted("room", scene.truth, scene.frame.rgb, scene.frame.known, deviation, seed)
+    deviation = np.full(scene.ground_truth.shape, 0.01)
+    return _with_white_noise("room", scene.ground_truth, scene.frame.rgb, scene.frame.known, deviation, seed)
 
 
-def _parted(name: str, truth: Depth, rgb: NDArray[np.uint8], known: Mask, deviation: Depth, seed: int) -> Scene:
+def _with_white_noise(
+    name: str, ground_truth: Depth, rgb: NDArray[np.uint8], known: Mask, deviation: Depth, seed: int
+) -> Scene:
     rng = np.random.default_rng([seed, 13])
-    depth = np.where(known, truth + deviation * rng.standard_normal(truth.shape), np.nan)
-    return Scene(RGBDFrame(rgb, depth, name=name), truth, deviation, False, _flat_and_edges(truth, known))
+    depth = np.where(known, ground_truth + deviation * rng.standard_normal(ground_truth.shape), np.nan)
+    return Scene(RGBDFrame(rgb, depth, name=name), ground_truth, deviation, False, _flat_and_edges(ground_truth, known))
 
 
 SCENES: dict[str, Callable[[int], Scene]] = {
@@ -224,14 +232,14 @@ SCENES: dict[str, Callable[[int], Scene]] = {
 """Name -> function from a seed to the scene with noise."""
 
 
-def _flat_and_edges(truth: Depth, known: Mask) -> dict[str, Mask]:
-    edges = _beside_jumps(truth, _BESIDE)
+def _flat_and_edges(ground_truth: Depth, known: Mask) -> dict[str, Mask]:
+    edges = _beside_jumps(ground_truth, _BESIDE)
     return {"flat": known & ~edges, "edges": known & edges}
 
 
-def _beside_jumps(truth: Depth, distance: int) -> Mask:
-    jumps = np.zeros(truth.shape, np.uint8)
-    for depth, marks in ((truth, jumps), (truth.T, jumps.T)):
+def _beside_jumps(ground_truth: Depth, distance: int) -> Mask:
+    jumps = np.zeros(ground_truth.shape, np.uint8)
+    for depth, marks in ((ground_truth, jumps), (ground_truth.T, jumps.T)):
         one, other = depth[:, 1:], depth[:, :-1]
         apart = np.abs(one - other) > _JUMP * np.maximum(1, np.minimum(one, other))
         marks[:, 1:] |= apart
@@ -251,10 +259,10 @@ def _ball(x: Depth, y: Depth, centre: Depth, radius: float) -> Depth:
     return np.where(under > 0, (along - np.sqrt(np.maximum(under, 0))) / squares, np.inf)
 
 
-def _shaded(truth: Depth) -> NDArray[np.uint8]:
+def _shaded(ground_truth: Depth) -> NDArray[np.uint8]:
     """Colour image of matt grey surfaces under one light: jumps show as far as slopes differ."""
-    down, across = np.gradient(truth)
-    pitch = truth / _FOCAL
+    down, across = np.gradient(ground_truth)
+    pitch = ground_truth / _FOCAL
     light = (0.77 + 0.4 * across / pitch + 0.5 * down / pitch) / np.sqrt(1 + (across**2 + down**2) / pitch**2)
     grey = np.round(60 + 180 * np.clip(light, 0, 1)).astype(np.uint8)
     return np.repeat(grey[..., None], 3, axis=2)
@@ -372,7 +380,7 @@ class DenoiseRow:
     failure: str
 
 
-def choose_denoise_methods(names: str) -> list[str]:
+def parse_denoise_methods(names: str) -> list[str]:
     """Parse a comma-separated list of methods, each named once; "all", "presets" and "peers" are groups.
 
     Raises
@@ -381,7 +389,7 @@ def choose_denoise_methods(names: str) -> list[str]:
         For an unknown name, or if there is none.
     """
     groups = {"all": DENOISE_METHODS, "presets": tuple(PRESETS), "peers": tuple(DENOISERS)}
-    return chosen_names(names, DENOISE_METHODS, groups)
+    return parse_names(names, DENOISE_METHODS, groups)
 
 
 def run_denoise_bench(
@@ -414,7 +422,7 @@ def _run_scene(name: str, methods: Sequence[str], seed: int) -> list[DenoiseRow]
     for method in methods:
         depth, seconds, failure = _run_method(method, scene, labels, dense)
         for part, pixels in scene.parts.items():
-            errors = measure_errors(depth, scene.truth, pixels)
+            errors = measure_errors(depth, scene.ground_truth, pixels)
             rows[part, method] = DenoiseRow(
                 name, part, method, errors.pixels, errors.rmse, errors.mae, seconds, failure
             )

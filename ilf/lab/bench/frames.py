@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from ..._runtime.files import read_json
 from ...data.frame import RGBDFrame
 from ...errors import InputError, ParameterError
-from ...io.companions import is_truth
+from ...io.frame_additions import is_ground_truth
 from ...io.images import read_image
 from ...sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, load_frame
 
-TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
+GROUND_TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class BenchFrame:
     Attributes
     ----------
     frame : RGBDFrame
-    truth : ndarray of float32, shape (H, W), or None
+    ground_truth : ndarray of float32, shape (H, W), or None
         Measured or exact depth [m], NaN = unknown; None without ground truth.
     sensor : str
         Sensor that measured it: `sensor` in meta.json, else `source`, else the frame's name. Frames of one sensor
@@ -36,7 +36,7 @@ class BenchFrame:
     """
 
     frame: RGBDFrame
-    truth: NDArray[np.float32] | None
+    ground_truth: NDArray[np.float32] | None
     sensor: str = ""
 
 
@@ -80,21 +80,26 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     root = Path(folder)
     meta = read_json(root / META_NAME)
     if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
-        masked = isinstance(meta, dict) and is_truth(meta.get("gt")) and (root / TRUTH_FILE).is_file()
+        masked = isinstance(meta, dict) and is_ground_truth(meta.get("gt")) and (root / GROUND_TRUTH_FILE).is_file()
         if not (masked and (root / HOLE_FILE).is_file()):
-            raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
-        return _masked_truth(root, meta)
+            raise InputError(
+                f"There is neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} with a {HOLE_FILE}."
+            )
+        return _masked_ground_truth(root, meta)
     frame = load_frame(root)
     # methods use no ground truth, and runs that have one spend time on computing the error; no method gets a guide
-    return BenchFrame(frame.with_truth(None).with_guide(None), frame.truth, _sensor(meta, frame.name))
+    return BenchFrame(frame.with_ground_truth(None).with_guide(None), frame.ground_truth, _sensor(meta, frame.name))
 
 
-def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
+def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
     colour = _image(root, "rgb", COLOUR_SUFFIXES)
     if colour is None:
         raise InputError(f"{root} has no colour image (rgb.png).")
     whole = load_frame(
-        colour, root / TRUTH_FILE, depth_units=meta.get("gt_units_per_m"), name=str(meta.get("name") or root.name)
+        colour,
+        root / GROUND_TRUTH_FILE,
+        depth_units=meta.get("gt_units_per_m"),
+        name=str(meta.get("name") or root.name),
     )
     mask = read_image(root / HOLE_FILE)
     if mask.shape[:2] != whole.shape:
@@ -115,7 +120,7 @@ def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
 # Comma-separated lists of names.
 
 
-def chosen_names(
+def parse_names(
     names: str, known: Collection[str], groups: Mapping[str, Sequence[str]] | None = None, what: str = "method"
 ) -> list[str]:
     """Parse a comma-separated list of names; each name is returned once.

@@ -12,7 +12,7 @@ from ...completion.interpolation import linear, nearest
 from ...data.frame import RGBDFrame
 from ...data.parameters import PRESETS, Parameters
 from ...run.run import complete
-from .frames import chosen_names
+from .frames import parse_names
 from .peers import (
     colourisation,
     dct_smoothing,
@@ -80,7 +80,7 @@ METHODS: dict[str, Method] = {
 """Name -> method, presets first."""
 
 
-def choose_methods(names: str) -> list[str]:
+def parse_methods(names: str) -> list[str]:
     """Parse a comma-separated list of methods, each named once.
 
     Parameters
@@ -93,4 +93,4 @@ def choose_methods(names: str) -> list[str]:
     ParameterError
         For an unknown name, or if there is none.
     """
-    return chosen_names(names, METHODS, {"all": tuple(METHODS), **GROUPS})
+    return parse_names(names, METHODS, {"all": tuple(METHODS), **GROUPS})

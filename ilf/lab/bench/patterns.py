@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
 from ...errors import InputError
-from ...evaluation.hold_out import HIDDEN_PATTERNS, frame_without, hidden_pixels
+from ...evaluation.hold_out import HOLD_OUT_PATTERNS, frame_without, hidden_pixels
 from .frames import BenchFrame
 
-PATTERNS = HIDDEN_PATTERNS | {
-    "truth": "the frame's own holes, where a measured or exact ground truth exists",
+PATTERNS = HOLD_OUT_PATTERNS | {
+    "ground-truth": "the frame's own holes, where a measured or exact ground truth exists",
 }
 """Name -> description."""
 
@@ -27,21 +27,21 @@ class Task:
     ----------
     frame : RGBDFrame
         Without the held-out depth.
-    truth : ndarray of float32, shape (H, W)
+    ground_truth : ndarray of float32, shape (H, W)
         True depth [m].
     scored : ndarray of bool, shape (H, W)
-        Pixels that are missing in `frame` and known in `truth`.
+        Pixels that are missing in `frame` and known in `ground_truth`.
     """
 
     frame: RGBDFrame
-    truth: NDArray[np.float32]
+    ground_truth: NDArray[np.float32]
     scored: NDArray[np.bool_]
 
     @property
     def sha256(self) -> str:
         """Hash of the input colour and depth, the scored pixels, and the ground truth there."""
         digest = hashlib.sha256()
-        for values in (self.frame.rgb, self.frame.depth, self.scored, self.truth[self.scored]):
+        for values in (self.frame.rgb, self.frame.depth, self.scored, self.ground_truth[self.scored]):
             digest.update(np.ascontiguousarray(values).tobytes())
         return digest.hexdigest()
 
@@ -63,10 +63,10 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
         If the pattern leaves no pixel to score or no known depth, or does not exist.
     """
     frame = source.frame
-    if pattern == "truth":
-        if source.truth is None:
+    if pattern == "ground-truth":
+        if source.ground_truth is None:
             raise InputError("There is no measured or exact ground truth.")
-        return _checked(Task(frame, source.truth, ~frame.known & np.isfinite(source.truth)))
+        return _checked(Task(frame, source.ground_truth, ~frame.known & np.isfinite(source.ground_truth)))
     if pattern not in PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(PATTERNS)}.")
     hidden = hidden_pixels(frame, pattern, seed)

@@ -189,14 +189,14 @@ _STIFFNESS = 10.0
 
 def laplace(frame: RGBDFrame) -> NDArray[np.float64]:
     """The harmonic surface: minimises squared first differences, keeps known pixels."""
-    return _least_energy(frame.depth.astype(np.float64), _first_differences(frame.shape))
+    return _minimise_energy(frame.depth.astype(np.float64), _first_differences(frame.shape))
 
 
 def thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
     """The thin plate: minimises squared second differences, keeps known pixels."""
     depth = frame.depth.astype(np.float64)
     plane = _plane_through(depth)
-    surface = plane + _least_energy(depth - plane, _bending(frame.shape))
+    surface = plane + _minimise_energy(depth - plane, _bending(frame.shape))
     return np.where(surface > 0, surface, np.nan)
 
 
@@ -229,7 +229,7 @@ def _first_differences(shape: tuple[int, int]) -> csr_array:
     return vstack([across, stencil(shape, {(0, 0): -1.0, (1, 0): 1.0})], format="csr")
 
 
-def _least_energy(depth: NDArray[np.float64], differences: csr_array) -> NDArray[np.float64]:
+def _minimise_energy(depth: NDArray[np.float64], differences: csr_array) -> NDArray[np.float64]:
     """Replace NaN in `depth` so that the sum of squares of `differences @ depth` is minimal."""
     missing = np.isnan(depth).ravel()
     if not missing.any():
@@ -255,8 +255,8 @@ def _plane_through(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 _NEIGHBOURS = tuple((row, column) for row in (0, 1, 2) for column in (0, 1, 2) if (row, column) != (1, 1))
 _VARIANCE_SHARE = 0.6
-_LEAST_WEIGHT = 0.01
-_LEAST_VARIANCE = 2e-6
+_MIN_WEIGHT = 0.01
+_MIN_VARIANCE = 2e-6
 
 
 def colourisation(frame: RGBDFrame) -> NDArray[np.float64]:
@@ -289,7 +289,7 @@ def _affinities(grey: NDArray[np.float64]) -> NDArray[np.float64]:
     # the most similar neighbour keeps some weight whatever the variance
     nearest = np.where(inside, difference, np.inf).min(axis=0)
     spread = np.maximum.reduce(
-        [_VARIANCE_SHARE * variance, nearest / -math.log(_LEAST_WEIGHT), np.full(grey.shape, _LEAST_VARIANCE)]
+        [_VARIANCE_SHARE * variance, nearest / -math.log(_MIN_WEIGHT), np.full(grey.shape, _MIN_VARIANCE)]
     )
     weights = np.where(inside, np.exp(-difference / spread), 0.0)
     return weights / weights.sum(axis=0)

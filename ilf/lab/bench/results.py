@@ -324,9 +324,9 @@ def _summary(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mappi
     def mean(value: Callable[[Row], float]) -> float:
         return statistics.fmean(map(value, rows))
 
-    def mean_of_said(value: Callable[[Row], float | None]) -> float | None:
-        said = [found for found in map(value, rows) if found is not None]
-        return statistics.fmean(said) if said else None
+    def mean_of_given(value: Callable[[Row], float | None]) -> float | None:
+        given = [found for found in map(value, rows) if found is not None]
+        return statistics.fmean(given) if given else None
 
     def calibrated(row: Row) -> float | None:
         return None if row.within is None else float(CALIBRATED[0] <= row.within <= CALIBRATED[1])
@@ -349,10 +349,10 @@ def _summary(rows: Sequence[Row], peers: Sequence[Sequence[Row]], sensors: Mappi
         mae_geometric_mm=1000 * geometric_mean([row.mae for row in rows]),
         **_against("rmse", rows, peers, sensors),
         **_against("mae", rows, peers, sensors),
-        within=mean_of_said(lambda row: row.within),
-        within_twice=mean_of_said(lambda row: row.within_twice),
-        calibrated=mean_of_said(calibrated),
-        sparsification=mean_of_said(lambda row: row.sparsification),
+        within=mean_of_given(lambda row: row.within),
+        within_twice=mean_of_given(lambda row: row.within_twice),
+        calibrated=mean_of_given(calibrated),
+        sparsification=mean_of_given(lambda row: row.sparsification),
     )
 
 

@@ -62,11 +62,11 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
     """
     covered = np.isfinite(depth) & (depth > 0)
     dense = np.where(covered, depth, nearest(task.frame))
-    errors, coverage = measure_errors(dense, task.truth, task.scored), fill_rate(depth, task.scored)
+    errors, coverage = measure_errors(dense, task.ground_truth, task.scored), fill_rate(depth, task.scored)
     filled = task.scored & covered
     if not filled.any():
         return Score(errors, coverage)
-    error = depth[filled] - task.truth[filled]
+    error = depth[filled] - task.ground_truth[filled]
     expected = depth_error(task.frame, depth, error_model)[filled]
     return Score(
         errors,
@@ -81,7 +81,7 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
 
 
 @dataclass(frozen=True)
-class EarlierRows:
+class EarlierResult:
     """Rows of an earlier bench, of methods that use no blocks.
 
     Attributes
@@ -120,7 +120,7 @@ class EarlierRows:
         return {method: self.rows[facts.pattern, facts.frame, method] for method in self.methods}
 
 
-def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> EarlierRows:
+def read_earlier_result(path: str | os.PathLike[str], methods: Sequence[str]) -> EarlierResult:
     """Read the methods of a result that need not run again: peers that use no blocks.
 
     Their expected errors are taken from the earlier result.
@@ -152,7 +152,7 @@ def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> Earlie
     taken = tuple(method for method in methods if method in found and not METHODS[method].needs_blocks)
     if not taken:
         raise InputError(f"{path} has no rows of the peers to compare. Run the peers again.")
-    return EarlierRows(
+    return EarlierResult(
         str(path),
         taken,
         {(row.pattern, row.frame, row.method): row for row in rows},
@@ -173,7 +173,7 @@ def run_bench(
     plan: Plan,
     *,
     jobs: int = 1,
-    earlier: EarlierRows | None = None,
+    earlier: EarlierResult | None = None,
     on_progress: Callable[[str], None] | None = None,
 ) -> BenchResult:
     """Run every method on every frame under every pattern.
@@ -183,7 +183,7 @@ def run_bench(
     plan : Plan
     jobs : int
         Processes that share the frames. More than one makes the timings longer and less accurate; all else stays.
-    earlier : EarlierRows, optional
+    earlier : EarlierResult, optional
         Its methods are not run again.
     on_progress : callable, optional
         Called with a frame's name whenever it is done under one pattern.
@@ -205,7 +205,7 @@ def run_bench(
     return BenchResult(plan, rows, tasks, skipped)
 
 
-def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int, earlier: EarlierRows | None) -> _Part:
+def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int, earlier: EarlierResult | None) -> _Part:
     part = _Part()
     try:
         source = load_bench_frame(folder)

@@ -80,7 +80,7 @@ def run_convergence(settings: Settings, on_progress: OnProgress) -> Result:
 def _block() -> tuple[RGBDFrame, NDArray[np.int32], Block, NDArray[np.float64]]:
     """Return the frame with the block's middle held out, the label map, the block, and its true depth [m]."""
     source = load_bench_frame(asset_path(SAMPLE))
-    if source.truth is None:
+    if source.ground_truth is None:
         raise InputError(f"The bundled {SAMPLE} has no ground truth. Install ilf-studio again.")
     labels = extract_blocks(source.frame, PAPER_BLOCKS)
     label = int(labels[_SOFA])
@@ -93,11 +93,11 @@ def _block() -> tuple[RGBDFrame, NDArray[np.int32], Block, NDArray[np.float64]]:
     frame = source.frame
     gapped = RGBDFrame(frame.rgb, np.where(hidden, np.nan, frame.depth), frame.intrinsics, frame.name)
     block = find_blocks(labels)[label]
-    return gapped, labels, block, source.truth[block.box][block.mask].astype(np.float64)
+    return gapped, labels, block, source.ground_truth[block.box][block.mask].astype(np.float64)
 
 
 def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
-    frame, labels, block, truth = _block()
+    frame, labels, block, ground_truth = _block()
     parameters = PRESETS[name]
     if not colour:
         frame, parameters = _colourless(frame, parameters)
@@ -108,9 +108,9 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
     errors: list[float | None] = []
     for record in steps:
         records.append(record)
-        looked = record.i % every == 0 or record.i == 1
-        errors.append(_mae(steps.surface, truth, missing) if looked else None)
-    errors[-1] = _mae(steps.surface, truth, missing)
+        measured = record.i % every == 0 or record.i == 1
+        errors.append(_mae(steps.surface, ground_truth, missing) if measured else None)
+    errors[-1] = _mae(steps.surface, ground_truth, missing)
     seconds = time.perf_counter() - started
     enlarged, glitches, sigma_jumps = _events(records)
     curve: list[Row] = [
@@ -127,8 +127,8 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
         }
         for place, (record, error) in enumerate(zip(records, errors, strict=True))
     ]
-    looked_at = [row for row in curve if row["mae_mm"] is not None]
-    least = min(looked_at, key=lambda row: row["mae_mm"])
+    measured_rows = [row for row in curve if row["mae_mm"] is not None]
+    least = min(measured_rows, key=lambda row: row["mae_mm"])
     return {
         "method": name,
         "colour": colour,
@@ -138,7 +138,7 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
         "enlargements": len(enlarged),
         "sigma_jumps": len(sigma_jumps),
         "glitches": len(glitches),
-        "fallen_back": _fallen_back(records, enlarged, glitches),
+        "fallen_back": _count_recovered(records, enlarged, glitches),
         "last_sigma_mm": 1000 * records[-1].sigma_i,
         "mae_mm": errors[-1],
         "least_mae_mm": least["mae_mm"],
@@ -153,8 +153,8 @@ def _colourless(frame: RGBDFrame, parameters: Parameters) -> tuple[RGBDFrame, Pa
     return grey, parameters.replace(rgb_iterations=0)
 
 
-def _mae(surface: NDArray[np.float64], truth: NDArray[np.float64], missing: NDArray[np.bool_]) -> float:
-    return 1000 * float(np.mean(np.abs(surface - truth)[missing]))
+def _mae(surface: NDArray[np.float64], ground_truth: NDArray[np.float64], missing: NDArray[np.bool_]) -> float:
+    return 1000 * float(np.mean(np.abs(surface - ground_truth)[missing]))
 
 
 def _events(records: Sequence[IterationRecord]) -> tuple[list[int], set[int], list[int]]:
@@ -167,7 +167,7 @@ def _events(records: Sequence[IterationRecord]) -> tuple[list[int], set[int], li
     return enlarged, glitches, sigma_jumps
 
 
-def _fallen_back(records: Sequence[IterationRecord], enlarged: Sequence[int], glitches: set[int]) -> int:
+def _count_recovered(records: Sequence[IterationRecord], enlarged: Sequence[int], glitches: set[int]) -> int:
     """Number of glitches after which L1 falls before the pass band grows again."""
     ends = dict(zip(enlarged, [*enlarged[1:], len(records)], strict=True))
     return sum(any(b.l1 < a.l1 for a, b in itertools.pairwise(records[place : ends[place]])) for place in glitches)

@@ -18,7 +18,7 @@ from .experiment import (
 from .plots import (
     against_rate,
     at_rate,
-    how_it_compares,
+    compared_with_paper,
     joined,
     legend,
     log_millimetres,
@@ -105,7 +105,7 @@ def _compare_prs(rows: list[Row]) -> list[Comparison]:
         of_kind = [row for row in rows if row["surface"] == surface.kind]
         for method in METHOD_PRESETS:
             row = at_rate(of_kind, method, _PAPER_RATE)
-            text = f"PRS is {how_it_compares(row['prs_mm'], _PAPER_PRS)}"
+            text = f"PRS is {compared_with_paper(row['prs_mm'], _PAPER_PRS)}"
             text += f"; the mean error (ACC) is {millimetres(row['acc_mm'])}. "
             comparisons.append(
                 Comparison(
@@ -168,12 +168,12 @@ def compare_wins(rows: list[Row], what: str, paper: float) -> list[Comparison]:
             most = sum(rate in in_gaps for rate in gaps)
             text += f" In the defective area alone it is the lowest at {most} of {len(gaps)}."
         if held < len(claimed):
-            text += f" {_farthest_behind(rows, method, claimed)}"
+            text += f" {_largest_lag(rows, method, claimed)}"
         comparisons.append(Comparison(f"Wins, {what}, {method}", f"0-{percent(paper)}", spans(won, rates), text))
     return comparisons
 
 
-def _farthest_behind(rows: list[Row], method: str, rates: list[float]) -> str:
+def _largest_lag(rows: list[Row], method: str, rates: list[float]) -> str:
     """Describe the rate with the largest ratio of the method's RMSE to that of the best polynomial."""
     best = {
         rate: lowest(

@@ -23,7 +23,7 @@ _STYLES = {
 }
 """Method -> colour, line, marker; other methods take their colour from `_OTHERS`."""
 
-_LEAST_MM = 0.01
+_MIN_MM = 0.01
 """Lower end of logarithmic axes of errors [mm]."""
 
 _OTHERS = ("#5b8e7d", "#8a6fae", "#b07d62", "#3d9db3", "#9aa83b", "#c06c9b", "#6b7a8f", "#7f4f24")
@@ -87,7 +87,7 @@ def log_millimetres(ax: Axes) -> None:
     """Use a logarithmic axis of errors, limited below to errors that no sensor can resolve."""
     ax.set_yscale("log")
     low, _ = ax.get_ylim()
-    ax.set_ylim(bottom=max(low, _LEAST_MM))
+    ax.set_ylim(bottom=max(low, _MIN_MM))
 
 
 def mark_rate(ax: Axes, rate: float, text: str) -> None:
@@ -99,7 +99,7 @@ def mark_rate(ax: Axes, rate: float, text: str) -> None:
 
 # Texts of comparisons, chosen by the numbers alone.
 
-_NAMED = 3
+_MAX_NAMES = 3
 """Longer lists of names are replaced by their number."""
 
 EQUAL_SHARE = 0.05
@@ -121,7 +121,7 @@ def counted(number: int, thing: str) -> str:
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
-def how_it_compares(ours: float, paper: float) -> str:
+def compared_with_paper(ours: float, paper: float) -> str:
     """Describe a ratio to the paper, such as "lower than in the paper, by 20 %"."""
     if abs(ours - paper) <= EQUAL_SHARE * abs(paper):
         return "about as in the paper"
@@ -171,7 +171,7 @@ def joined(words: Sequence[str]) -> str:
 
 def named(words: Sequence[str], total: int) -> str:
     """Join a few names; for more, return their number of the total."""
-    return joined(words) if len(words) <= _NAMED else f"{len(words)} of {total}"
+    return joined(words) if len(words) <= _MAX_NAMES else f"{len(words)} of {total}"
 
 
 def lowest(rows: Iterable[Row], value: Callable[[Row], float]) -> Row:

@@ -121,7 +121,7 @@ _Picture = NDArray[np.uint8]
 class _Part:
     rows: list[Row] = field(default_factory=list)
     pictures: dict[str, _Picture] = field(default_factory=dict)
-    left_out: str = ""
+    skip_reason: str = ""
 
 
 def run_real(settings: Settings, on_progress: OnProgress) -> Result:
@@ -133,9 +133,11 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
     parts = run_counted(_run_unit, units, settings.jobs, on_progress)
     rows = [row for part in parts for row in part.rows]
     if not rows:
-        raise InputError(f"No frame could be completed. {'; '.join(part.left_out for part in parts)}")
+        raise InputError(f"No frame could be completed. {'; '.join(part.skip_reason for part in parts)}")
     notes = [
-        f"{source.name}: {part.left_out}" for (source, _), part in zip(chosen, parts, strict=True) if part.left_out
+        f"{source.name}: {part.skip_reason}"
+        for (source, _), part in zip(chosen, parts, strict=True)
+        if part.skip_reason
     ]
     nominal = sorted({row["frame"] for row in rows if row.get("nominal_focal")})
     if nominal:
@@ -191,7 +193,7 @@ def _run_unit(source: FrameSource, sensor: str, methods: Sequence[str]) -> _Part
     try:
         frame = load_source(source).frame
     except IlfError as error:
-        part.left_out = str(error)
+        part.skip_reason = str(error)
         return part
     nominal = frame.intrinsics is None
     focal = NOMINAL_FOCAL * frame.shape[1] if frame.intrinsics is None else frame.intrinsics.fx
@@ -200,7 +202,7 @@ def _run_unit(source: FrameSource, sensor: str, methods: Sequence[str]) -> _Part
     try:
         _measure_spot(part, frame, methods, common)
     except IlfError as error:
-        part.left_out = f"No spot. {error}"
+        part.skip_reason = f"No spot. {error}"
     return part
 
 
@@ -265,7 +267,7 @@ def _spot_picture(frame: RGBDFrame, hole: NDArray[np.bool_]) -> _Picture:
 
 _ROWS_SHOWN, _SPOTS_A_ROW = 8, 4
 
-_ALL_OF_IT = 0.9995
+_COMPLETE_SHARE = 0.9995
 """Share of recovered pixels from which a frame counts as complete."""
 
 
@@ -377,7 +379,7 @@ def _recovered(rows: list[Row], method: str) -> Comparison:
     shares = [row["recovered"] for row in mine]
     least = min(mine, key=lambda row: row["recovered"])
     left = "No frame has missing depth left."
-    if least["recovered"] < _ALL_OF_IT:
+    if least["recovered"] < _COMPLETE_SHARE:
         left = (
             f"Minimum: {percent(round(least['recovered'], 3))} in {least['frame']}; the rest lies in no block, or in a "
         )

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from ..._runtime.installation import optional
 from ...errors import ParameterError
-from ..bench.frames import chosen_names
+from ..bench.frames import parse_names
 from .convergence import compare_convergence, draw_convergence, run_convergence
 from .cylinder import CYLINDER, CYLINDER_NOISE
 from .experiment import Experiment, Progress, Result, Settings
@@ -74,7 +74,7 @@ ALL = "all"
 """Name that means all experiments."""
 
 
-def chosen_experiments(names: str) -> list[str]:
+def selected_experiments(names: str) -> list[str]:
     """Parse a comma-separated list of experiments, each named once; "all" means all of them.
 
     Raises
@@ -82,7 +82,7 @@ def chosen_experiments(names: str) -> list[str]:
     ParameterError
         For an unknown name.
     """
-    return chosen_names(names, EXPERIMENTS, {ALL: tuple(EXPERIMENTS)}, what="experiment")
+    return parse_names(names, EXPERIMENTS, {ALL: tuple(EXPERIMENTS)}, what="experiment")
 
 
 def run_experiment(

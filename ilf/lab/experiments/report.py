@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..._runtime.files import made_folder, read_file, write_bytes
+from ..._runtime.files import ensure_folder, read_file, write_bytes
 from ..._runtime.installation import __version__
 from ...errors import FormatError, InputError
 from ...io.images import image_header, read_colour
@@ -22,10 +22,10 @@ REPORT_FILE = "report.html"
 IMAGE_FOLDER = Path("images") / "experiments"
 """Folder of the figures, relative to the Markdown file."""
 
-SMALL_BYTES, _COLOURS, _SHRUNK = 90_000, 64, 0.9
+SMALL_BYTES, _COLOURS, _SHRINK_FACTOR = 90_000, 64, 0.9
 """Maximum size of a figure beside the Markdown file, and the colours and scale by which larger ones are reduced."""
 
-_MARKS = re.compile(r"[\\<>\[\]*]|(?<!\w)_|_(?!\w)")
+_MARKDOWN_CHARACTERS = re.compile(r"[\\<>\[\]*]|(?<!\w)_|_(?!\w)")
 """Characters with a meaning in Markdown."""
 
 _TITLE = "The paper's experiments, rerun"
@@ -124,16 +124,20 @@ def markdown_report(results: Sequence[StoredResult]) -> str:
     """Return the report as Markdown, without the rows and with links to the figures."""
     lines = [f"# {_TITLE}", "", _INTRODUCTION, "", _COMMANDS, "", _facts(results)]
     for result in results:
-        lines += ["", f"## {marked_down(result.title)} (`{result.experiment}`, {marked_down(result.source)})", ""]
-        lines += [marked_down(paragraphs(result)[0]), ""]
-        lines += [f"- {marked_down(note)}" for note in paragraphs(result)[1:]]
+        lines += [
+            "",
+            f"## {escape_markdown(result.title)} (`{result.experiment}`, {escape_markdown(result.source)})",
+            "",
+        ]
+        lines += [escape_markdown(paragraphs(result)[0]), ""]
+        lines += [f"- {escape_markdown(note)}" for note in paragraphs(result)[1:]]
         lines += ["", "| | paper | here | |", "|---|---|---|---|"]
         lines += [
-            "| " + " | ".join(marked_down(cell).replace("|", "\\|") for cell in _cells(item)) + " |"
+            "| " + " | ".join(escape_markdown(cell).replace("|", "\\|") for cell in _cells(item)) + " |"
             for item in _compared(result)
         ]
         for figure in result.figures:
-            caption = marked_down(figure.caption)
+            caption = escape_markdown(figure.caption)
             if figure.shows_data:
                 lines += ["", f"{caption} (Not shown: the frames may not be distributed. See {REPORT_FILE}.)"]
                 continue
@@ -230,18 +234,18 @@ def inline(text: str) -> str:
     return "".join(f"<code>{piece}</code>" if place % 2 else piece for place, piece in enumerate(pieces))
 
 
-def marked_down(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """Escape text for Markdown, on one line; text in backquotes stays code.
 
     Examples
     --------
-    >>> marked_down("`a<b` of [1, 2] <b> 3*4")
+    >>> escape_markdown("`a<b` of [1, 2] <b> 3*4")
     '`a<b` of \\\\[1, 2\\\\] \\\\<b\\\\> 3\\\\*4'
     """
     pieces = " ".join(text.split()).split("`")
-    pieces[::2] = [_MARKS.sub(r"\\\g<0>", piece) for piece in pieces[::2]]
+    pieces[::2] = [_MARKDOWN_CHARACTERS.sub(r"\\\g<0>", piece) for piece in pieces[::2]]
     if len(pieces) % 2 == 0:  # the last backquote has no partner
-        last = _MARKS.sub(r"\\\g<0>", pieces.pop())
+        last = _MARKDOWN_CHARACTERS.sub(r"\\\g<0>", pieces.pop())
         pieces[-1] += rf"\`{last}"
     return "`".join(pieces)
 
@@ -254,7 +258,7 @@ def _figure_file(folder: Path, figure: StoredFigure) -> Path:
 
 
 def _copy_figures(results: Sequence[StoredResult], source: Path, target: Path) -> None:
-    made_folder(target)
+    ensure_folder(target)
     for result in results:
         for figure in (figure for figure in result.figures if not figure.shows_data):
             write_bytes(target / f"{figure.stem}.png", _small_png(_figure_file(source, figure)))
@@ -271,4 +275,4 @@ def _small_png(path: Path) -> bytes:
         picture.resize(size, Image.Resampling.LANCZOS).quantize(_COLOURS).save(buffer, "PNG", optimize=True)
         if buffer.tell() <= SMALL_BYTES:
             return buffer.getvalue()
-        size = round(_SHRUNK * size[0]), round(_SHRUNK * size[1])
+        size = round(_SHRINK_FACTOR * size[0]), round(_SHRINK_FACTOR * size[1])

@@ -92,12 +92,12 @@ def load_source(source: FrameSource) -> BenchFrame:
         If the frame cannot be read.
     """
     if source.index is None:
-        return _thinned(load_bench_frame(source.path), source.every)
+        return _subsampled(load_bench_frame(source.path), source.every)
     with NyuLabelled(source.path) as labelled:
-        return _thinned(BenchFrame(labelled.frame(source.index), labelled.filled(source.index)), source.every)
+        return _subsampled(BenchFrame(labelled.frame(source.index), labelled.filled(source.index)), source.every)
 
 
-def _thinned(whole: BenchFrame, every: int) -> BenchFrame:
+def _subsampled(whole: BenchFrame, every: int) -> BenchFrame:
     if every == 1:
         return whole
     frame, camera, part = whole.frame, whole.frame.intrinsics, slice(None, None, every)
@@ -106,7 +106,7 @@ def _thinned(whole: BenchFrame, every: int) -> BenchFrame:
             camera.fx / every, camera.fy / every, camera.cx / every, camera.cy / every, camera.name
         )
     thin = RGBDFrame(frame.rgb[part, part], frame.depth[part, part], camera, frame.name)
-    return BenchFrame(thin, None if whole.truth is None else whole.truth[part, part])
+    return BenchFrame(thin, None if whole.ground_truth is None else whole.ground_truth[part, part])
 
 
 def spread(items: Sequence[Item], count: int) -> list[Item]:

@@ -22,10 +22,10 @@ _CANDIDATES = 40
 _SURROUNDINGS = 1.3
 """The depth must be known and smooth up to this distance, in radii of the spot."""
 
-_LEAST_RADIUS = 4.0
+_MIN_RADIUS = 4.0
 """[px]"""
 
-_AS_SMOOTH = 1.5
+_ROUGHNESS_TOLERANCE = 1.5
 """Places with a roughness up to this multiple of the smallest count as equal; of these the nearest is used."""
 
 
@@ -90,7 +90,7 @@ def find_spot(frame: RGBDFrame) -> Spot:
                 found.append(Spot(row, column, spot.radius, depth, focal, nominal, roughness))
     if not found:
         raise InputError(f"No place of {100 * DIAMETER:g} cm with all its depth known was found.")
-    smooth = _AS_SMOOTH * min(spot.roughness / spot.depth for spot in found)
+    smooth = _ROUGHNESS_TOLERANCE * min(spot.roughness / spot.depth for spot in found)
     return min((spot for spot in found if spot.roughness / spot.depth <= smooth), key=lambda spot: spot.depth)
 
 
@@ -110,7 +110,7 @@ def _roughness(depth: NDArray[np.float32], spot: Spot) -> float | None:
     rows = slice(spot.row - reach, spot.row + reach + 1)
     columns = slice(spot.column - reach, spot.column + reach + 1)
     part = depth[rows, columns] if min(rows.start, columns.start) >= 0 else depth[:0]
-    if spot.radius < _LEAST_RADIUS or part.shape != (2 * reach + 1, 2 * reach + 1):
+    if spot.radius < _MIN_RADIUS or part.shape != (2 * reach + 1, 2 * reach + 1):
         return None
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1] / reach
     disk = np.hypot(y, x) <= 1

@@ -264,9 +264,9 @@ def _depth(name: str, frame: RGBDFrame, labels: NDArray[np.int32], mode: str) ->
 
 
 def _row(case: Case, name: str, frame: RGBDFrame, depth: NDArray[np.floating], seconds: float, failure: str) -> Row:
-    truth, dense = case.surface.depth, closed(depth, frame)
-    whole = measure_errors(dense, truth, np.ones(truth.shape, bool))
-    hole = None if frame.known.all() else measure_errors(dense, truth, ~frame.known)
+    ground_truth, dense = case.surface.depth, closed(depth, frame)
+    whole = measure_errors(dense, ground_truth, np.ones(ground_truth.shape, bool))
+    hole = None if frame.known.all() else measure_errors(dense, ground_truth, ~frame.known)
     return {
         "method": name,
         "surface": case.surface.kind,

@@ -29,13 +29,13 @@ from .experiment import (
     preset_parameters,
     run_counted,
 )
-from .plots import colour_of, counted, how_it_compares, legend, lowest, millimetres, panels, percent
+from .plots import colour_of, compared_with_paper, counted, legend, lowest, millimetres, panels, percent
 from .sources import FrameSource, find_sources, load_source
 
-HEAVY = frozenset({"soft-thin-plate"})
+EXCLUDED_PEERS = frozenset({"soft-thin-plate"})
 """Peers that are left out because they need gigabytes of memory on large frames."""
 
-PEERS = tuple(name for name in GROUPS["peers"] if name not in HEAVY)
+PEERS = tuple(name for name in GROUPS["peers"] if name not in EXCLUDED_PEERS)
 METHODS_COMPARED = (*METHOD_PRESETS, *PEERS)
 
 _QUICK_PEERS = ("nearest", "linear", "navier-stokes", "dct-smoothing")
@@ -50,7 +50,7 @@ class _Part:
     blocks: tuple[Row, ...] = ()
     seconds: tuple[tuple[str, float], ...] = ()
     covered_share: float = math.nan
-    left_out: str = ""
+    skip_reason: str = ""
 
 
 def run_table(settings: Settings, on_progress: OnProgress) -> Result:
@@ -61,7 +61,7 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
     parts = run_counted(_run_unit, units, settings.jobs, on_progress)
     blocks = [row for part in parts for row in part.blocks]
     if not blocks:
-        reasons = "; ".join(dict.fromkeys(part.left_out for part in parts))
+        reasons = "; ".join(dict.fromkeys(part.skip_reason for part in parts))
         raise InputError(f"No frame could be scored. {reasons}")
     rows: list[Row] = []
     for pattern in PATTERNS:
@@ -77,7 +77,7 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
             "random_kept": RANDOM_KEPT,
             "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
-            "left_out": sorted(HEAVY),
+            "skip_reason": sorted(EXCLUDED_PEERS),
             "chosen": "Blocks are extracted from the frame without the held-out depth; pixels outside blocks do not "
             "count. Pixels that a method does not fill count with their nearest known depth. The paper's peer NLSPN, a "
             "learned network, is not run: the selective mean is computed against the classical peers of `ilf bench`.",
@@ -98,8 +98,8 @@ def _left_out_notes(
     """Explain why frames were skipped, except for missing ground truth, which most frames lack."""
     reasons: dict[tuple[str, str], list[str]] = {}
     for (source, pattern, *_), part in zip(units, parts, strict=True):
-        if part.left_out and pattern != "truth":
-            reasons.setdefault((pattern, part.left_out), []).append(source.name)
+        if part.skip_reason and pattern != "ground_truth":
+            reasons.setdefault((pattern, part.skip_reason), []).append(source.name)
     return [f"Left out for {pattern}: {', '.join(names)}. {reason}" for (pattern, reason), names in reasons.items()]
 
 
@@ -107,15 +107,15 @@ def _run_unit(source: FrameSource, pattern: str, methods: Sequence[str], seed: i
     try:
         task = make_task(load_source(source), pattern, seed)
     except IlfError as error:
-        return _Part(left_out=str(error))
+        return _Part(skip_reason=str(error))
     labels = extract_blocks(task.frame, PAPER_BLOCKS)
     for name in set(methods) & set(PRESETS):
         prepare(task.frame, PRESETS[name])  # edges, computed once and not timed
     scored = task.scored & (labels > 0)
     if not scored.any():
-        return _Part(left_out="No held-out pixel lies in a block.")
+        return _Part(skip_reason="No held-out pixel lies in a block.")
     fallback = nearest(task.frame)
-    places, truth = labels[scored], task.truth[scored].astype(np.float64)
+    places, ground_truth = labels[scored], task.ground_truth[scored].astype(np.float64)
     pixels = np.bincount(places)
     rows: list[Row] = []
     seconds = []
@@ -127,9 +127,9 @@ def _run_unit(source: FrameSource, pattern: str, methods: Sequence[str], seed: i
             depth = task.frame.depth  # failing counts as filling nothing
         seconds.append((name, time.perf_counter() - started))
         dense = np.where(np.isfinite(depth) & (depth > 0), depth, fallback)[scored]
-        off = dense - truth
+        off = dense - ground_truth
         squares, sizes, shares = (
-            np.bincount(places, weights=values) for values in (off**2, np.abs(off), np.abs(off) / truth)
+            np.bincount(places, weights=values) for values in (off**2, np.abs(off), np.abs(off) / ground_truth)
         )
         rows += [
             {
@@ -295,7 +295,7 @@ def _fair(pattern: str, method: str, fair: dict[str, Row]) -> Comparison:
     text += f"({millimetres(winner['rmse_mm'])}). "
     if pattern == "random":
         text += (
-            f"RMSE is {how_it_compares(row['rmse_mm'], _PAPER['rmse_mm'])}, but the paper's numbers are over other "
+            f"RMSE is {compared_with_paper(row['rmse_mm'], _PAPER['rmse_mm'])}, but the paper's numbers are over other "
             f"frames and over won blocks only: {_PAPER_BLOCKS} blocks there, {row['blocks']} here."
         )
         paper = f"{_published(_PAPER)} (won blocks only)"

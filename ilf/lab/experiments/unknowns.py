@@ -10,12 +10,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .experiment import Comparison, Drawing, OnProgress, Result, Row, Settings, run_counted
-from .plots import EQUAL_SHARE, against_rate, joined, legend, log_millimetres, mark_rate, millimetres, panels, percent
-from .readings import (
+from .interpretations import (
     CYLINDER_WON,
-    JUDGED,
-    LEAST_ORDER,
+    EVALUATED,
     LITTLE_NOISE,
+    MIN_ORDER,
     MORE_NOISE,
     PAPER_PRS,
     PAPER_RATE,
@@ -25,23 +24,24 @@ from .readings import (
     SPHERE_WON,
     UNKNOWNS,
     Errors,
-    Reading,
+    Interpretation,
     case_of,
     cylinder,
     filtered,
     fitted,
-    fourth_radius,
-    gives_paper_prs,
-    in_words,
+    matches_paper_prs,
     orders_beaten,
+    radius_of_fig_4,
     sphere,
+    to_text,
 )
+from .plots import EQUAL_SHARE, against_rate, joined, legend, log_millimetres, mark_rate, millimetres, panels, percent
 from .surfaces import INLIER_DEVIATIONS, ORDERS, POLYNOMIALS, Surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-USUAL = next(iter(JUDGED))
+DEFAULT_EVALUATION = next(iter(EVALUATED))
 """Way in which the other experiments evaluate a method."""
 
 _QUICK_UNKNOWNS = {
@@ -68,17 +68,17 @@ def run_unknowns(settings: Settings, on_progress: OnProgress) -> Result:
     """Try every interpretation, and add curves of the preset's and of the closest one."""
     quick, seed = settings.quick, settings.seed
     values = _QUICK_UNKNOWNS if quick else UNKNOWNS
-    readings = readings_of(values)
-    total = len(readings) + 1
+    interpretations = interpretations_of(values)
+    total = len(interpretations) + 1
     parts = run_counted(
-        try_reading,
-        [(reading, quick, seed) for reading in readings],
+        try_interpretation,
+        [(interpretation, quick, seed) for interpretation in interpretations],
         settings.jobs,
         lambda done, _: on_progress(done, total),
     )
     rows = [row for row, _, _ in parts]
-    preset = readings.index(PRESET)
-    closest = max(range(len(rows)), key=lambda place: (_score(rows[place]), _kept(readings[place])))
+    preset = interpretations.index(PRESET)
+    closest = max(range(len(rows)), key=lambda place: (_score(rows[place]), _kept(interpretations[place])))
     rows[closest]["closest"] = True
     every = _QUICK_EVERY if quick else _EVERY
     tables = {
@@ -94,7 +94,7 @@ def run_unknowns(settings: Settings, on_progress: OnProgress) -> Result:
             "unknowns": {name: list(tried) for name, tried in values.items()},
             "cylinder": {"pixels": list(PIXELS), "axis": list(_AXES), "seen": list(_SEEN)},
             "sphere_radii_m": list(_SPHERE_RADII),
-            "judged": list(JUDGED),
+            "evaluated": list(EVALUATED),
             "orders": list(ORDERS),
             "every": every,
             "chosen": "The preset `paper` with every combination of the text's open points: start and step of the "
@@ -110,51 +110,57 @@ def run_unknowns(settings: Settings, on_progress: OnProgress) -> Result:
             f"{percent(PAPER_RATE)} missing. Fig. 6 is evaluated on the same cylinder, and separately on cylinders of "
             f"{_OTHER_RADIUS:g} m; Fig. 5 on the most favourable sphere, with noise and without. A win against order k "
             "means: an RMSE of the block below that of the polynomials of all orders 1 to k, at all of four defect "
-            f"rates up to the printed one. {LEAST_ORDER} is the minimum order that counts: a plane fits none of these "
+            f"rates up to the printed one. {MIN_ORDER} is the minimum order that counts: a plane fits none of these "
             "surfaces.",
         ],
         tables=tables,
     )
 
 
-def readings_of(values: dict[str, tuple[Any, ...]]) -> list[Reading]:
+def interpretations_of(values: dict[str, tuple[Any, ...]]) -> list[Interpretation]:
     """Return every combination; paddings other than the preset's only with its step and shortest wave."""
-    readings = [Reading(*chosen) for chosen in itertools.product(*values.values())]
+    interpretations = [Interpretation(*chosen) for chosen in itertools.product(*values.values())]
     usual = PRESET.step, PRESET.wavelength_px
-    return [item for item in readings if item.padding == PRESET.padding or (item.step, item.wavelength_px) == usual]
+    return [
+        item for item in interpretations if item.padding == PRESET.padding or (item.step, item.wavelength_px) == usual
+    ]
 
 
-def try_reading(reading: Reading, quick: bool, seed: int) -> tuple[Row, list[Row], list[Row]]:
+def try_interpretation(interpretation: Interpretation, quick: bool, seed: int) -> tuple[Row, list[Row], list[Row]]:
     """Evaluate an interpretation: a row for its most favourable cylinder and sphere, and rows for all of them."""
     started = time.perf_counter()
     every = _QUICK_EVERY if quick else _EVERY
     views = list(itertools.product(tuple(PIXELS)[: 1 if quick else None], _AXES, _SEEN[-1 if quick else 0 :]))
-    name: Row = {"method": "paper", **vars(reading)}
-    cylinders = [{**name, **_on_cylinder(reading, view, every, seed)} for view in views]
-    cylinders += [{**name, **_on_other(reading, view, every, seed)} for view in views]
-    spheres = [{**name, **_on_sphere(reading, radius, every, seed)} for radius in _SPHERE_RADII[: 1 if quick else None]]
-    row = {**name, "preset": reading == PRESET, "closest": False, **_best_of(cylinders, spheres)}
+    name: Row = {"method": "paper", **vars(interpretation)}
+    cylinders = [{**name, **_on_cylinder(interpretation, view, every, seed)} for view in views]
+    cylinders += [{**name, **_on_other(interpretation, view, every, seed)} for view in views]
+    spheres = [
+        {**name, **_on_sphere(interpretation, radius, every, seed)} for radius in _SPHERE_RADII[: 1 if quick else None]
+    ]
+    row = {**name, "preset": interpretation == PRESET, "closest": False, **_best_of(cylinders, spheres)}
     return {**row, "seconds": time.perf_counter() - started}, cylinders, spheres
 
 
-def _on_cylinder(reading: Reading, view: tuple[str, str, float], every: int, seed: int) -> Row:
+def _on_cylinder(interpretation: Interpretation, view: tuple[str, str, float], every: int, seed: int) -> Row:
     """Find the cylinder with the PRS of Fig. 4, or the nearest, and the orders beaten on it with Fig. 6's noise."""
 
     def errors(radius: float) -> Errors:
-        return filtered(reading, case_of(cylinder(*view, radius, every), LITTLE_NOISE, PAPER_RATE, every, seed), every)
+        return filtered(
+            interpretation, case_of(cylinder(*view, radius, every), LITTLE_NOISE, PAPER_RATE, every, seed), every
+        )
 
-    radius = fourth_radius(lambda tried: errors(tried).prs)
+    radius = radius_of_fig_4(lambda tried: errors(tried).prs)
     there = errors(radius)
-    out = gives_paper_prs(there.prs)
-    beaten = dict.fromkeys(JUDGED, 0)
+    out = matches_paper_prs(there.prs)
+    beaten = dict.fromkeys(EVALUATED, 0)
     if out:
-        beaten = orders_beaten(reading, cylinder(*view, radius, every), MORE_NOISE, every, seed)
+        beaten = orders_beaten(interpretation, cylinder(*view, radius, every), MORE_NOISE, every, seed)
     return {**_in_words(view, radius), "acc_mm": there.acc, "prs_mm": there.prs, "fig4": out, **beaten}
 
 
-def _on_other(reading: Reading, view: tuple[str, str, float], every: int, seed: int) -> Row:
+def _on_other(interpretation: Interpretation, view: tuple[str, str, float], every: int, seed: int) -> Row:
     """Return the orders beaten with the noise of Fig. 6 on a cylinder that may differ from that of Fig. 4."""
-    beaten = orders_beaten(reading, cylinder(*view, _OTHER_RADIUS, every), MORE_NOISE, every, seed)
+    beaten = orders_beaten(interpretation, cylinder(*view, _OTHER_RADIUS, every), MORE_NOISE, every, seed)
     return {**_in_words(view, _OTHER_RADIUS), "acc_mm": None, "prs_mm": None, "fig4": None, **beaten}
 
 
@@ -162,27 +168,30 @@ def _in_words(view: tuple[str, str, float], radius: float) -> Row:
     return dict(zip(CYLINDER, (*view, radius), strict=True))
 
 
-def _on_sphere(reading: Reading, radius: float, every: int, seed: int) -> Row:
+def _on_sphere(interpretation: Interpretation, radius: float, every: int, seed: int) -> Row:
     """Return the orders beaten on a sphere: without noise, and with it ("..., noise")."""
     row: Row = {"sphere_radius_m": radius}
     for noise in SPHERE_NOISES:
-        beaten = orders_beaten(reading, sphere(radius, every), noise, every, seed)
-        row |= {f"{judged}, noise" if noise else judged: order for judged, order in beaten.items()}
+        beaten = orders_beaten(interpretation, sphere(radius, every), noise, every, seed)
+        row |= {f"{evaluated}, noise" if noise else evaluated: order for evaluated, order in beaten.items()}
     return row
 
 
 def _best_of(cylinders: Sequence[Row], spheres: Sequence[Row]) -> Row:
     """Return the most favourable cylinder and sphere, and the order up to which all claims are reproduced."""
     tried = [row for row in cylinders if row["fig4"] is not None]
-    on = max(tried, key=lambda row: (row[USUAL], row["fig4"], -abs(math.log(row["prs_mm"] / PAPER_PRS))))
-    off = max(spheres, key=lambda row: (_fig5(row, USUAL), row[USUAL] + row[f"{USUAL}, noise"]))
-    apart = max(cylinders, key=lambda row: row[USUAL])
+    on = max(tried, key=lambda row: (row[DEFAULT_EVALUATION], row["fig4"], -abs(math.log(row["prs_mm"] / PAPER_PRS))))
+    off = max(
+        spheres,
+        key=lambda row: (_fig5(row, DEFAULT_EVALUATION), row[DEFAULT_EVALUATION] + row[f"{DEFAULT_EVALUATION}, noise"]),
+    )
+    apart = max(cylinders, key=lambda row: row[DEFAULT_EVALUATION])
     fourth = any(row["fig4"] for row in tried)
     orders = {}
-    for judged in JUDGED:
-        fifth = max(_fig5(row, judged) for row in spheres)
-        orders[f"order, {judged}"] = min(fifth, max(row[judged] for row in tried))
-        orders[f"order apart, {judged}"] = min(fifth, max(row[judged] for row in cylinders)) if fourth else 0
+    for evaluated in EVALUATED:
+        fifth = max(_fig5(row, evaluated) for row in spheres)
+        orders[f"order, {evaluated}"] = min(fifth, max(row[evaluated] for row in tried))
+        orders[f"order apart, {evaluated}"] = min(fifth, max(row[evaluated] for row in cylinders)) if fourth else 0
     return {
         **{key: on[key] for key in CYLINDER},
         "defect_rate": PAPER_RATE,
@@ -190,29 +199,29 @@ def _best_of(cylinders: Sequence[Row], spheres: Sequence[Row]) -> Row:
         "prs_mm": on["prs_mm"],
         "rmse_mm": math.hypot(on["acc_mm"], on["prs_mm"]),
         "fig4": fourth,
-        "fig6_order": on[USUAL],
-        "fig6_apart_order": apart[USUAL],
+        "fig6_order": on[DEFAULT_EVALUATION],
+        "fig6_apart_order": apart[DEFAULT_EVALUATION],
         **{f"apart_{key}": apart[key] for key in CYLINDER},
         "sphere_radius_m": off["sphere_radius_m"],
-        "fig5_order": off[USUAL],
-        "fig5_noise_order": off[f"{USUAL}, noise"],
+        "fig5_order": off[DEFAULT_EVALUATION],
+        "fig5_noise_order": off[f"{DEFAULT_EVALUATION}, noise"],
         **orders,
     }
 
 
-def _fig5(row: Row, judged: str) -> int:
-    return min(row[judged], row[f"{judged}, noise"])
+def _fig5(row: Row, evaluated: str) -> int:
+    return min(row[evaluated], row[f"{evaluated}, noise"])
 
 
 def _score(row: Row) -> tuple[int, int, int]:
     """Score of the agreement of an interpretation with all printed results; higher is closer."""
     single = row["fig6_order"] + row["fig5_order"] + row["fig5_noise_order"]
-    return row[f"order, {USUAL}"], row[f"order apart, {USUAL}"], single
+    return row[f"order, {DEFAULT_EVALUATION}"], row[f"order apart, {DEFAULT_EVALUATION}"], single
 
 
-def _kept(reading: Reading) -> int:
+def _kept(interpretation: Interpretation) -> int:
     """Number of fields in which an interpretation equals the preset's."""
-    return sum(getattr(reading, name) == getattr(PRESET, name) for name in UNKNOWNS)
+    return sum(getattr(interpretation, name) == getattr(PRESET, name) for name in UNKNOWNS)
 
 
 def _radii(every: int, seed: int) -> list[Row]:
@@ -231,9 +240,9 @@ def _radii(every: int, seed: int) -> list[Row]:
 def _curves(row: Row, quick: bool, seed: int) -> list[Row]:
     """Curves of an interpretation and of polynomials against the defect rate, on its most favourable surfaces."""
     every = _QUICK_EVERY if quick else _CURVE_EVERY
-    reading = Reading(**{name: row[name] for name in UNKNOWNS})
+    interpretation = Interpretation(**{name: row[name] for name in UNKNOWNS})
     one = _cylinder_of(row, "", every)
-    sixth = one if row["fig6_order"] >= LEAST_ORDER else _cylinder_of(row, "apart_", every)
+    sixth = one if row["fig6_order"] >= MIN_ORDER else _cylinder_of(row, "apart_", every)
     ball = sphere(row["sphere_radius_m"], every)
     figures = {"Fig. 4": (one, LITTLE_NOISE), "Fig. 6": (sixth, MORE_NOISE)}
     figures |= {f"Fig. 5, {1000 * noise:g} mm": (ball, noise) for noise in SPHERE_NOISES}
@@ -241,7 +250,7 @@ def _curves(row: Row, quick: bool, seed: int) -> list[Row]:
     for figure, (surface, noise) in figures.items():
         for rate in _QUICK_CURVE_RATES if quick else _CURVE_RATES:
             case = case_of(surface, noise, rate, every, seed)
-            methods: dict[str, Callable[[], Errors]] = {"paper": partial(filtered, reading, case, every)}
+            methods: dict[str, Callable[[], Errors]] = {"paper": partial(filtered, interpretation, case, every)}
             for name, order in zip(POLYNOMIALS, ORDERS, strict=True):
                 methods[name] = partial(fitted, case, order, INLIER_DEVIATIONS)
             for method, errors in methods.items():
@@ -267,12 +276,12 @@ _Holds = Callable[[Row], bool]
 
 _CLAIMS: dict[str, _Holds] = {
     "Fig. 4: 10.28 mm": lambda row: row["fig4"],
-    "Fig. 6, same cylinder": lambda row: row["fig6_order"] >= LEAST_ORDER,
-    "Fig. 6, another one": lambda row: row["fig6_apart_order"] >= LEAST_ORDER,
-    "Fig. 5, no noise": lambda row: row["fig5_order"] >= LEAST_ORDER,
-    "Fig. 5, 65 mm": lambda row: row["fig5_noise_order"] >= LEAST_ORDER,
-    "all, same cylinder": lambda row: row[f"order, {USUAL}"] >= LEAST_ORDER,
-    "all, another one": lambda row: row[f"order apart, {USUAL}"] >= LEAST_ORDER,
+    "Fig. 6, same cylinder": lambda row: row["fig6_order"] >= MIN_ORDER,
+    "Fig. 6, another one": lambda row: row["fig6_apart_order"] >= MIN_ORDER,
+    "Fig. 5, no noise": lambda row: row["fig5_order"] >= MIN_ORDER,
+    "Fig. 5, 65 mm": lambda row: row["fig5_noise_order"] >= MIN_ORDER,
+    "all, same cylinder": lambda row: row[f"order, {DEFAULT_EVALUATION}"] >= MIN_ORDER,
+    "all, another one": lambda row: row[f"order apart, {DEFAULT_EVALUATION}"] >= MIN_ORDER,
 }
 """Results that an interpretation may reproduce: the columns of the map."""
 
@@ -300,7 +309,7 @@ def _draw_map(rows: list[Row]) -> Drawing:
     ax.grid(False)
     ax.set_xticks(range(len(_CLAIMS)), [name.replace(", ", ",\n").replace(": ", ":\n") for name in _CLAIMS])
     ax.xaxis.tick_top()
-    ax.set_yticks(range(len(lines)), [in_words({name: value}, [name]) for name, value in lines])
+    ax.set_yticks(range(len(lines)), [to_text({name: value}, [name]) for name, value in lines])
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
     for above, below in itertools.pairwise(range(len(lines))):
@@ -308,7 +317,7 @@ def _draw_map(rows: list[Row]) -> Drawing:
             ax.axhline(above + 0.5, color="white", linewidth=3)
     caption = (
         "Number of interpretations of the text that reproduce each printed result, by interpretation of each open "
-        f"point; wins against polynomials of at least order {LEAST_ORDER}."
+        f"point; wins against polynomials of at least order {MIN_ORDER}."
     )
     return Drawing("map", caption, figure)
 
@@ -357,7 +366,7 @@ def _draw_closest(result: Result) -> Drawing:
     legend(figure, axes[0], columns=5)
     caption = (
         f"Top: the preset paper, {_scenes_in_words(_preset(result.rows))}. Bottom: the closest interpretation "
-        f"({in_words(closest)}), {_scenes_in_words(closest)}."
+        f"({to_text(closest)}), {_scenes_in_words(closest)}."
     )
     return Drawing("closest", caption, figure)
 
@@ -392,32 +401,32 @@ def compare_unknowns(rows: list[Row]) -> list[Comparison]:
 
 def _compare_wins(what: str, paper: float, rows: list[Row], key: str) -> Comparison:
     preset = _preset(rows)
-    winners = [row for row in rows if row[key] >= LEAST_ORDER]
+    winners = [row for row in rows if row[key] >= MIN_ORDER]
     text = _against(preset[key], "The preset paper")
     return Comparison(what, f"0-{percent(paper)}", _counts(rows, key), f"{_in_common(winners, rows)}{text}")
 
 
 def _compare_all(what: str, rows: list[Row], key: str) -> Comparison:
-    usual = f"{key}, {USUAL}"
-    winners = [row for row in rows if row[usual] >= LEAST_ORDER]
+    usual = f"{key}, {DEFAULT_EVALUATION}"
+    winners = [row for row in rows if row[usual] >= MIN_ORDER]
     text = _in_common(winners, rows) if winners else "No interpretation reproduces all of them. "
     others = [
-        f"{judged}: {sum(row[f'{key}, {judged}'] >= LEAST_ORDER for row in rows)}"
-        for judged in JUDGED
-        if judged != USUAL
+        f"{evaluated}: {sum(row[f'{key}, {evaluated}'] >= MIN_ORDER for row in rows)}"
+        for evaluated in EVALUATED
+        if evaluated != DEFAULT_EVALUATION
     ]
-    text += f"Other evaluations, against order {LEAST_ORDER}: {'; '.join(others)}."
+    text += f"Other evaluations, against order {MIN_ORDER}: {'; '.join(others)}."
     return Comparison(what, "one method", _counts(rows, usual), text)
 
 
 def _counts(rows: Sequence[Row], key: str) -> str:
     """ "against order 2: 5, 3: 4, 4: 0 of 84"."""
-    counts = [f"{order}: {sum(row[key] >= order for row in rows)}" for order in ORDERS if order >= LEAST_ORDER]
+    counts = [f"{order}: {sum(row[key] >= order for row in rows)}" for order in ORDERS if order >= MIN_ORDER]
     return f"against order {', '.join(counts)} of {len(rows)} interpretations"
 
 
 def _against(order: int, who: str) -> str:
-    return f"{who} wins against orders up to {order}." if order >= LEAST_ORDER else f"{who} does not win."
+    return f"{who} wins against orders up to {order}." if order >= MIN_ORDER else f"{who} does not win."
 
 
 def _in_common(winners: Sequence[Row], rows: Sequence[Row]) -> str:
@@ -429,7 +438,7 @@ def _in_common(winners: Sequence[Row], rows: Sequence[Row]) -> str:
     ]
     if not agreed:
         return "Those that win have nothing in common. "
-    return f"All that win have {joined([in_words(winners[0], [name]) for name in agreed])}. "
+    return f"All that win have {joined([to_text(winners[0], [name]) for name in agreed])}. "
 
 
 def _preset(rows: Sequence[Row]) -> Row:
@@ -442,5 +451,5 @@ def _cylinder_in_words(row: Row, prefix: str = "") -> str:
 
 
 def _scenes_in_words(row: Row) -> str:
-    sixth = "the same" if row["fig6_order"] >= LEAST_ORDER else _cylinder_in_words(row, "apart_")
+    sixth = "the same" if row["fig6_order"] >= MIN_ORDER else _cylinder_in_words(row, "apart_")
     return f"{_cylinder_in_words(row)} in Fig. 4, {sixth} in Fig. 6, sphere of {row['sphere_radius_m']:g} m in Fig. 5"

@@ -34,7 +34,7 @@ REPORT_EVERY = 500
 LONGEST_STEP_S = 10.0
 
 
-class Lesson(ABC):
+class TrainingTask(ABC):
     """A training task: a model, samples, a loss, and measures on held-out samples."""
 
     seed: ClassVar[int]
@@ -73,19 +73,19 @@ class Trainer:
 
     Parameters
     ----------
-    lesson : Lesson
+    task : Lesson
     out : Path
         Folder of `checkpoint.pt`, `log.csv` and the averaged model as ONNX, each updated at every report.
     """
 
-    def __init__(self, lesson: Lesson, out: Path) -> None:
-        torch.manual_seed(lesson.seed)
-        self.lesson = lesson
+    def __init__(self, task: TrainingTask, out: Path) -> None:
+        torch.manual_seed(task.seed)
+        self.task = task
         self.out = out
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        self.model = lesson.new_model().to(self.device, memory_format=torch.channels_last)
+        self.model = task.new_model().to(self.device, memory_format=torch.channels_last)
         self.average = deepcopy(self.model).eval().requires_grad_(False)
-        self.optimiser = torch.optim.AdamW(self.model.parameters(), lesson.peak_rate, weight_decay=WEIGHT_DECAY)
+        self.optimiser = torch.optim.AdamW(self.model.parameters(), task.peak_rate, weight_decay=WEIGHT_DECAY)
         self.step = 0
         self.seconds = 0.0
 
@@ -122,8 +122,8 @@ class Trainer:
         began = time.monotonic()
         while self.seconds < 60 * minutes:
             batch = next(batches)
-            rate = learning_rate(self.lesson.peak_rate, self.seconds / (60 * minutes))
-            losses.append(self._learn(batch, rate))
+            rate = learning_rate(self.task.peak_rate, self.seconds / (60 * minutes))
+            losses.append(self._train_step(batch, rate))
             self.step += 1
             now = time.monotonic()
             self.seconds += min(now - began, LONGEST_STEP_S)
@@ -134,11 +134,11 @@ class Trainer:
         if losses:
             report(self._record(0.0, losses))
 
-    def _learn(self, batch: tuple[Tensor, ...], rate: float) -> float:
+    def _train_step(self, batch: tuple[Tensor, ...], rate: float) -> float:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         with torch.autocast(self.device.type, torch.bfloat16):
-            loss = self.lesson.loss(self.model, batch)
+            loss = self.task.loss(self.model, batch)
         self.optimiser.zero_grad()
         loss.backward()
         self.optimiser.step()
@@ -157,16 +157,16 @@ class Trainer:
         """Yield batches from the current step on; the next one is prepared during training."""
         with ThreadPoolExecutor(1) as maker:
             step = self.step
-            coming = maker.submit(self._batch, step)
+            pending = maker.submit(self._batch, step)
             while True:
-                ready = coming.result()
+                ready = pending.result()
                 step += 1
-                coming = maker.submit(self._batch, step)
+                pending = maker.submit(self._batch, step)
                 yield ready
 
     def _batch(self, step: int) -> tuple[Tensor, ...]:
         # Seeded by the step, so that a resumed training gets the same batches as an uninterrupted one.
-        return self.tensors(self.lesson.batch(np.random.default_rng((self.lesson.seed, step))))
+        return self.tensors(self.task.batch(np.random.default_rng((self.task.seed, step))))
 
     def tensors(self, arrays: Arrays) -> tuple[Tensor, ...]:
         """Convert arrays (N, H, W, C) to tensors (N, C, H, W) on the model's device."""
@@ -175,7 +175,7 @@ class Trainer:
 
     def _record(self, rate: float, losses: list[float]) -> str:
         with torch.no_grad():
-            held_out = self.lesson.held_out(self.average, self.tensors)
+            held_out = self.task.held_out(self.average, self.tensors)
         values = {
             "step": str(self.step),
             "minutes": f"{self.seconds / 60:.1f}",
@@ -188,8 +188,8 @@ class Trainer:
         with path.open("a", newline="") as file:
             file.write(csv_text([*head, values.values()]))
         self.save()
-        with replacing(self.out / self.lesson.file_name) as unfinished:
-            self.lesson.export(self.average, unfinished)
+        with replacing(self.out / self.task.file_name) as unfinished:
+            self.task.export(self.average, unfinished)
         return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
@@ -204,7 +204,7 @@ def replacing(path: Path) -> Iterator[Path]:
 # Common part of the training commands.
 
 
-def train(parser: argparse.ArgumentParser, minutes: float, lesson: Callable[[argparse.Namespace], Lesson]) -> None:
+def train(parser: argparse.ArgumentParser, minutes: float, task: Callable[[argparse.Namespace], TrainingTask]) -> None:
     """Train, or resume training, and export.
 
     Parameters
@@ -213,7 +213,7 @@ def train(parser: argparse.ArgumentParser, minutes: float, lesson: Callable[[arg
         With the arguments of the task; the common arguments are added.
     minutes : float
         Default of the total training time.
-    lesson : callable
+    task : callable
         Returns the training task for the parsed arguments; called only if PyTorch is installed.
     """
     parser.add_argument("--out", type=Path, required=True, help="folder of the checkpoint, the log and the ONNX file")
@@ -231,7 +231,7 @@ def train(parser: argparse.ArgumentParser, minutes: float, lesson: Callable[[arg
         # a single thread makes the samples
         cv2.setNumThreads(1)
         arguments.out.mkdir(parents=True, exist_ok=True)
-        trainer = Trainer(lesson(arguments), arguments.out)
+        trainer = Trainer(task(arguments), arguments.out)
         if arguments.resume:
             trainer.resume()
         trainer.run(arguments.minutes, lambda line: print(line, flush=True))

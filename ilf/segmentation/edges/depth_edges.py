@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.network import LEAST_SIDE, OnnxNetwork, reflected
+from ..._runtime.networks.network import MIN_SIDE, OnnxNetwork, reflected
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError, InputError
 from .detectors import LONGEST_SIDE, check_image
@@ -164,9 +164,9 @@ class DepthEdgeNetwork(OnnxNetwork):
         if depth.shape != (height, width):
             raise InputError(f"Depth edges require depth of the image's shape {(height, width)}, not {depth.shape}.")
         full = min(1.0, LONGEST_SIDE / max(height, width))
-        looks = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        jump, crease = np.clip(np.mean([look[:2] for look in looks], axis=0), 0, 1)
-        coarse = [look[2:] for look in looks if len(look) > 2]
+        predictions = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
+        jump, crease = np.clip(np.mean([look[:2] for look in predictions], axis=0), 0, 1)
+        coarse = [look[2:] for look in predictions if len(look) > 2]
         if not coarse:
             return DepthEdges(jump, crease, None, None)
         log_depth, log_spread = np.mean(coarse, axis=0)
@@ -189,8 +189,8 @@ class DepthEdgeNetwork(OnnxNetwork):
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""
-        image, window = reflected(rgb, MULTIPLE, least=LEAST_SIDE)
-        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=LEAST_SIDE)
+        image, window = reflected(rgb, MULTIPLE, least=MIN_SIDE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=MIN_SIDE)
         size = image.shape[:2]
         inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
         try:

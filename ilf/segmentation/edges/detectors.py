@@ -13,7 +13,7 @@ from ...errors import FormatError, InputError
 _GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
 """Factors on Otsu's threshold, which keeps strong edges only; watertight boundaries also need fainter ones."""
 
-_FAINTEST = 0.1
+_MIN_THRESHOLD = 0.1
 """Minimum threshold for the network's strength by Otsu's rule: an image of one colour has no edges."""
 
 
@@ -92,7 +92,7 @@ def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bo
     -------
     ndarray of bool, shape (H, W)
     """
-    return strength >= (threshold or max(_NETWORK_SHARE * _otsu(strength), _FAINTEST))
+    return strength >= (threshold or max(_NETWORK_SHARE * _otsu(strength), _MIN_THRESHOLD))
 
 
 def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np.float32], float]:
@@ -116,7 +116,7 @@ LONGEST_SIDE = 1600
 _TRIAL_SHAPES = ((48, 48), (64, 96))
 
 
-class OutOfRange(FormatError):
+class OutputRangeError(FormatError):
     """Error: the network runs, but its output is not within 0 to 1."""
 
 
@@ -185,7 +185,7 @@ class EdgeNetwork(OnnxNetwork):
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
             output = self._run(ramp)
             if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
-                raise OutOfRange(
+                raise OutputRangeError(
                     f"{self.path.name} is not a supported edge network: its output is not within 0 to 1. "
                     "If it lacks the sigmoid at its end, import it with --logits."
                 )

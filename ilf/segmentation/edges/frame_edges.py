@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
 from ...data.frame import RGBDFrame
-from ...data.frame_cache import forget, once_per_frame, once_per_image
+from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters
 from ...errors import InputError
 from .depth_edges import DepthEdgeNetwork, DepthEdges
@@ -22,13 +22,13 @@ Array = NDArray[np.float32]
 
 # Edges for the filter, from depth edges and contours combined.
 
-_BESIDE, _SHARP = 3, 4
+_CREST_RADIUS, _CREST_EXPONENT = 3, 4
 """Radius [px] in which the crest of a line is enhanced, and the exponent."""
 
-_GAIN = 1.4
+_CREST_GAIN = 1.4
 """Factor from the probability of a crest to its strength."""
 
-_NEAR, _POSSIBLE = 2, 0.5
+_JUMP_RADIUS, _FULL_WEIGHT_PROBABILITY = 2, 0.5
 """A contour has full weight if a jump within this radius [px] has at least this probability."""
 
 
@@ -50,10 +50,14 @@ def joined(jump: Array, contours: Array | None = None) -> Array:
     ndarray of float32, shape (H, W)
         In [0, 1].
     """
-    crest = _GAIN * jump * (jump / np.maximum(_largest_within(jump, _BESIDE), np.float32(1e-4))) ** _SHARP
+    crest = (
+        _CREST_GAIN
+        * jump
+        * (jump / np.maximum(_largest_within(jump, _CREST_RADIUS), np.float32(1e-4))) ** _CREST_EXPONENT
+    )
     if contours is None:
         return np.minimum(crest, 1).astype(np.float32)
-    possible = np.sqrt(np.minimum(_largest_within(jump, _NEAR) / np.float32(_POSSIBLE), 1))
+    possible = np.sqrt(np.minimum(_largest_within(jump, _JUMP_RADIUS) / np.float32(_FULL_WEIGHT_PROBABILITY), 1))
     return np.minimum(np.maximum(crest, possible * contours), 1).astype(np.float32)
 
 
@@ -64,10 +68,10 @@ def _largest_within(values: Array, radius: int) -> Array:
 
 # All edges of a frame: computed once, with a fallback for a missing network.
 
-_BESIDE_CANNY = 0.9
+_OFF_LINE_FACTOR = 0.9
 """Factor on the gradient's strength off Canny's lines, which must be the highest."""
 
-_STANDS_IN = {
+_FALLBACKS = {
     "rgbd": ("hed", "Contours of the colour image replace depth edges"),
     "hed": ("canny", "Canny's edges replace those of the network"),
 }
@@ -128,15 +132,15 @@ def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
     return _relief(frame, *_jump(parameters))
 
 
-def lines_of(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
+def canny_lines(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
     """Canny's lines in a frame's colour, bool (H, W), cached with the colour."""
     return _lines(frame.rgb, *_canny(parameters))
 
 
-def forget_evidence(frame: RGBDFrame) -> None:
+def clear_evidence_cache(frame: RGBDFrame) -> None:
     """Clear the cached relief and lines, which only another extraction uses; edges stay."""
-    forget(frame, _relief)
-    forget(frame.rgb, _lines)
+    clear_cached(frame, _relief)
+    clear_cached(frame.rgb, _lines)
 
 
 def load_depth_network() -> DepthEdgeNetwork:
@@ -167,7 +171,7 @@ def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: b
 def canny_strength(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.float32]:
     """Strength of Canny's edges: 1 along its lines and lower elsewhere."""
     dx, dy = colour_gradient(rgb, sigma)
-    beside = np.float32(_BESIDE_CANNY) * gradient_strength(dx, dy)
+    beside = np.float32(_OFF_LINE_FACTOR) * gradient_strength(dx, dy)
     return np.where(canny_edges(dx, dy, high, low_ratio), np.float32(1), beside)
 
 
@@ -199,19 +203,19 @@ def _working_network(
 ) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
     """The first network that works, starting from the requested one, None for Canny; and why the others do not."""
     detector, notes = parameters.detector, []
-    while detector in _STANDS_IN:
+    while detector in _FALLBACKS:
         try:
             network = load_depth_network() if detector == "rgbd" else load_model(parameters.model)
-            _look(frame, network, parameters.multiscale)
+            _network_output(frame, network, parameters.multiscale)
         except InputError as error:
-            detector, what = _STANDS_IN[detector]
+            detector, what = _FALLBACKS[detector]
             notes.append(f"{what}: {error}")
         else:
             return network, tuple(notes)
     return None, tuple(notes)
 
 
-def _look(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+def _network_output(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
     """Strength of edges by a network."""
     if isinstance(network, EdgeNetwork):
         return network_strength(frame.rgb, network, multiscale)
@@ -226,7 +230,7 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    detected = _canny_of_frame(frame.rgb, *canny) if network is None else _look(frame, network, multiscale)
+    detected = _canny_of_frame(frame.rgb, *canny) if network is None else _network_output(frame, network, multiscale)
     strength, crease = detected, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
@@ -250,7 +254,7 @@ def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tup
 DETECTORS = ("rgbd", "combined", "hed", "canny", "depth")
 """Detectors of `edge_strength`."""
 
-_OF_FRAMES = ("rgbd", "combined", "depth")
+_NEEDING_DEPTH = ("rgbd", "combined", "depth")
 """Detectors that need known depth."""
 
 
@@ -295,7 +299,7 @@ def edge_strength(
         raise InputError(f"There is no detector {detector!r}. Select one of {', '.join(DETECTORS)}.")
     defaults = BlockParameters(detector="hed", model=model, multiscale=multiscale)
     frame = image if isinstance(image, RGBDFrame) else None
-    if frame is None and detector in _OF_FRAMES:
+    if frame is None and detector in _NEEDING_DEPTH:
         raise InputError(
             f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' need only colour."
         )

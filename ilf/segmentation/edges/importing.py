@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.files import made_folder, read_file, write_bytes
+from ..._runtime.files import ensure_folder, read_file, write_bytes
 from ..._runtime.installation import optional
 from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
 from ...errors import FormatError, InputError
-from .detectors import EdgeNetwork, OutOfRange
+from .detectors import EdgeNetwork, OutputRangeError
 from .hed_weights import INPUTS, check_layers, normalisation, read_caffemodel, read_keras_weights
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ def _shape(item: memoryview) -> tuple[int | None, ...]:
 # Importing a file as an edge network of the user.
 
 _ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
-_AS_IT_IS = "rgb"
+_PLAIN_RGB = "rgb"
 
 
 def add_model(
@@ -199,7 +199,7 @@ def add_model(
     source = Path(file)
     target = new_model_path(name_from(source) if name is None else name, replace)
     content = _converted(source, inputs, logits)
-    made_folder(target.parent)
+    ensure_folder(target.parent)
     write_bytes(target, content.tobytes())
     return target
 
@@ -214,7 +214,7 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     content = read_file(source).data
     if suffix == _ONNX:
         return _from_onnx(content, source, inputs, logits)
-    if inputs != _AS_IT_IS or logits:
+    if inputs != _PLAIN_RGB or logits:
         raise InputError(f"--input and --logits are for ONNX networks only: leave them out for {source.name}.")
     return _from_hed(content, source, caffe=suffix == _CAFFE)
 
@@ -232,16 +232,16 @@ def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[
 
 def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     image = image_input(content, source.name)
-    if inputs != _AS_IT_IS or logits:
+    if inputs != _PLAIN_RGB or logits:
         _need_onnx()
-    if inputs != _AS_IT_IS:
+    if inputs != _PLAIN_RGB:
         content = with_input(content, source.name, inputs)
     try:
         if logits:
-            _refuse_range(content, source)
+            _check_lacks_sigmoid(content, source)
             content = with_sigmoid(content, source.name)
         EdgeNetwork.read(content, source)
-    except OutOfRange:
+    except OutputRangeError:
         raise
     except FormatError as error:
         if image.fixed_size:
@@ -253,11 +253,11 @@ def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bo
     return content
 
 
-def _refuse_range(content: NDArray[np.uint8], source: Path) -> None:
+def _check_lacks_sigmoid(content: NDArray[np.uint8], source: Path) -> None:
     """Raise InputError if a network ends with a sigmoid although `logits` is set."""
     try:
         EdgeNetwork.read(content, source)
-    except OutOfRange:
+    except OutputRangeError:
         return
     raise InputError(f"The output of {source.name} is already within 0 to 1. Import it without --logits.")
 

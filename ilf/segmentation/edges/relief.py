@@ -9,27 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.pixel_grids import Pairs, both, long_lines, mark, sides
 
-TRUSTED_DISTANCE = 3.0
+MAX_JUMP_DISTANCE = 3.0
 """Maximum distance [px] of a jump from known depth: farther inside a hole, a jump is an artefact of nearest-pixel
 filling."""
 
 JUMP_LENGTH = 10
 """Jumps separate surfaces in lines longer than this [px]; shorter ones are flying pixels and noise."""
 
-_REACH, _AVERAGED = 6, 9
+_CONTINUITY_DISTANCE, _AVERAGED = 6, 9
 """Distance [px] to either side over which a surface must be continuous to count as smooth, and the side [px] of the
 squares over which its depth is averaged first."""
 
-_SEEN = _REACH + _AVERAGED // 2
+_BEND_RADIUS = _CONTINUITY_DISTANCE + _AVERAGED // 2
 """Radius [px] of all depth that is used for a pixel's bend."""
 
 _BEND_SHARE, _BEND_PER_METRE = 0.01, 0.003
-"""Maximum deviation from a straight line over `_REACH` on a smooth surface, as a fraction of the depth: the larger of a
-constant, which a right-angled room corner in a Kinect's image exceeds by about half, and a term that grows with depth
-like the noise of such sensors."""
+"""Maximum deviation from a straight line over `_CONTINUITY_DISTANCE` on a smooth surface, as a fraction of the depth:
+the larger of a constant, which a right-angled room corner in a Kinect's image exceeds by about half, and a term that
+grows with depth like the noise of such sensors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,21 +39,21 @@ class Relief:
     Attributes
     ----------
     near : ndarray of bool, shape (H, W)
-        Pixels within `TRUSTED_DISTANCE` of known depth, where a jump would have been detected.
+        Pixels within `MAX_JUMP_DISTANCE` of known depth, where a jump would have been detected.
     all_jumps : pair of ndarray of bool
         Neighbours with a depth jump between them.
     jumps : pair of ndarray of bool
         Jumps in lines of more than `JUMP_LENGTH`.
-    judged : ndarray of bool, shape (H, W)
+    evaluated : ndarray of bool, shape (H, W)
         Pixels with a valid bend: with enough depth around them, and no jump.
     bend : ndarray of float32, shape (H, W)
-        Deviation from a plane where `judged`, in multiples of the maximum for a smooth surface; 0 elsewhere.
+        Deviation from a plane where `evaluated`, in multiples of the maximum for a smooth surface; 0 elsewhere.
     """
 
     near: NDArray[np.bool_]
     all_jumps: Pairs
     jumps: Pairs
-    judged: NDArray[np.bool_]
+    evaluated: NDArray[np.bool_]
     bend: NDArray[np.float32]
 
     @property
@@ -85,15 +85,15 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         nowhere = np.zeros(depth.shape, bool)
         return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32))
     filled, distance = filled_depth(depth)
-    check_stopped()
-    near = distance <= TRUSTED_DISTANCE
+    check_cancelled()
+    near = distance <= MAX_JUMP_DISTANCE
     right, below = (
         (np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))) & trusted
         for (one, other), trusted in zip(sides(filled), both(near), strict=True)
     )
-    judged = _whole(near & ~mark((right, below)))
-    bend = np.where(judged, _bend(filled), np.float32(0))
-    return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), judged, bend)
+    evaluated = _surrounded_by(near & ~mark((right, below)))
+    bend = np.where(evaluated, _bend(filled), np.float32(0))
+    return Relief(near, (right, below), long_lines((right, below), JUMP_LENGTH), evaluated, bend)
 
 
 def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
@@ -115,18 +115,22 @@ def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArr
     return np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32), distance
 
 
-def _whole(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _surrounded_by(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Pixels whose whole neighbourhood inside the image is surface."""
-    square = np.ones((2 * _SEEN + 1,) * 2, np.uint8)
+    square = np.ones((2 * _BEND_RADIUS + 1,) * 2, np.uint8)
     return cv2.erode(surface.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=1) > 0
 
 
 def _bend(filled: NDArray[np.float32]) -> NDArray[np.float32]:
     # planes continue beyond the image
-    beyond = np.pad(1 / filled, _SEEN, mode="reflect", reflect_type="odd")
-    rim = _SEEN - _REACH
+    beyond = np.pad(1 / filled, _BEND_RADIUS, mode="reflect", reflect_type="odd")
+    rim = _BEND_RADIUS - _CONTINUITY_DISTANCE
     inverse = cv2.blur(beyond, (_AVERAGED, _AVERAGED))[rim:-rim, rim:-rim]
-    centre, before, after = slice(_REACH, -_REACH), slice(None, -2 * _REACH), slice(2 * _REACH, None)
+    centre, before, after = (
+        slice(_CONTINUITY_DISTANCE, -_CONTINUITY_DISTANCE),
+        slice(None, -2 * _CONTINUITY_DISTANCE),
+        slice(2 * _CONTINUITY_DISTANCE, None),
+    )
     twice = 2 * inverse[centre, centre]
     along_column = inverse[before, centre] - twice + inverse[after, centre]
     along_row = inverse[centre, before] - twice + inverse[centre, after]

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 from skimage.measure import label as connected_regions
 
-from .painting import parity
+from .painting import odd_even_fill
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
 # Cracks between pixels of different labels, which form the borders of blocks.
@@ -162,8 +162,8 @@ class CrackPaths:
             if came_from[corners[-1]] < 0:
                 return None
             corners.append(int(came_from[corners[-1]]))
-        walked = np.array(corners[::-1])
-        first, second = np.minimum(walked[:-1], walked[1:]), np.maximum(walked[:-1], walked[1:])
+        visited = np.array(corners[::-1])
+        first, second = np.minimum(visited[:-1], visited[1:]), np.maximum(visited[:-1], visited[1:])
         keys = np.minimum(start, end) * size + np.maximum(start, end)
         order = np.argsort(keys)
         return crack[order[np.searchsorted(keys[order], first * size + second)]]
@@ -180,10 +180,10 @@ class CrackPaths:
 
     def line(self, one: int, cracks: NDArray[np.intp]) -> NDArray[np.float64]:
         """The corners (x, y) along a path from a corner."""
-        walked = [one]
+        visited = [one]
         for start, end in zip(self._start[cracks].tolist(), self._end[cracks].tolist(), strict=True):
-            walked.append(end if walked[-1] == start else start)
-        return self.corners[walked].astype(np.float64)
+            visited.append(end if visited[-1] == start else start)
+        return self.corners[visited].astype(np.float64)
 
     def longest(self) -> NDArray[np.float64]:
         """The corners (x, y) of a long path: between two corners far apart, or all around for closed paths."""
@@ -259,7 +259,7 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
         None if there is no border near the line, if one of the two blocks is locked, or if nothing changes. One of the
         two may be 0, no block.
     """
-    line = _dense(np.asarray(points, np.float64).reshape(-1, 2))
+    line = _resampled(np.asarray(points, np.float64).reshape(-1, 2))
     length = 0.5 * (len(line) - 1)
     if length < _SHORTEST or not np.isfinite(line).all():
         return None
@@ -277,7 +277,7 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
     return patch_within(box, padded[inner], after[inner])
 
 
-def _dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
+def _resampled(line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points every half pixel along a line; empty for a line without length."""
     if len(line) < 2:
         return np.empty((0, 2))
@@ -321,15 +321,17 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
     between = _between(cracks, pair)
     paths = CrackPaths(cracks, np.where(between, _ALONG_BORDER, _ALONG_OUTLINE))
     trimmed = inside[0] > 0, inside[-1] < len(under) - 1
-    one, other = (_joint(paths, point, between, cut) for point, cut in zip((line[0], line[-1]), trimmed, strict=True))
+    one, other = (
+        _end_corner(paths, point, between, cut) for point, cut in zip((line[0], line[-1]), trimmed, strict=True)
+    )
     best: Labels | None = None
-    for stretch in _stretches(paths, one, other, between):
-        old = paths.line(one, stretch)
-        swept = parity(np.concatenate([line, old[::-1]]), (labels.shape[0], labels.shape[1]))
-        after = _swapped(labels, swept, pair, cracks[stretch])
+    for section in _candidate_sections(paths, one, other, between):
+        old = paths.line(one, section)
+        swept = odd_even_fill(np.concatenate([line, old[::-1]]), (labels.shape[0], labels.shape[1]))
+        after = _swap_areas(labels, swept, pair, cracks[section])
         if best is None or np.count_nonzero(after != labels) < np.count_nonzero(best != labels):
             best = after
-    return None if best is None else _without_fragments(labels, _where_they_touch(labels, best, pair), pair)
+    return None if best is None else _without_fragments(labels, _undo_without_border(labels, best, pair), pair)
 
 
 def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -380,7 +382,7 @@ def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float6
     return cracks[parts == np.argmin(off.sum(axis=0))]
 
 
-def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks) -> Labels:
+def _swap_areas(labels: Labels, swept: Mask, pair: tuple[int, int], section: Cracks) -> Labels:
     """Swap the two labels of a pair in swept areas that are adjacent to a section of border.
 
     Areas enclosed by such an area already have the label that their surroundings get.
@@ -393,19 +395,19 @@ def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks
     areas = np.zeros(labels.shape, np.int32)
     areas[box] = connected_regions(inside[box], background=0, connectivity=1)
     # the pixels right of and left of a vertical crack, below and above a horizontal one
-    column, row = np.minimum(stretch.start, stretch.end).T
-    upright = stretch.start[:, 0] == stretch.end[:, 0]
+    column, row = np.minimum(section.start, section.end).T
+    upright = section.start[:, 0] == section.end[:, 0]
     at_stretch = np.zeros(int(areas.max()) + 1, bool)
     at_stretch[areas[row, column]] = True
     at_stretch[areas[row - ~upright, column - upright]] = True
     at_stretch[0] = False
-    changing = at_stretch[areas] if len(stretch.start) else areas > 0
+    changing = at_stretch[areas] if len(section.start) else areas > 0
     after[changing & (labels == pair[0])] = pair[1]
     after[changing & (labels == pair[1])] = pair[0]
     return after
 
 
-def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
+def _undo_without_border(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
     """Restore the old label of areas that were swapped but have no border with the block that gets them."""
     kept = before == after
     for label, other in (pair, pair[::-1]):
@@ -416,7 +418,7 @@ def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> L
     return after
 
 
-def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
+def _end_corner(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
     """The corner to which an end of the line is connected."""
     at_border, border_off = paths.nearest(point, between)
     if between.all():
@@ -430,7 +432,7 @@ def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bo
     return at_outline if paths.length_to(at_outline, between) <= _AROUND * border_off + _NEAR_END else at_border
 
 
-def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+def _candidate_sections(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """The sections of old border that the line may replace: the shortest, and the one the other way around a block."""
     if one == other:
         around = paths.around(one, between)

@@ -14,7 +14,7 @@ from skimage.measure import label as connected_regions
 from ...data.blocks import Box
 from ...data.pixel_grids import sides
 from .borders import have_border
-from .patches import LabelPatch, Labels, Mask, bounds, box_of, free_of, grown, patch_between, patch_within
+from .patches import LabelPatch, Labels, Mask, bounds, box_of, grown, patch_between, patch_within, unlocked_pixels
 
 _ROUGHNESS = 4
 """Thin parts of a block of up to this many pixels are roughness of its outline, not slivers."""
@@ -43,35 +43,35 @@ def clean_up(labels: Labels, smallest: int, locked: Collection[int] = (), box: B
     box : tuple of slice, optional
         Area to clean up; everywhere if left out. Areas that extend far beyond it stay.
     """
-    looked_at, seen = _seen(labels, smallest, box)
+    crop, seen = _cropped(labels, smallest, box)
     after = seen.copy()
     for _ in range(_PASSES):
-        areas, faulty = _faults(after, smallest, looked_at, labels.shape)
-        if not faulty.any():
+        areas, to_clean = _areas_to_clean(after, smallest, crop, labels.shape)
+        if not to_clean.any():
             break
-        cleaned = _given_away(after, areas, faulty, locked)
+        cleaned = _reassign(after, areas, to_clean, locked)
         if np.array_equal(cleaned, after):
             break
         after = cleaned
-    return patch_within(looked_at, seen, after)
+    return patch_within(crop, seen, after)
 
 
 def count_slivers(labels: Labels, smallest: int, box: Box | None = None, locked: Collection[int] = ()) -> int:
     """Number of islands, slivers and holes that the first pass of `clean_up` finds, in all or in and around a box."""
-    looked_at, seen = _seen(labels, smallest, box)
-    areas, faulty = _faults(seen, smallest, looked_at, labels.shape)
-    if locked and faulty.any():
-        faulty[areas[~free_of(seen, locked)]] = False
-    return int(np.count_nonzero(faulty))
+    crop, seen = _cropped(labels, smallest, box)
+    areas, to_clean = _areas_to_clean(seen, smallest, crop, labels.shape)
+    if locked and to_clean.any():
+        to_clean[areas[~unlocked_pixels(seen, locked)]] = False
+    return int(np.count_nonzero(to_clean))
 
 
-def _seen(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
+def _cropped(labels: Labels, smallest: int, box: Box | None) -> tuple[Box, Labels]:
     whole = slice(0, labels.shape[0]), slice(0, labels.shape[1])
-    looked_at = whole if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
-    return looked_at, labels[looked_at]
+    crop = whole if box is None else grown(box, min(max(smallest, 8), 32), labels.shape)
+    return crop, labels[crop]
 
 
-def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> tuple[NDArray[np.int32], Mask]:
+def _areas_to_clean(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> tuple[NDArray[np.int32], Mask]:
     """Connected areas (whole parts of blocks, or their thin parts), and which of them are to be cleaned up."""
     parts = _regions(labels)
     sizes = np.bincount(parts.ravel())
@@ -100,8 +100,8 @@ def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> 
         slivers &= _bodies_beside(np.where(slivers[bits], bits, 0), bodies, parts, slivers.size) == 1
 
     areas = np.where(slivers[bits], bits + sizes.size, parts).astype(np.int32)
-    faulty = np.concatenate([small, slivers])
-    return areas, faulty
+    to_clean = np.concatenate([small, slivers])
+    return areas, to_clean
 
 
 def _regions(values: NDArray[np.int32], background: int = -1) -> NDArray[np.int32]:
@@ -137,22 +137,22 @@ def _bodies_beside(
     return np.bincount(pairs[:, 0], minlength=count)
 
 
-def _given_away(labels: Labels, areas: NDArray[np.int32], faulty: Mask, locked: Collection[int]) -> Labels:
+def _reassign(labels: Labels, areas: NDArray[np.int32], to_clean: Mask, locked: Collection[int]) -> Labels:
     """Give every area to be cleaned up to the neighbour with the longest border to it."""
     found = []
     for (one, other), (area, beyond), (open_one, open_other) in zip(
-        sides(labels), sides(areas), sides(free_of(labels, locked)), strict=True
+        sides(labels), sides(areas), sides(unlocked_pixels(labels, locked)), strict=True
     ):
         movable = (one != other) & open_one & open_other
         for fault, rest, gains in ((area, beyond, other), (beyond, area, one)):
             # of two adjacent areas to clean up, one waits until the other is gone
-            given = movable & faulty[fault] & ~faulty[rest]
+            given = movable & to_clean[fault] & ~to_clean[rest]
             found.append(np.stack([fault[given], gains[given]], axis=1))
     pairs, lengths = np.unique(np.concatenate(found), axis=0, return_counts=True)
     if not len(pairs):
         return labels
     order = np.lexsort((lengths, pairs[:, 1] > 0))  # for each area the last counts: blocks, then length
-    goes_to = np.full(faulty.size, -1, np.int32)
+    goes_to = np.full(to_clean.size, -1, np.int32)
     goes_to[pairs[order, 0]] = pairs[order, 1]
     new = goes_to[areas]
     return np.where(new >= 0, new, labels).astype(np.int32)
@@ -167,7 +167,7 @@ def grow(labels: Labels, label: int, px: float, locked: Collection[int] = ()) ->
     if box is None:
         return None
     before = labels[box]
-    gained = (_distance(before == label) <= px) & free_of(before, locked)
+    gained = (_distance(before == label) <= px) & unlocked_pixels(before, locked)
     return patch_within(box, before, np.where(gained, label, before).astype(np.int32))
 
 
@@ -182,8 +182,8 @@ def shrink(labels: Labels, label: int, px: float, locked: Collection[int] = ()) 
         return None
     before = labels[box]
     block = before == label
-    lost = block & (_distance(~block & free_of(before, locked)) <= px)
-    return _let_go(box, before, label, lost, px, locked)
+    lost = block & (_distance(~block & unlocked_pixels(before, locked)) <= px)
+    return _reassign_lost(box, before, label, lost, px, locked)
 
 
 def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -197,11 +197,11 @@ def smooth(labels: Labels, label: int, px: float, locked: Collection[int] = ()) 
         return None
     before = labels[box]
     block = before == label
-    free = free_of(before, locked)
+    free = unlocked_pixels(before, locked)
     around = cv2.GaussianBlur(block.astype(np.float32), (0, 0), px, borderType=cv2.BORDER_REPLICATE)
     gained = ~block & free & (around > 0.5)
     lost = block & (around < 0.5)
-    return _let_go(box, np.asarray(before), label, lost, 3 * px, locked, gained)
+    return _reassign_lost(box, np.asarray(before), label, lost, 3 * px, locked, gained)
 
 
 def _box(labels: Labels, label: int, px: float, locked: Collection[int]) -> tuple[slice, slice] | None:
@@ -218,7 +218,7 @@ def _distance(mask: Mask) -> NDArray[np.float32]:
     return np.asarray(cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
 
 
-def _let_go(
+def _reassign_lost(
     box: tuple[slice, slice],
     before: Labels,
     label: int,
@@ -232,7 +232,7 @@ def _let_go(
     if not (block & ~lost).any():
         return None
     after = before.copy()
-    beside = ~block & free_of(before, locked)
+    beside = ~block & unlocked_pixels(before, locked)
     if lost.any() and beside.any():
         after[lost] = 0
         takers = beside & (before > 0)
@@ -250,8 +250,8 @@ def _let_go(
 
 def delete(labels: Labels, chosen: Collection[int], locked: Collection[int] = ()) -> LabelPatch | None:
     """Delete blocks: their pixels then belong to no block."""
-    doomed = [label for label in chosen if label not in locked and label > 0]
-    return patch_between(labels, np.where(np.isin(labels, doomed), 0, labels).astype(np.int32))
+    deleted = [label for label in chosen if label not in locked and label > 0]
+    return patch_between(labels, np.where(np.isin(labels, deleted), 0, labels).astype(np.int32))
 
 
 def merge(labels: Labels, chosen: Sequence[int], locked: Collection[int] = ()) -> LabelPatch | None:

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from ...data.blocks import Box
 from ...data.frame import RGBDFrame
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import apart, both, mark
+from ...data.pixel_grids import both, different_labels, mark
 from ...errors import InputError
 from ..edges.relief import Relief, find_relief
 from ..extraction import contract, regions_between, snap_to_jumps
@@ -57,16 +57,16 @@ def split(
     near : float
         Maximum distance [px] of a line's end from the boundary to be extended to it; twice that straight on.
     """
-    parted = None if label in locked else _part(labels, label, points, near)
-    if parted is None:
+    cut_block = None if label in locked else _cut(labels, label, points, near)
+    if cut_block is None:
         return None
-    numbers = np.full(parted.sizes.size, label, np.int32)
+    numbers = np.full(cut_block.sizes.size, label, np.int32)
     following = int(labels.max()) + 1 if first_new is None else first_new
-    for piece in parted.pieces:
+    for piece in cut_block.pieces:
         for part in piece[1:]:
             numbers[part] = following
             following += 1
-    return parted.patch(labels, numbers)
+    return cut_block.patch(labels, numbers)
 
 
 def cut_off(
@@ -92,23 +92,23 @@ def cut_off(
     near : float
         As in `split`; also the maximum distance [px] of a part beside the block from it.
     """
-    parted = None if label == source or {label, source} & set(locked) else _part(labels, source, points, near)
-    if parted is None:
+    cut_block = None if label == source or {label, source} & set(locked) else _cut(labels, source, points, near)
+    if cut_block is None:
         return None
-    taker = labels[parted.box] == label
-    bordering = have_border(parted.parts, taker)
+    taker = labels[cut_block.box] == label
+    bordering = have_border(cut_block.parts, taker)
     distance = cv2.distanceTransform((~taker).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    beside = set(np.unique(parted.parts[distance <= max(near, 1.0)]).tolist())
-    numbers = np.full(parted.sizes.size, source, np.int32)
-    for largest, *others in parted.pieces:
-        touching = [part for part in others if part in beside or parted.sizes[part] <= _FRAGMENT]
+    beside = set(np.unique(cut_block.parts[distance <= max(near, 1.0)]).tolist())
+    numbers = np.full(cut_block.sizes.size, source, np.int32)
+    for largest, *others in cut_block.pieces:
+        touching = [part for part in others if part in beside or cut_block.sizes[part] <= _FRAGMENT]
         if not touching:
             touching = [largest] if bordering[largest] else others
         numbers[touching] = label
-    return parted.patch(labels, numbers)
+    return cut_block.patch(labels, numbers)
 
 
-def run_on(labels: Labels, label: int, points: Points, near: float = _NEAR) -> list[tuple[float, float]]:
+def extend_to_boundary(labels: Labels, label: int, points: Points, near: float = _NEAR) -> list[tuple[float, float]]:
     """Extend the ends of a line inside a block to the block's boundary, at any distance.
 
     They are extended as by `split` if it is near, and straight on otherwise. The outline of a block that the block
@@ -133,12 +133,12 @@ def run_on(labels: Labels, label: int, points: Points, near: float = _NEAR) -> l
     if box is None or len(points) < 2:
         return [(float(x), float(y)) for x, y in points]
     corner = box[1].start, box[0].start
-    line = _led_on(labels[box] == label, np.asarray(points, np.float64) - corner, near, math.inf) + corner
+    line = _extended(labels[box] == label, np.asarray(points, np.float64) - corner, near, math.inf) + corner
     return [(float(x), float(y)) for x, y in line]
 
 
 @dataclass(frozen=True, eq=False)
-class _Parted:
+class _CutBlock:
     """A block cut by a line.
 
     Attributes
@@ -164,14 +164,14 @@ class _Parted:
         return patch_within(self.box, before, np.where(self.parts > 0, numbers[self.parts], before).astype(np.int32))
 
 
-def _part(labels: Labels, label: int, points: Points, near: float) -> _Parted | None:
+def _cut(labels: Labels, label: int, points: Points, near: float) -> _CutBlock | None:
     """The parts into which a line cuts a block; None if it stays whole."""
     box = None if label <= 0 or len(points) < 2 else box_of(labels, label, rim=1)
     if box is None:
         return None
     block = labels[box] == label
     line = np.asarray(points, np.float64) - (box[1].start, box[0].start)
-    cut = block & _drawn(_led_on(block, line, near, 2 * near), block.shape)
+    cut = block & _drawn(_extended(block, line, near, 2 * near), block.shape)
     _, whole = cv2.connectedComponents(block.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     count, parts = cv2.connectedComponents((block & ~cut).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     sizes = np.bincount(parts.ravel(), minlength=count)
@@ -184,7 +184,7 @@ def _part(labels: Labels, label: int, points: Points, near: float) -> _Parted | 
             pieces.append(sorted(found[found > 0].tolist(), key=lambda number: -sizes[number]))
     if not pieces:
         return None
-    return _Parted(box, np.where(block, _spread(parts, cut), 0).astype(np.int32), sizes, pieces)
+    return _CutBlock(box, np.where(block, _assign_line_pixels(parts, cut), 0).astype(np.int32), sizes, pieces)
 
 
 def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
@@ -194,9 +194,9 @@ def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
     return drawn > 0
 
 
-def _led_on(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
+def _extended(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
     filled = _filled(block)
-    before, after = (_beyond(filled, some, near, far) for some in (line[::-1], line))
+    before, after = (_extension_point(filled, some, near, far) for some in (line[::-1], line))
     return np.concatenate([before, line, after])
 
 
@@ -207,40 +207,40 @@ def _filled(block: Mask) -> Mask:
     return np.asarray(beyond[1:-1, 1:-1] != 2, bool)
 
 
-def _beyond(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
+def _extension_point(block: Mask, line: NDArray[np.float64], near: float, far: float) -> NDArray[np.float64]:
     """The point outside the block to which a line's end is extended; empty if none is needed, or all are too far.
 
     It is the point straight on within twice `near`; or else the nearest one within `near`; or else the point straight
     on within `far`.
     """
     end, nowhere = line[-1], np.empty((0, 2))
-    if not _holds(block, end[None])[0]:
+    if not _contains(block, end[None])[0]:
         return nowhere
     distance = np.hypot(*(line - end).T)
     direction = end - line[distance >= min(2 * near, distance.max())][-1]
     length = math.hypot(*direction)
     steps = np.arange(0.5, min(far, math.hypot(*block.shape)) + 0.5, 0.5) if length > 0 else np.empty(0)
     straight = end + steps[:, None] / max(length, 1e-9) * direction
-    off = np.flatnonzero(~_holds(block, straight))[:1]
+    off = np.flatnonzero(~_contains(block, straight))[:1]
     if off.size and steps[off[0]] <= 2 * near:
         return straight[off]
     reach = math.ceil(near)
     down, right = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     around = np.stack([np.floor(end[0]) + right + 0.5, np.floor(end[1]) + down + 0.5], axis=-1).reshape(-1, 2)
     distance = np.hypot(*(around - end).T)
-    distance[_holds(block, around)] = np.inf
+    distance[_contains(block, around)] = np.inf
     nearest = int(np.argmin(distance))
     return around[nearest : nearest + 1] if distance[nearest] <= near else straight[off]
 
 
-def _holds(block: Mask, points: NDArray[np.float64]) -> Mask:
+def _contains(block: Mask, points: NDArray[np.float64]) -> Mask:
     """Whether points (x, y), float (n, 2), lie in a block."""
     column, row = np.floor(points).astype(np.intp).T
     held = (row >= 0) & (row < block.shape[0]) & (column >= 0) & (column < block.shape[1])
     return held & block[np.where(held, row, 0), np.where(held, column, 0)]
 
 
-def _spread(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
+def _assign_line_pixels(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
     """Add the line's pixels to the parts, each to the part that is nearest through other pixels of the line."""
     spread = np.pad(parts, 1)
     width = spread.shape[1]
@@ -269,10 +269,10 @@ _NOISE_SHARE, _NOISE_PER_METRE = 0.005, 0.0015
 """Maximum RMS deviation of a single smooth surface, as a fraction of the depth: the larger of a constant and a term
 that grows with depth."""
 
-_BETTER = 0.55
+_MAX_DEVIATION_RATIO = 0.55
 """Maximum deviation from two planes, as a fraction of the deviation from one curved surface."""
 
-_LEAST = 60
+_MIN_PART_PIXELS = 60
 """Minimum number of pixels of a part beyond a jump."""
 
 _SEEN = 0.5
@@ -281,12 +281,12 @@ _SEEN = 0.5
 _BELOW_JUMPS = 0.9
 """Factor on the edge strength off jumps, so that jumps are the highest."""
 
-_ALL_BUT_JUMPS = 2.0
+_MAX_SURFACE_COST = 2.0
 """Maximum cost of a border between regions of one surface: above any without a jump."""
 
 _ROUNDS = 12
 
-_UNSURE = 0.03
+_BAND_SHARE = 0.03
 """Width of the band between the surfaces in which edges decide, as a fraction of the box's diagonal; at least 4 px."""
 
 
@@ -318,7 +318,7 @@ def suggest_split(
     parts = _at_jumps(frame.rgb[box], depth, block, strength[box])
     if parts is None:
         sides = _two_surfaces(depth)
-        parts = None if sides is None else _parted(block, sides, strength[box])
+        parts = None if sides is None else _divided(block, sides, strength[box])
     line = None if parts is None else _border(parts)
     if line is None:
         return None
@@ -341,9 +341,9 @@ def _at_jumps(
         graph = RegionGraph(regions, strength, RGBDFrame(rgb, depth), relief)
     except InputError:  # the depth of this block alone may be outside the valid scale
         return None
-    graph.merge_below(_ALL_BUT_JUMPS)
+    graph.merge_below(_MAX_SURFACE_COST)
     surfaces = graph.labels()
-    least = max(_SHARE * np.count_nonzero(block), _LEAST)
+    least = max(_SHARE * np.count_nonzero(block), _MIN_PART_PIXELS)
     for surface in range(1, int(surfaces.max()) + 1):
         part = surfaces == surface
         if least <= np.count_nonzero(part) <= np.count_nonzero(block) / 2 and _jump_share(part, block, relief) >= _SEEN:
@@ -353,7 +353,7 @@ def _at_jumps(
 
 def _jump_share(part: NDArray[np.bool_], block: NDArray[np.bool_], relief: Relief) -> float:
     """Fraction of a part's border to the rest of its block along which depth jumps."""
-    border = [rim & inside for rim, inside in zip(apart(part.astype(np.int32)), both(block), strict=True)]
+    border = [rim & inside for rim, inside in zip(different_labels(part.astype(np.int32)), both(block), strict=True)]
     length = sum(np.count_nonzero(some) for some in border)
     along = sum(np.count_nonzero(some & jumps) for some, jumps in zip(border, relief.jumps, strict=True))
     return along / max(length, 1)
@@ -375,7 +375,7 @@ def _two_surfaces(depth: NDArray[np.float32]) -> NDArray[np.int32] | None:
     one = _deviation(_residual(curved, inverse, np.ones(x.size, bool))) / typical
     if one <= max(_NOISE_SHARE, _NOISE_PER_METRE / typical):
         return None
-    best, least = None, _BETTER * one
+    best, least = None, _MAX_DEVIATION_RATIO * one
     for lean in (inverse, x, y, x + y, x - y):
         second = lean > _threshold(lean)
         for _ in range(_ROUNDS):
@@ -430,9 +430,9 @@ def _smoothed(known: NDArray[np.bool_], values: NDArray[np.float64]) -> NDArray[
     return np.where(np.abs(fine) > 1e-6 * bound, fine, wide)
 
 
-def _parted(block: NDArray[np.bool_], sides: NDArray[np.int32], strength: NDArray[np.float32]) -> NDArray[np.int32]:
+def _divided(block: NDArray[np.bool_], sides: NDArray[np.int32], strength: NDArray[np.float32]) -> NDArray[np.int32]:
     """The block's pixels by surface, 1 or 2, divided where the edges between are strongest; 0 outside the block."""
-    unsure = max(4.0, _UNSURE * math.hypot(*block.shape))
+    unsure = max(4.0, _BAND_SHARE * math.hypot(*block.shape))
     distances = [
         cv2.distanceTransform(np.pad((sides == side).astype(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[
             1:-1, 1:-1

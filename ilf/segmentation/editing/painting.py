@@ -14,7 +14,7 @@ from ...data.frame import RGBDFrame
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, Points, bounds, free_of, grown, patch_within
+from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.
 
@@ -71,7 +71,7 @@ def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = 
     """Give the stroke's pixels to a block (0: to no block), except those of locked blocks."""
     before = labels[stroke.box]
     return patch_within(
-        stroke.box, before, np.where(stroke.mask & free_of(before, locked), label, before).astype(np.int32)
+        stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before).astype(np.int32)
     )
 
 
@@ -115,13 +115,13 @@ def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
     right, bottom = np.ceil(np.minimum(line.max(axis=0), (shape[1], shape[0]))).astype(int)
     if left >= right or top >= bottom:
         return None
-    mask = parity(line - (left, top), (bottom - top, right - left))
+    mask = odd_even_fill(line - (left, top), (bottom - top, right - left))
     if not mask.any():
         return None
     return Stroke((slice(int(top), int(bottom)), slice(int(left), int(right))), mask)
 
 
-def parity(line: np.ndarray, shape: tuple[int, int]) -> Mask:
+def odd_even_fill(line: np.ndarray, shape: tuple[int, int]) -> Mask:
     """Pixels of an image whose centre a closed line (n, 2) of (x, y) encloses an odd number of times.
 
     From left to right along the centres of every row, each crossing of the line switches between outside and inside.
@@ -189,7 +189,7 @@ def erase(
 
 
 def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int], steps: NDArray[np.float32]) -> Labels:
-    growing = np.where((labels > 0) & (labels != label) & free_of(labels, locked), labels, 0)
+    growing = np.where((labels > 0) & (labels != label) & unlocked_pixels(labels, locked), labels, 0)
     if not growing.any():
         return labels
     grown_labels = flood(steps, growing, taken | (growing > 0))

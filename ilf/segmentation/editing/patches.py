@@ -87,7 +87,7 @@ def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
     return None if box is None else grown(box, rim, labels.shape)
 
 
-def free_of(labels: Labels, locked: Collection[int]) -> Mask:
+def unlocked_pixels(labels: Labels, locked: Collection[int]) -> Mask:
     """Pixels that belong to no locked block."""
     closed = list(locked)
     return ~np.isin(labels, closed) if closed else np.ones(labels.shape, bool)

@@ -22,7 +22,7 @@ from .patches import Points
 # The relief of a frame with default parameters, for editing tools.
 
 
-def usual_relief(frame: RGBDFrame) -> Relief:
+def default_relief(frame: RGBDFrame) -> Relief:
     """Jumps and bends of the known depth, with the default smallest jump; cached with the frame."""
     return relief_of(frame, BlockParameters())
 
@@ -63,7 +63,7 @@ class Snapper:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self._evidence = _evidence(usual_relief(frame), _gradient(frame.rgb), strength)
+        self._evidence = _evidence(default_relief(frame), _gradient(frame.rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """Move a line to the strongest evidence within a leash.
@@ -117,16 +117,16 @@ def _cheapest(cost: NDArray[np.float64]) -> NDArray[np.intp]:
     beside = np.arange(moves) + changes[:, None] + _STEEPEST
     total = np.full(moves + 2 * _STEEPEST, np.inf)
     total[_STEEPEST:-_STEEPEST] = cost[0]
-    came_by = np.zeros((count, moves), np.intp)
+    best_change = np.zeros((count, moves), np.intp)
     everywhere = np.arange(moves)
     for point in range(1, count):
         reached = total[beside] + bend
-        came_by[point] = reached.argmin(axis=0)
-        total[_STEEPEST:-_STEEPEST] = reached[came_by[point], everywhere] + cost[point]
+        best_change[point] = reached.argmin(axis=0)
+        total[_STEEPEST:-_STEEPEST] = reached[best_change[point], everywhere] + cost[point]
     chosen = np.empty(count, np.intp)
     chosen[-1] = total[_STEEPEST:-_STEEPEST].argmin()
     for point in range(count - 1, 0, -1):
-        chosen[point - 1] = chosen[point] + changes[came_by[point, chosen[point]]]
+        chosen[point - 1] = chosen[point] + changes[best_change[point, chosen[point]]]
     return chosen
 
 
@@ -189,7 +189,7 @@ class Similar:
         self._mask = np.ones(frame.shape, bool)
         row, column = int(np.floor(y)), int(np.floor(x))
         if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            self._mask = _reached(_like(frame, row, column), strength < _EDGE, usual_relief(frame).edges, row, column)
+            self._mask = _reached(_like(frame, row, column), strength < _EDGE, default_relief(frame).edges, row, column)
 
     @property
     def mask(self) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
 
@@ -100,7 +100,7 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     seen = pixel >= 0
     if seen.any() and not seen.all():
         around = cv2.blur(seen.astype(np.float32), (3, 3), borderType=cv2.BORDER_CONSTANT)
-        pixel = _from_the_nearest(pixel, seen)
+        pixel = _nearest_valid(pixel, seen)
         seen = seen | (around > _CRACK)
     pixel = np.maximum(pixel, 0)
     seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
@@ -111,7 +111,7 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
 
 
-def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
+def _nearest_valid(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
     """Values where valid, elsewhere those of the nearest valid pixel."""
     _, which = cv2.distanceTransformWithLabels(
         (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
@@ -165,7 +165,7 @@ _MOTION, _SHARE = 0.06, 0.6
 """A cell is static if its median motion is less than this [px]; the camera is static if this fraction of the cells is.
 """
 
-ALL_STILL = 0.001
+MAX_STATIC_CHANGE = 0.001
 """Maximum fraction of changed pixels for a static scene before a static camera."""
 
 
@@ -193,7 +193,7 @@ def around(mask: Mask) -> Mask:
     return cv2.dilate(mask.astype(np.uint8), np.ones((_STILL_AROUND, _STILL_AROUND), np.uint8)) > 0
 
 
-def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
+def camera_is_static(before: RGBDFrame, flow: Field) -> bool:
     """Whether most of the image's detail is static, by the flow to the frame after, float32 (H, W, 2)."""
     motions = [float(np.hypot(*np.median(there, axis=0))) for there in in_cells(flow, detailed(before))]
     # without any detail, there is no evidence of motion
@@ -221,14 +221,14 @@ def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
 
 # Motion by a known pose: points of one frame projected into the other.
 
-_LEAST_MOTION = 8.0
+_MIN_MOTION = 8.0
 """Smaller motions [px] cannot be distinguished from errors of the flow."""
 
-_LEAST_CELLS = 16
+_MIN_CELLS = 16
 """Minimum number of cells, out of 64: the flow along a single edge is ambiguous."""
 
 
-def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
+def motion_by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
     """Motion of points with depth by the camera pose; pixels without depth follow the flow.
 
     Parameters
@@ -260,7 +260,7 @@ def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow:
     )
 
 
-def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
+def difference_from_flow(motion: Motion, flow: Field, told: Mask) -> float:
     """Difference of the motion by a pose from the flow, as a fraction of the flow's length: median over image cells.
 
     Parameters
@@ -273,9 +273,9 @@ def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
     """
     rows, columns = np.indices(told.shape)
     off = np.hypot(motion.columns - columns - flow[..., 0], motion.rows - rows - flow[..., 1])
-    share = off / np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _LEAST_MOTION)
+    share = off / np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _MIN_MOTION)
     shares = [float(np.median(cell)) for cell in in_cells(share, told & ~np.isnan(off))]
-    return float(np.median(shares)) if len(shares) >= _LEAST_CELLS else 0.0
+    return float(np.median(shares)) if len(shares) >= _MIN_CELLS else 0.0
 
 
 # Connected parts of blocks, each of which moves like its inside.
@@ -344,7 +344,7 @@ def nearest_in_part(parts: Labels, good: Mask) -> NDArray[np.intp]:
 _SIDE = 24
 """Minimum height and width [px] of images for flow, which needs room for its patches."""
 
-_BACK, _BACK_SHARE = 1.0, 0.05
+_MAX_ROUND_TRIP_ERROR, _BACK_SHARE = 1.0, 0.05
 """Maximum forward-backward error of the flow [px], plus a fraction of the motion."""
 
 _FAR = 0.5
@@ -357,7 +357,7 @@ _BESIDE = 2.0
 """Distance [px] from the border of a part up to which depth may belong to another part."""
 
 
-def by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
+def motion_by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
     """Motion along the flow. The rims of parts get the motion of their inside, where the flow is consistent.
 
     Parameters
@@ -380,7 +380,7 @@ def by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
     return Motion(columns + inner[..., 0], rows + inner[..., 1], depth, source >= 0)
 
 
-def flows_between(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
+def consistent_flow(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
     """Optical flow from the frame before to the one after, and where it is consistent with the backward flow.
 
     If the motion is too large for that, flow is computed again, starting from the global shift by phase correlation.
@@ -392,33 +392,35 @@ def flows_between(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
     ndarray of bool, shape (H, W)
     """
     pictures = _brightness(before), _brightness(after)
-    found = _there_and_back(*pictures, (0.0, 0.0))
+    found = _forward_backward_flow(*pictures, (0.0, 0.0))
     if np.count_nonzero(found[1]) < _FAR * found[1].size:
         window = cv2.createHanningWindow(pictures[0].shape[::-1], cv2.CV_32F)
         start, end = (picture.astype(np.float32) for picture in pictures)
         shift, _ = cv2.phaseCorrelate(start, end, window)
-        again = _there_and_back(*pictures, (float(shift[0]), float(shift[1])))
+        again = _forward_backward_flow(*pictures, (float(shift[0]), float(shift[1])))
         if np.count_nonzero(again[1]) > np.count_nonzero(found[1]):
             found = again
     height, width = before.shape
     return found[0][:height, :width], found[1][:height, :width]
 
 
-def _there_and_back(start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]) -> tuple[Field, Mask]:
+def _forward_backward_flow(
+    start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]
+) -> tuple[Field, Mask]:
     """Flow from one image to another, starting from a global shift [px], and where the backward flow is consistent."""
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
     guess = np.empty((*start.shape, 2), np.float32)
     guess[:] = shift
     there = np.asarray(search.calc(start, end, guess.copy()), np.float32)
-    check_stopped()
+    check_cancelled()
     back = np.asarray(search.calc(end, start, -guess), np.float32)
-    check_stopped()
+    check_cancelled()
     rows, columns = np.indices(start.shape, dtype=np.float32)
     returned = cv2.remap(
         back, columns + there[..., 0], rows + there[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     off = np.hypot(there[..., 0] + returned[..., 0], there[..., 1] + returned[..., 1])
-    return there, np.asarray(off <= _BACK + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1]), bool)
+    return there, np.asarray(off <= _MAX_ROUND_TRIP_ERROR + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1]), bool)
 
 
 def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:

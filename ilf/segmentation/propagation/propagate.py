@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._runtime.cancellation import check_stopped
+from ..._runtime.cancellation import check_cancelled
 from ...data.blocks import checked_drawn, checked_labels
 from ...data.frame import RGBDFrame
 from ...data.parameters import BlockParameters
@@ -17,23 +17,23 @@ from ...errors import InputError
 from ..edges.frame_edges import find_edges
 from ..editing.patches import border_pixels
 from .motion import (
-    ALL_STILL,
+    MAX_STATIC_CHANGE,
     Labels,
     Mask,
     Sources,
     around,
-    by_flow,
-    by_pose,
-    camera_is_still,
+    camera_is_static,
     changed,
+    consistent_flow,
     depth_of_parts,
     detailed,
-    flows_between,
-    off_flow,
+    difference_from_flow,
+    motion_by_flow,
+    motion_by_pose,
     parts_of,
     sources_of,
 )
-from .settling import Settled, extracted_anew, labels_in, settle
+from .refining import Refined, extract_again, labels_in, refine
 
 # Propagated blocks that should be checked, and why.
 
@@ -42,59 +42,61 @@ _UNSEEN, _WON, _KEPT = 0.1, 0.07, 0.85
 propagated from another block; or if it keeps less than the last fraction of its propagated pixels."""
 
 
-def doubts(labels: Labels, settled: Settled) -> dict[int, str]:
+def reasons_to_check(labels: Labels, refined: Refined) -> dict[int, str]:
     """Blocks to check, with the reason as a sentence each.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
         Label map of the previous frame.
-    settled : Settled
+    refined : Settled
     """
-    now, was = settled.labels, settled.carried
+    now, was = refined.labels, refined.propagated
     count = int(max(now.max(), labels.max())) + 1
     size = np.bincount(now.ravel(), minlength=count)
     unseen = np.bincount(now[was < 0], minlength=count)
     won = np.bincount(now[(was >= 0) & (was != now)], minlength=count)
     kept = np.bincount(now[was == now], minlength=count)
-    carried = np.bincount(was[was >= 0], minlength=count)
+    propagated = np.bincount(was[was >= 0], minlength=count)
     reasons: dict[int, str] = {}
     for label in (np.flatnonzero(size[1:]) + 1).tolist():
-        if label in settled.new:
+        if label in refined.new:
             reasons[label] = "It is not in the previous frame."
         elif unseen[label] >= _UNSEEN * size[label]:
             reasons[label] = f"{unseen[label] / size[label]:.0%} of it is not visible in the previous frame."
         elif won[label] >= _WON * size[label]:
             reasons[label] = f"{won[label] / size[label]:.0%} of it belonged to another block in the previous frame."
-        elif kept[label] < _KEPT * carried[label]:
-            reasons[label] = f"It lost {1 - kept[label] / carried[label]:.0%} of its pixels in the refinement on edges."
+        elif kept[label] < _KEPT * propagated[label]:
+            reasons[label] = (
+                f"It lost {1 - kept[label] / propagated[label]:.0%} of its pixels in the refinement on edges."
+            )
     return reasons
 
 
 # Propagating blocks to the next frame.
 
-WAYS = ("auto", "copied", "flow", "pose")
+METHODS = ("auto", "copied", "flow", "pose")
 """Methods of propagation; auto uses the pose if it is known, else copies static pixels and uses flow for the rest."""
 
-_LEAST = 0.15
+_MIN_CONSISTENT_SHARE = 0.15
 """Minimum fraction of the image with consistent flow: it is 0.8 and more between frames of a video, 0.3 after two
 thirds of the image have changed, less than 0.05 between images of different places."""
 
-_LOST = (
+_LOW_MATCH_NOTE = (
     "Only {share:.0%} of the image could be tracked from the previous frame, so its blocks were extracted again and "
     "named by overlap with the propagated ones: check all of them."
 )
 
-_POSE_OFF = 0.3
+_MAX_POSE_ERROR = 0.3
 """Maximum median difference of the motion by the pose from the flow, as a fraction of the motion, or of 8 px if that is
 larger: an inverted pose, or one in other units, differs by 0.3 to 2, a correct one by less than 0.05."""
 
-_WRONG_POSE = (
+_WRONG_POSE_NOTE = (
     "The camera pose does not fit the images: the median error is {off:.0%} of the motion. The blocks were propagated "
     "by optical flow instead. Poses must transform points of the camera [m] to the world."
 )
 
-_OTHER = 0.1
+_MAX_CHANGED_SHARE = 0.1
 """A copied block is to be checked if more than this fraction of it has changed."""
 
 
@@ -192,8 +194,8 @@ def follow(
     >>> found.how, found.labels[24, [19, 21, 34, 38]].tolist()
     ('flow', [1, 2, 2, 1])
     """
-    if how not in WAYS:
-        raise InputError(f"Blocks cannot be propagated by {how!r}. Select one of {', '.join(WAYS)}.")
+    if how not in METHODS:
+        raise InputError(f"Blocks cannot be propagated by {how!r}. Select one of {', '.join(METHODS)}.")
     if before.shape != after.shape:
         raise InputError(
             f"The frames differ in size: {before.shape[1]} x {before.shape[0]} and {after.shape[1]} x "
@@ -204,47 +206,47 @@ def follow(
     known = _pose(how, pose, before, after)
     if how == "copied":
         return _copied(present, hand, changed(before, after))
-    flow, agrees = flows_between(before, after)
+    flow, agrees = consistent_flow(before, after)
     still = None
-    if how == "auto" and known is None and camera_is_still(before, flow):
+    if how == "auto" and known is None and camera_is_static(before, flow):
         moved = changed(before, after)
-        if moved.mean() <= ALL_STILL:
+        if moved.mean() <= MAX_STATIC_CHANGE:
             return _copied(present, hand, moved)
         still = ~around(moved)
     parts = parts_of(present)
-    check_stopped()
+    check_cancelled()
     depth = depth_of_parts(before, parts)
-    check_stopped()
-    motion, done = by_flow(flow, agrees, parts, depth), "flow"
+    check_cancelled()
+    motion, done = motion_by_flow(flow, agrees, parts, depth), "flow"
     share = float(agrees.mean())
     chosen = extraction or BlockParameters()
     notes = find_edges(after, chosen).notes
     if known is not None:
-        by_known = by_pose(before, after, known, depth, motion)
-        off = off_flow(by_known, flow, agrees & detailed(before))
-        if how == "pose" or off <= _POSE_OFF:
+        by_known = motion_by_pose(before, after, known, depth, motion)
+        off = difference_from_flow(by_known, flow, agrees & detailed(before))
+        if how == "pose" or off <= _MAX_POSE_ERROR:
             motion, done, share = by_known, "pose", 1.0
         else:
-            notes = (*notes, _WRONG_POSE.format(off=off))
-    check_stopped()
+            notes = (*notes, _WRONG_POSE_NOTE.format(off=off))
+    check_cancelled()
     sources = sources_of(motion, after, still)
-    check_stopped()
-    if share < _LEAST:
-        settled = extracted_anew(parts, sources, after, chosen, taken)
-        reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the image matches the previous frame.")
-        notes = (*notes, _LOST.format(share=share))
+    check_cancelled()
+    if share < _MIN_CONSISTENT_SHARE:
+        refined = extract_again(parts, sources, after, chosen, taken)
+        reasons = dict.fromkeys(labels_in(refined.labels), "Too little of the image matches the previous frame.")
+        notes = (*notes, _LOW_MATCH_NOTE.format(share=share))
     else:
-        settled = settle(parts, sources, after, chosen, _firm(present, hand, locked), taken)
-        reasons = doubts(present, settled)
+        refined = refine(parts, sources, after, chosen, _fixed_borders(present, hand, locked), taken)
+        reasons = reasons_to_check(present, refined)
     return Followed(
-        settled.labels,
-        _drawn_now(hand, settled.labels, sources),
+        refined.labels,
+        _drawn_now(hand, refined.labels, sources),
         done,
-        settled.uncertain,
+        refined.uncertain,
         frozenset(reasons),
         reasons,
-        settled.new,
-        labels_in(present) - labels_in(settled.labels),
+        refined.new,
+        labels_in(present) - labels_in(refined.labels),
         notes,
     )
 
@@ -273,7 +275,7 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Follo
     off = np.bincount(labels[moved], minlength=size.size)
     reasons = {
         label: f"{off[label] / size[label]:.0%} of it has changed since the previous frame."
-        for label in np.flatnonzero(off > _OTHER * size).tolist()
+        for label in np.flatnonzero(off > _MAX_CHANGED_SHARE * size).tolist()
         if label > 0
     }
     return Followed(
@@ -281,7 +283,7 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Follo
     )
 
 
-def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:
+def _fixed_borders(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:
     """Borders that stay as propagated: drawn ones, and those of locked blocks."""
     if not locked:
         return drawn
@@ -293,6 +295,6 @@ def _drawn_now(drawn: Mask | None, labels: NDArray[np.int32], sources: Sources) 
     """Borders of blocks near the propagated position of a drawn one."""
     if drawn is None:
         return None
-    carried = sources.seen & drawn.ravel()[sources.pixel]
-    near = cv2.dilate(carried.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    return checked_drawn(np.where(sources.still, carried, near & border_pixels(labels)), labels.shape)
+    propagated = sources.seen & drawn.ravel()[sources.pixel]
+    near = cv2.dilate(propagated.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    return checked_drawn(np.where(sources.still, propagated, near & border_pixels(labels)), labels.shape)

@@ -153,7 +153,7 @@ def _correct(
         int(hidden.sum()),
         int((hidden & ~np.isfinite(untouched)).sum()),
         int((hidden & ~np.isfinite(depth)).sum()),
-        *(_error(found, task.truth, common & np.isfinite(exact)) for found in (untouched, depth, exact)),
+        *(_error(found, task.ground_truth, common & np.isfinite(exact)) for found in (untouched, depth, exact)),
     )
 
 
@@ -173,11 +173,11 @@ def _completed(session: Session, correction: Correction) -> NDArray[np.float32]:
     return session.run(ilf.preset(), chosen).complete().depth
 
 
-def _error(depth: NDArray[np.float32], truth: NDArray[np.float32], where: NDArray[np.bool_]) -> float:
+def _error(depth: NDArray[np.float32], ground_truth: NDArray[np.float32], where: NDArray[np.bool_]) -> float:
     """Root mean square error in mm."""
     if not where.any():
         return math.nan
-    return float(1000 * np.sqrt(np.mean((depth[where].astype(float) - truth[where]) ** 2)))
+    return float(1000 * np.sqrt(np.mean((depth[where].astype(float) - ground_truth[where]) ** 2)))
 
 
 def _row(one: Outcome) -> str:

@@ -40,7 +40,7 @@ class Driver:
     """A visible window of 1280 x 800, whose tool and brush stay from correction to correction."""
 
     def __init__(self) -> None:
-        self.window = MainWindow(remembers=False)
+        self.window = MainWindow(persistent=False)
         self.window.documents.discard_silently = True
         self.window.resize(1280, 800)
         self.window.show()
@@ -60,7 +60,7 @@ class Driver:
             slice(rows.start - _MARGIN, rows.stop + _MARGIN), slice(columns.start - _MARGIN, columns.stop + _MARGIN)
         )
         self._settle()
-        self._wait(lambda: self.window.editor.aid is not None, "The edges for snapping were not found")
+        self._wait(lambda: self.window.editor.edge_data is not None, "The edges for snapping were not found")
         return session
 
     def close(self) -> None:

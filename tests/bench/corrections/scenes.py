@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ilf._runtime.files import read_json
-from ilf.lab.bench.frames import TRUTH_FILE, BenchFrame
+from ilf.lab.bench.frames import GROUND_TRUTH_FILE, BenchFrame
 from ilf.lab.bench.patterns import Task, make_task
 from ilf.sources.frames import META_NAME, load_frame
 
@@ -31,5 +31,5 @@ def load_scene(scene: Scene, folder: Path) -> Task:
     else:
         colour = next(root.glob("rgb.*"))
         units = read_json(root / META_NAME)["gt_units_per_m"]
-        frame = load_frame(colour, root / TRUTH_FILE, depth_units=units, name=scene.name)
+        frame = load_frame(colour, root / GROUND_TRUTH_FILE, depth_units=units, name=scene.name)
     return make_task(BenchFrame(frame, None), "areas", scene.seed)

@@ -14,7 +14,7 @@ import ilf._runtime.sandbox
 
 
 def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
-    """As `ilf._runtime.sandbox.run_apart`."""
+    """As `ilf._runtime.sandbox.run_in_child`."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child needs no other thread

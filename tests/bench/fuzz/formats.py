@@ -8,14 +8,14 @@ from pathlib import Path
 
 from ilf.batch.pictures import read_preview
 from ilf.batch.workers import scheduler_address
-from ilf.io.companions import load_truth
+from ilf.io.frame_additions import load_ground_truth
 from ilf.io.labels import read_labels, read_mask
 from ilf.lab.experiments.files import read_result
 from ilf.run.preset_files import read_preset
 from ilf.run.record_file import read_record
 from ilf.sources.nyu import read_split
 
-from . import kept_seeds, readers, recording_seeds, seeds
+from . import program_seeds, readers, recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_sql, of_text, of_zip
 
 
@@ -57,7 +57,7 @@ _ALL = (
     Format("colour-ppm-tiff", "rgb.tif", seeds.colour_ppm, of_bytes, readers.colour),
     Format("thumbnail", "rgb.png", seeds.colour_png, of_png, readers.thumbnail),
     Format("guide-npz", "guide.npz", seeds.guide_npz, of_zip(lambda name: of_bytes), readers.guide),
-    Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: load_truth(path, seeds.SHAPE)),
+    Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: load_ground_truth(path, seeds.SHAPE)),
     Format("meta-json", "meta.json", seeds.meta_json, of_json, readers.folder),
     Format("intrinsics-json", "camera.json", seeds.intrinsics_json, of_json, readers.intrinsics),
     Format("preset", "preset.json", seeds.preset, of_json, read_preset),
@@ -129,27 +129,29 @@ _ALL = (
     Format("guide-png", "guide.png", seeds.guide_png, of_png, readers.guide),
     Format("guide-pfm", "guide.pfm", recording_seeds.depth_pfm, of_bytes, readers.guide),
     Format("guide-exr", "guide.exr", recording_seeds.depth_exr, of_bytes, readers.guide),
-    Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: load_truth(path, seeds.SHAPE)),
+    Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: load_ground_truth(path, seeds.SHAPE)),
     Format("confidence-png", "sure.png", seeds.confidence_png, of_png, readers.confidence),
     Format("confidence-npy", "sure.npy", seeds.confidence_npy, of_bytes, readers.confidence),
     Format("mask-list", "masks/metadata.csv", seeds.mask_list, of_text, readers.masks),
     Format("mask-folder", "masks/1.png", seeds.mask_picture, of_png, readers.masks),
     Format("split-list", "split.txt", seeds.split_list, of_text, read_split),
-    Format("preset-folder", "PRESETS/own.json", kept_seeds.presets, of_json, readers.presets),
-    Format("replay", "out/run.json", kept_seeds.replay, of_json, readers.replayed),
-    Format("result-record", "out/run.json", kept_seeds.result("run.json"), of_json, readers.result),
-    Format("result-meta", "out/meta.json", kept_seeds.result("meta.json"), of_json, readers.result),
-    Format("bench-frame", "meta.json", kept_seeds.bench_frame, of_json, readers.bench_frame),
-    Format("batch-settings", "out/batch.json", kept_seeds.batch("batch.json"), of_json, readers.batch),
-    Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
+    Format("preset-folder", "PRESETS/own.json", program_seeds.presets, of_json, readers.presets),
+    Format("replay", "out/run.json", program_seeds.replay, of_json, readers.replayed),
+    Format("result-record", "out/run.json", program_seeds.result("run.json"), of_json, readers.result),
+    Format("result-meta", "out/meta.json", program_seeds.result("meta.json"), of_json, readers.result),
+    Format("bench-frame", "meta.json", program_seeds.bench_frame, of_json, readers.bench_frame),
+    Format("batch-settings", "out/batch.json", program_seeds.batch("batch.json"), of_json, readers.batch),
+    Format(
+        "batch-frame", "out/rgb__0000/frame.json", program_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch
+    ),
     Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
     Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
-    Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
-    Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
+    Format("bench-result", "earlier.json", program_seeds.earlier, of_json, readers.earlier),
+    Format("interrupted-set", "names", program_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
-    Format("journal", "left/left.journal", kept_seeds.journal, of_bytes, readers.journal),
-    Format("journal-sql", "left/left.journal", kept_seeds.journal, of_sql, readers.journal),
-    Format("journal-log", "left/left.journal-wal", kept_seeds.journal_log, of_bytes, readers.journal_log),
+    Format("journal", "left/left.journal", program_seeds.journal, of_bytes, readers.journal),
+    Format("journal-sql", "left/left.journal", program_seeds.journal, of_sql, readers.journal),
+    Format("journal-log", "left/left.journal-wal", program_seeds.journal_log, of_bytes, readers.journal_log),
 )
 
 FORMATS = {form.name: form for form in _ALL}

@@ -14,7 +14,7 @@ import ilf.batch.batch
 import ilf.segmentation.edges.detectors
 from gui.features.frame_list.thumbnails import read_thumbnail
 from ilf._runtime.networks.models import models_folder
-from ilf._runtime.staging import clear_interrupted
+from ilf._runtime.staging import restore_interrupted
 from ilf.batch.batch import frame_states, write_manifest
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.settings import BatchSettings, differences, read_settings
@@ -25,12 +25,12 @@ from ilf.data.points import point_cloud
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import intrinsics_from
-from ilf.io.companions import below, load_guide, read_confidence
+from ilf.io.frame_additions import load_guide, low_confidence, read_confidence
 from ilf.lab.bench.frames import load_bench_frame
 from ilf.lab.bench.methods import METHODS
-from ilf.lab.bench.runner import read_earlier
+from ilf.lab.bench.runner import read_earlier_result
 from ilf.project.file import open_project, save_project
-from ilf.project.journals import copied_frames, left_work
+from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.run.nerfstudio import write_nerfstudio
 from ilf.run.preset_files import list_presets
 from ilf.run.record_file import read_record
@@ -170,7 +170,7 @@ def names(path: Path) -> None:
 
 def confidence(path: Path) -> None:
     depth = np.full(SHAPE, 2.0, np.float32)
-    below(read_confidence(path, SHAPE), 1, depth)
+    low_confidence(read_confidence(path, SHAPE), 1, depth)
 
 
 def masks(path: Path) -> None:
@@ -207,7 +207,7 @@ def bench_frame(path: Path) -> None:
 
 
 def earlier(path: Path) -> None:
-    read_earlier(path, list(METHODS))
+    read_earlier_result(path, list(METHODS))
 
 
 def batch(path: Path) -> None:
@@ -219,7 +219,7 @@ def batch(path: Path) -> None:
     differences(before[0], BatchSettings().facts())
     frames = frames_of_sources([open_source(folder.parent / "frames")])
     task = Task(str(folder), BatchSettings(), (folder.parent / "sha256").read_text(), before[1])
-    ilf.batch.batch.done_apart = lambda work, items, **_: ((item, work(item)) for item in items)
+    ilf.batch.batch.run_in_processes = lambda work, items, **_: ((item, work(item)) for item in items)
     frame_states(task, frames)
     write_manifest(folder, frames)
 
@@ -231,7 +231,7 @@ def unfinished(path: Path) -> None:
     shutil.copytree(path.parent / "sound", target)
     (begun,) = target.glob(".ilf-export-*")
     shutil.copy(path, begun / ".names")
-    clear_interrupted(target)
+    restore_interrupted(target)
     left = {entry.name for entry in target.iterdir()}
     assert {"other.txt"} <= left <= {"other.txt", "depth.npy", "errors.npy", "run.json"}, left
 
@@ -245,12 +245,12 @@ def window(path: Path) -> None:
 def journal(path: Path) -> None:
     """Work in a window's journal."""
     try:
-        for left in left_work(path.parent):
+        for left in find_recoverable_work(path.parent):
             try:
                 if left.problem:
                     raise InputError(left.problem)
                 left.picture()
-                copied_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
+                copy_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
             finally:
                 left.release()
     finally:

@@ -20,7 +20,7 @@ from ilf.lab.experiments.files import StoredFigure, StoredResult
 from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
-from ilf.run.preset_files import OwnPreset, write_preset
+from ilf.run.preset_files import UserPreset, write_preset
 from ilf.run.run import Run
 from ilf.run.writing import write
 from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras
@@ -171,8 +171,8 @@ def intrinsics_json(folder: Path) -> list[bytes]:
 
 def preset(folder: Path) -> list[bytes]:
     """With and without parameters of blocks."""
-    write_preset(folder / "a.json", OwnPreset("soft", ilf.preset("best", smoothness=3)))
-    other = OwnPreset("other", ilf.preset("paper", max_iterations=7), "paper", ilf.BlockParameters(granularity=0.4))
+    write_preset(folder / "a.json", UserPreset("soft", ilf.preset("best", smoothness=3)))
+    other = UserPreset("other", ilf.preset("paper", max_iterations=7), "paper", ilf.BlockParameters(granularity=0.4))
     write_preset(folder / "b.json", other)
     return [(folder / name).read_bytes() for name in ("a.json", "b.json")]
 

@@ -80,7 +80,7 @@ def _window(folder: Path) -> MainWindow:
     application.setApplicationName(Path(FILE).stem)
     QSettings.setDefaultFormat(QSettings.Format.IniFormat)
     QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(folder))
-    window = MainWindow(remembers=False)
-    window.panels.remembers = True
+    window = MainWindow(persistent=False)
+    window.panels.persistent = True
     window.panels.arrange()
     return window

@@ -95,8 +95,8 @@ def main() -> None:
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
-    ilf._runtime.sandbox.run_apart = run_forked
-    ilf._runtime.sandbox.limit_process(3600 * 24, MEMORY)
+    ilf._runtime.sandbox.run_in_child = run_forked
+    ilf._runtime.sandbox.set_process_limits(3600 * 24, MEMORY)
     work(form, *map(int, numbers), place, keep, out)
 
 

@@ -22,8 +22,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
-from gui.features.project.saving import Wish
-from gui.project.present import is_begun
+from gui.features.project.saving import SaveRequest
+from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
 from ilf.project.journal import Journal
 from ilf.segmentation.editing.cutting import split
@@ -35,14 +35,14 @@ from .digests import digest_of_session
 _LOCK = threading.Lock()
 
 
-def say(**what: object) -> None:
+def report_action(**what: object) -> None:
     """Report to the parent."""
     with _LOCK:
         sys.stdout.write(json.dumps({"time": time.monotonic(), **what}) + "\n")
         sys.stdout.flush()
 
 
-class Hand:
+class RandomUser:
     """Performs random actions in the window."""
 
     def __init__(self, window: MainWindow, folder: Path, frames: list[str], chance: random.Random) -> None:
@@ -56,10 +56,10 @@ class Hand:
 
     def report(self) -> None:
         """Report the state of all frames; not during a stroke."""
-        if not self.workspace.stroke_under_way:
-            begun = filter(is_begun, self.workspace.sessions)
+        if not self.workspace.stroke_in_progress:
+            begun = filter(has_content, self.workspace.sessions)
             states = {session.id: digest_of_session(session) for session in begun}
-            say(state=states, unsaved=self.window.project.present.unsaved)
+            report_action(state=states, unsaved=self.window.project.present.unsaved)
 
     def act(self) -> None:
         """Perform a random action."""
@@ -77,7 +77,7 @@ class Hand:
     def _choices(self) -> list[Callable[[], object]]:
         brush = [self._go_on_with_stroke] * 8
         values = [self._split, self._rename, self._lock, self._hide, self._own, self._common, self._note, self._turn]
-        others = [self._undo, self._undo, self._redo, self._run, self._run, self._save, self._distrust]
+        others = [self._undo, self._undo, self._redo, self._run, self._run, self._save, self._mark_invalid]
         return [*brush, *values, *values, *others]
 
     def _block(self) -> int:
@@ -141,39 +141,42 @@ class Hand:
         if self.window.runs.free:
             self.window.runs.start()
 
-    def _distrust(self) -> None:
+    def _mark_invalid(self) -> None:
         session = self.workspace.session
         mask = np.zeros(session.frame.shape, bool)
         row = self.chance.randrange(mask.shape[0] - 4)
         mask[row : row + 4, ::3] = np.isfinite(session.frame.measured[row : row + 4, ::3])
-        self.workspace.set_distrusted(mask if mask.any() else None, "Distrust")
+        self.workspace.set_invalid_mask(mask if mask.any() else None, "MarkInvalid")
 
     def _save(self) -> None:
         if not self.window.project.saving.busy:
-            self.window.project.saving.save(Wish(self.project))
+            self.window.project.saving.save(SaveRequest(self.project))
 
 
 def main() -> None:
     """Work until killed."""
     seed, folder, *frames = sys.argv[1:]
     os.environ["ILF_AUTOSAVE"] = str(Path(folder, "autosave"))
-    hands: list[Hand] = []
+    hands: list[RandomUser] = []
     _announce(hands)
     app = QApplication(sys.argv[:1])
-    window = MainWindow(remembers=True)
+    window = MainWindow(persistent=True)
     window.resize(900, 600)
     window.show()
-    hand = Hand(window, Path(folder), frames, random.Random(seed))
+    hand = RandomUser(window, Path(folder), frames, random.Random(seed))
     hands.append(hand)
-    window.recorder.failed.connect(lambda error: say(failed=repr(error)))
-    window.project.saving.failed.connect(lambda error: say(failed=repr(error)))
-    window.project.saving.saved.connect(lambda path, problems: say(saved=str(path), problems=problems))
+    window.recorder.failed.connect(lambda error: report_action(failed=repr(error)))
+    window.project.saving.failed.connect(lambda error: report_action(failed=repr(error)))
+    window.project.saving.saved.connect(lambda path, problems: report_action(saved=str(path), problems=problems))
     hand.timer.start(5)
-    sys.excepthook = lambda kind, error, trace: (say(error=repr(error)), sys.__excepthook__(kind, error, trace))
+    sys.excepthook = lambda kind, error, trace: (
+        report_action(error=repr(error)),
+        sys.__excepthook__(kind, error, trace),
+    )
     sys.exit(app.exec())
 
 
-def _announce(hands: list[Hand]) -> None:
+def _announce(hands: list[RandomUser]) -> None:
     """Report every write before it starts."""
     commit, replace, take = Journal.commit, os.replace, Recorder._take
 
@@ -185,16 +188,16 @@ def _announce(hands: list[Hand]) -> None:
     Recorder._take = reported_take  # type: ignore[method-assign]
 
     def announced_commit(self: Journal, *arguments: object, **more: object) -> None:
-        say(at="commit")
+        report_action(at="commit")
         commit(self, *arguments, **more)  # type: ignore[arg-type]
-        say(at="committed")
+        report_action(at="committed")
 
     Journal.commit = announced_commit  # type: ignore[method-assign,assignment]
 
     def announced_replace(source: str, target: str) -> None:
-        say(at="replace")
+        report_action(at="replace")
         replace(source, target)
-        say(at="replaced")
+        report_action(at="replaced")
 
     os.replace = announced_replace  # type: ignore[assignment]
 

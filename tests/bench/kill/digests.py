@@ -13,7 +13,7 @@ from gui.state.session import Session
 from ilf.data.results import BlockResult
 from ilf.drawing.blocks import block_colour
 from ilf.project.frame_state import BlockInfo, FrameState
-from ilf.project.run_history import KeptRun
+from ilf.project.run_history import StoredRun
 
 
 def digest_of_session(session: Session) -> str:
@@ -26,9 +26,9 @@ def digest_of_session(session: Session) -> str:
             session.notes,
             session.common,
             session.valid_results(),
-            runs=tuple(session.kept_runs),
+            runs=tuple(session.run_history),
             next_number=session.next_run,
-            dense=session.dense,
+            extrapolate=session.extrapolate,
             own_parameters=session.own_parameters,
             note=session.note,
             to_check=frozenset(session.to_check),
@@ -52,14 +52,14 @@ def digest(state: FrameState) -> str:
         sorted(notes.handmade),
         state.common.to_dict(),
         state.next_number,
-        state.dense,
+        state.extrapolate,
         state.own_parameters,
         state.note,
         sorted(state.to_check),
         [[run.number, run.name, run.note, run.how, sorted(run.done)] for run in state.runs],
     ]
     found.update(json.dumps(plain, default=str).encode())
-    for array in (state.labels, notes.drawn, notes.extracted, state.frame.distrusted, state.frame.measured):
+    for array in (state.labels, notes.drawn, notes.extracted, state.frame.invalid_mask, state.frame.measured):
         _add(found, array)
     _add_results(found, state.results)
     for run in state.runs:
@@ -67,7 +67,7 @@ def digest(state: FrameState) -> str:
     return found.hexdigest()
 
 
-def _add_run(found: Any, kept: KeptRun) -> None:
+def _add_run(found: Any, kept: StoredRun) -> None:
     _add(found, kept.run.blocks)
     _add_results(found, kept.results)
 

@@ -22,8 +22,8 @@ from ilf.project.archive import Parts
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.journals import LeftWork, left_work
 from ilf.project.project import ProjectFrame
+from ilf.project.recovery import RecoverableWork, find_recoverable_work
 from ilf.sources.frames import load_frame
 from tests.e2e.conftest import write_frame
 
@@ -64,7 +64,7 @@ class Found:
 
 
 @dataclass
-class _Told:
+class _Reports:
     """Reports of the child."""
 
     times: list[float] = field(default_factory=list)
@@ -115,7 +115,7 @@ def one_round(number: int, frames: Sequence[Path], folder: Path, longest: float 
     return found
 
 
-def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folder: Path) -> tuple[_Told, float]:
+def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folder: Path) -> tuple[_Reports, float]:
     with open(folder / "stderr", "w") as stderr:
         child = subprocess.Popen(
             [sys.executable, "-m", "tests.bench.kill.child", str(number), folder, *frames],
@@ -126,7 +126,7 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
             env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
         )
     assert child.stdout is not None
-    told = _Told()
+    told = _Reports()
     begun: float | None = None
     for line in child.stdout:
         said = told.take(line)
@@ -146,21 +146,21 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
     return told, killed
 
 
-def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
+def _look(found: Found, told: _Reports, killed: float, folder: Path) -> None:
     """Open the project file and the recovered work as the next window does."""
     path = folder / "work.ilf"
     with open_project(path) if path.exists() else nullcontext() as opened:
         _compare(found, told, killed, folder, opened)
 
 
-def _compare(found: Found, told: _Told, killed: float, folder: Path, opened: OpenedProject | None) -> None:
+def _compare(found: Found, told: _Reports, killed: float, folder: Path, opened: OpenedProject | None) -> None:
     state, base = _in_project(opened), None if opened is None else opened.parts
     if base is not None:
         if state not in told.states:
             found.problem = f"the project file contains no state of the child: {_nearest(state, told)}"
             return
         found.project_opened = True
-    works = left_work(folder / "autosave")
+    works = find_recoverable_work(folder / "autosave")
     if works:
         try:
             state = _in_work(works[0], base)
@@ -186,7 +186,7 @@ def _in_project(opened: OpenedProject | None) -> dict[str, str]:
     return {frame.id: _digest(frame, opened.parts) for frame in opened.project.frames if frame.has_state}
 
 
-def _in_work(left: LeftWork, base: Parts | None) -> dict[str, str]:
+def _in_work(left: RecoverableWork, base: Parts | None) -> dict[str, str]:
     """Return digests of all frames of the recovered work, combined with those of the project file."""
     if left.problem or left.read.problems:
         raise InputError(left.problem or " ".join(left.read.problems))
@@ -205,7 +205,7 @@ def _digest(frame: ProjectFrame, parts: Parts) -> str:
     return digest(decoded.state)
 
 
-def _nearest(state: dict[str, str], told: _Told) -> str:
+def _nearest(state: dict[str, str], told: _Reports) -> str:
     found = []
     for frame_id, one in state.items():
         when = [number for number, states in enumerate(told.states) if states.get(frame_id) == one]

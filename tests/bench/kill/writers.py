@@ -22,9 +22,9 @@ from pathlib import Path
 
 from ilf.project.file import open_project
 from ilf.run.record_file import read_record
-from ilf.run.replaying import missing_or_changed
+from ilf.run.replaying import file_problems
 
-from ..writers import WRITERS, Writer, as_found, contents
+from ..writers import WRITERS, Writer, contents, contents_after_cleanup
 
 _LONGEST = 1.2
 """Maximum time of a kill, in multiples of the time to write a set."""
@@ -45,7 +45,7 @@ def kills_of(writer: Writer, folder: Path, kills: int, chance: random.Random) ->
     for number in range(kills):
         _killed(write, target, first=number % 2, after=chance.uniform(0, _LONGEST * took))
         hidden = any(Path(name).parts[0].startswith(".ilf-") for name in contents(target))
-        left = as_found(target)
+        left = contents_after_cleanup(target)
         whole = [
             version
             for version, files in enumerate(sets)
@@ -85,7 +85,7 @@ def _killed(write: object, target: Path, first: int, after: float) -> None:
 def _problem(target: Path, left: dict[str, bytes]) -> str:
     """Check the files that differ at each writing with their reader; return the error."""
     if "run.json" in left:
-        return " ".join(missing_or_changed(read_record(target / "run.json"), target))
+        return " ".join(file_problems(read_record(target / "run.json"), target))
     with open_project(target / "work.ilf") as opened:
         return " ".join(opened.problems)
 

@@ -26,7 +26,7 @@ SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
 
 
 @dataclass(frozen=True)
-class Covering:
+class TestCoverage:
     """Coverage and durations of the tests.
 
     Attributes
@@ -57,7 +57,7 @@ class Covering:
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
-def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
+def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, folder: Path) -> TestCoverage:
     """Run every test file once, separately, and collect which tests run the lines of some files.
 
     The coverage of a test file is stored in the folder until the program or the test file changes. Tests that fail
@@ -104,7 +104,7 @@ def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, 
             for line, tests in _tests_by_line(data.contexts_by_lineno(path), found["seconds"]).items():
                 of_path.setdefault(line, []).extend(tests)
         data.close()
-    return Covering(seconds, lines)
+    return TestCoverage(seconds, lines)
 
 
 def _is_of_tests(name: str) -> bool:

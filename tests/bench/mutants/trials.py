@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from .covering import Covering
+from .covering import TestCoverage
 from .sites import Mutant
 from .trees import environment, put
 
@@ -51,7 +51,7 @@ class Trial:
 class Trials:
     """Tries faults in a copy of the tree; tests that found faults in a file run first for this file."""
 
-    def __init__(self, tree: Path, covering: Covering, longest: float) -> None:
+    def __init__(self, tree: Path, covering: TestCoverage, longest: float) -> None:
         self._tree = tree
         self._covering = covering
         self._longest = longest

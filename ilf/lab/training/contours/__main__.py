@@ -10,20 +10,20 @@ from ..trainer import train
 from .data import load_examples
 
 if TYPE_CHECKING:
-    from .lesson import Contours
+    from .task import ContourTraining
 
 
-def _lesson(arguments: argparse.Namespace) -> Contours:
-    from .lesson import Contours
+def _training(arguments: argparse.Namespace) -> ContourTraining:
+    from .task import ContourTraining
 
-    return Contours(*load_examples(arguments.data))
+    return ContourTraining(*load_examples(arguments.data))
 
 
 def main() -> None:
     """Train, or resume training, and export."""
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.contours", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of BSDS500, with images and groundTruth")
-    train(parser, 70, _lesson)
+    train(parser, 70, _training)
 
 
 if __name__ == "__main__":

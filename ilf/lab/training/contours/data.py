@@ -76,8 +76,10 @@ def read_image(path: Path) -> NDArray[np.uint8]:
 
 
 def _load(folder: Path, path: Path) -> Example:
-    truth = loadmat(folder / "groundTruth" / path.parent.name / f"{path.stem}.mat")["groundTruth"]
-    segmentations = tuple(truth[0, k]["Segmentation"][0, 0].astype(np.int16) for k in range(truth.shape[1]))
+    ground_truth = loadmat(folder / "groundTruth" / path.parent.name / f"{path.stem}.mat")["groundTruth"]
+    segmentations = tuple(
+        ground_truth[0, k]["Segmentation"][0, 0].astype(np.int16) for k in range(ground_truth.shape[1])
+    )
     return Example(path.stem, read_image(path), segmentations)
 
 

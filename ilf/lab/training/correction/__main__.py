@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..trainer import train
-from .lesson import SampleFolder
+from .task import SampleFolder
 
 if TYPE_CHECKING:
-    from .lesson import CorrectionLesson
+    from .task import CorrectionTraining
 
 
-def _lesson(arguments: argparse.Namespace) -> CorrectionLesson:
-    from .lesson import CorrectionLesson
+def _training(arguments: argparse.Namespace) -> CorrectionTraining:
+    from .task import CorrectionTraining
 
-    return CorrectionLesson(SampleFolder(arguments.data), arguments.start)
+    return CorrectionTraining(SampleFolder(arguments.data), arguments.start)
 
 
 def main() -> None:
@@ -24,7 +24,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m ilf.lab.training.correction", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of samples; it may grow during training")
     parser.add_argument("--start", type=Path, help="depth-edge network (ONNX) that initialises the trunk")
-    train(parser, 90, _lesson)
+    train(parser, 90, _training)
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ CELL = 4
 FIRMNESS = 10.0
 """Firmness with which a cell of known pixels is held to its depth, relative to a conductance of 1."""
 
-LEAST_CONDUCTANCE = 1e-5
+MIN_CONDUCTANCE = 1e-5
 AROUND = 9
 """Number of cells whose changes are averaged for a pixel: its own and its neighbours."""
 
@@ -88,7 +88,7 @@ _STEEPNESS = 4.0
 _GAIN, _RISE_GAIN, _TARGET_GAIN = 4.0, 0.1, 0.5
 """Gains of the last convolution's outputs: for conductance and trust, rises of log depth, and the change itself."""
 
-_TRUST_AT_FIRST, _LEVELLING_AT_FIRST = -4.0, -3.0
+_INITIAL_TRUST, _INITIAL_LEVELLING = -4.0, -3.0
 """Initial logarithm of the firmness with which cells without known depth are held to the completed depth, and initial
 logit of the share of its own rises that is removed."""
 
@@ -132,18 +132,18 @@ class CorrectionModel(nn.Module):
         below = self._conductance(_GAIN * x[:, 1] + down[:, 0])[:, :-1]
         known = functional.avg_pool2d(features[:, :1].float(), CELL)[:, 0]
         completed = functional.avg_pool2d(features[:, CHANNELS.index("completed")][:, None].float(), CELL)[:, 0]
-        levelling = torch.sigmoid(_LEVELLING_AT_FIRST + _GAIN * x[:, 4:6])
+        levelling = torch.sigmoid(_INITIAL_LEVELLING + _GAIN * x[:, 4:6])
         risen, fallen = completed[:, :, 1:] - completed[:, :, :-1], completed[:, 1:] - completed[:, :-1]
         rise_right = _RISE_GAIN * x[:, 2, :, :-1] - levelling[:, 0, :, :-1] * risen
         rise_below = _RISE_GAIN * x[:, 3, :-1] - levelling[:, 1, :-1] * fallen
         firm = FIRMNESS * known * torch.exp((_GAIN * x[:, 6]).clamp(-6, 3))
-        loose = torch.exp((_TRUST_AT_FIRST + _GAIN * x[:, 7]).clamp(-9, 4))
+        loose = torch.exp((_INITIAL_TRUST + _GAIN * x[:, 7]).clamp(-9, 4))
         pull = loose * _TARGET_GAIN * x[:, 8]
         links = right, below, rise_right, rise_below, firm + loose, pull
         return functional.pixel_shuffle(lines, 2), coarse, links, self.weights(half)
 
     def _conductance(self, logit: Tensor) -> Tensor:
-        return torch.exp(-self.steepness * functional.softplus(logit)).clamp(max=1) + LEAST_CONDUCTANCE
+        return torch.exp(-self.steepness * functional.softplus(logit)).clamp(max=1) + MIN_CONDUCTANCE
 
 
 def change(links: Links, logits: Tensor) -> Tensor:

@@ -58,7 +58,7 @@ def read_sample(path: Path) -> tuple[Array, ...]:
     return tuple(np.ascontiguousarray(one, np.float32) for one in arrays)
 
 
-def varied(sample: tuple[Array, ...], rng: np.random.Generator) -> tuple[Array, ...]:
+def augmented(sample: tuple[Array, ...], rng: np.random.Generator) -> tuple[Array, ...]:
     """Augment a sample: at random mirrored, slightly brighter or darker, noisier, and tinted.
 
     Changes are small, because the completed depth is not computed again.

@@ -10,13 +10,13 @@ from ..trainer import train
 from .pictures import PictureFolder
 
 if TYPE_CHECKING:
-    from .lesson import DepthEdgeLesson
+    from .task import DepthEdgeTraining
 
 
-def _lesson(arguments: argparse.Namespace) -> DepthEdgeLesson:
-    from .lesson import DepthEdgeLesson
+def _training(arguments: argparse.Namespace) -> DepthEdgeTraining:
+    from .task import DepthEdgeTraining
 
-    return DepthEdgeLesson(PictureFolder(arguments.data))
+    return DepthEdgeTraining(PictureFolder(arguments.data))
 
 
 def main() -> None:
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument(
         "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may grow"
     )
-    train(parser, 480, _lesson)
+    train(parser, 480, _training)
 
 
 if __name__ == "__main__":

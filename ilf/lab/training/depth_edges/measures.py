@@ -23,16 +23,18 @@ class LineScore:
         # rows: detected and right, detected, true and detected, true
         self._counts = np.zeros((4, THRESHOLDS.size), np.int64)
 
-    def add(self, strength: NDArray[np.float32], truth: NDArray[np.bool_], where: NDArray[np.bool_]) -> None:
+    def add(self, strength: NDArray[np.float32], ground_truth: NDArray[np.bool_], where: NDArray[np.bool_]) -> None:
         """Count the pixels of one picture inside `where`; they may be matched with neighbours outside."""
         ridge = _ridges(strength)
-        near_truth = cv2.dilate(truth.view(np.uint8), self._square) > 0
-        true = truth & where
+        near_ground_truth = cv2.dilate(ground_truth.view(np.uint8), self._square) > 0
+        true = ground_truth & where
         for k, threshold in enumerate(THRESHOLDS):
             line = ridge & (strength >= threshold)
             near_line = cv2.dilate(line.view(np.uint8), self._square) > 0
             found = line & where
-            self._counts[:, k] += [np.count_nonzero(one) for one in (found & near_truth, found, true & near_line, true)]
+            self._counts[:, k] += [
+                np.count_nonzero(one) for one in (found & near_ground_truth, found, true & near_line, true)
+            ]
 
     @property
     def true(self) -> int:

@@ -17,7 +17,7 @@ BLOCKS = (0, 1, 2, 2, 3)
 UP_WIDTHS = (24, 32, 32, 48)
 """Channels of the decoder, at 1/2 to 1/16."""
 
-_AT_FIRST = -3.0
+_INITIAL = -3.0
 """Initial logit of lines and initial log error of the coarse depth: 5 %."""
 
 
@@ -76,8 +76,8 @@ class DepthEdgeModel(nn.Module):
         self.lines = nn.Conv2d(UP_WIDTHS[0], 2 * 4, 3, padding=1)
         self.coarse = nn.Conv2d(UP_WIDTHS[1], 2, 3, padding=1)
         with torch.no_grad():
-            self.lines.bias.fill_(_AT_FIRST)
-            self.coarse.bias.copy_(torch.tensor((0.0, _AT_FIRST)))
+            self.lines.bias.fill_(_INITIAL)
+            self.coarse.bias.copy_(torch.tensor((0.0, _INITIAL)))
 
     def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
         return self.heads(*self.levels(image, features))

@@ -37,13 +37,13 @@ Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Pattern = Callable[[Array, NDArray[np.int32], np.random.Generator], Mask]
 
-NOTHING = 0.12
+UNCHANGED_SHARE = 0.12
 """Share of the pictures whose depth is not hidden."""
 
-COMBINED = (0.55, 0.35, 0.1)
+PATTERN_COUNTS = (0.55, 0.35, 0.1)
 """Probabilities of one, two or three combined patterns."""
 
-LEAST_KNOWN = 0.02
+MIN_KNOWN = 0.02
 """Minimum share of the picture with known depth; patterns that would leave less are skipped."""
 
 AREA_SEMI_AXES = (0.03, 0.12)
@@ -72,13 +72,13 @@ def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> 
     """
     known = np.isfinite(measured)
     hidden = np.zeros(known.shape, bool)
-    if rng.random() < NOTHING or not known.any():
+    if rng.random() < UNCHANGED_SHARE or not known.any():
         return hidden
     patterns, weights = list(PATTERNS), np.array(list(PATTERNS.values()))
-    count = 1 + int(rng.choice(len(COMBINED), p=COMBINED))
+    count = 1 + int(rng.choice(len(PATTERN_COUNTS), p=PATTERN_COUNTS))
     for k in rng.choice(len(patterns), count, replace=False, p=weights / weights.sum()):
         more = hidden | (known & patterns[k](measured, part, rng))
-        if (known & ~more).mean() >= LEAST_KNOWN:
+        if (known & ~more).mean() >= MIN_KNOWN:
             hidden = more
     return hidden
 
@@ -243,7 +243,7 @@ class Picture:
 
 
 class PictureFolder:
-    """Pictures `<number>.npz` in a folder; `look_again` finds new ones.
+    """Pictures `<number>.npz` in a folder; `relist` finds new ones.
 
     Attributes
     ----------
@@ -256,14 +256,14 @@ class PictureFolder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.look_again()
+        self.relist()
         if not self.learnt or not self.held_out:
             raise InputError(
                 f"{folder} has not enough {self.KIND} for training. Add files {self.NAMES} with numbers below "
                 f"{HELD_OUT}, which are held out, and others from {HELD_OUT} on."
             )
 
-    def look_again(self) -> None:
+    def relist(self) -> None:
         """List the folder again."""
         named = ((self.number_in(path.stem), path) for path in self.folder.glob("*.npz"))
         numbered = sorted((int(number), path) for number, path in named if number.isdigit())
@@ -335,10 +335,10 @@ def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Ar
         picture = picture.mirrored
     if rng.random() < DETAILS:
         picture = picture.detail(*(int(rng.integers(size // 2 + 1)) for size in picture.part.shape))
-    return sample_of(picture, random_colour(picture.rgb, rng), less_known(picture, rng))
+    return sample_of(picture, random_colour(picture.rgb, rng), with_hidden_depth(picture, rng))
 
 
-def less_known(picture: Picture, rng: np.random.Generator) -> Array:
+def with_hidden_depth(picture: Picture, rng: np.random.Generator) -> Array:
     """The picture's measured depth, partly hidden."""
     return np.where(hide(picture.measured, picture.part, rng), np.float32(np.nan), picture.measured)
 

@@ -1,0 +1,128 @@
+"""Dialog that loads blocks: from a file or folder, with optional filling of the gaps between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QPushButton, QWidget
+
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.drawing.blocks import block_overlay
+from ilf.io.block_files import read_blocks, write_blocks
+from ilf.io.labels import LoadedBlocks
+from ilf.run.writing import check_not_an_input
+from ilf.segmentation.extraction import found_blocks
+from ilf.segmentation.reextraction import with_gaps_filled
+
+from ...state.session import Session
+from ...widgets.basics import PlainLabel, last_folder
+from ...work.found_blocks import describe_blocks
+from ...work.latest_request import LatestRequest
+from .file_dialogs import PreviewDialog
+
+# Blocks from files and to files.
+
+
+@dataclass(frozen=True)
+class BlockSource:
+    """Blocks of a file or folder for a frame; with `filling`, an extraction with these parameters fills the gaps."""
+
+    frame: RGBDFrame
+    path: str
+    filling: BlockParameters | None = None
+
+
+def blocks_from(source: BlockSource) -> LoadedBlocks:
+    """Read the blocks, and fill their gaps if requested; raises InputError as `read_blocks` does."""
+    frame, filling = source.frame, source.filling
+    blocks = read_blocks(source.path, frame.shape, image=_colour_file(frame))
+    if filling is None:
+        return blocks
+    found = found_blocks(frame, filling)
+    return LoadedBlocks(
+        with_gaps_filled(blocks.labels, found.blocks, filling), blocks.names, blocks.notes + found.notes
+    )
+
+
+def save_blocks(path: Path, session: Session, format: str | None) -> None:
+    """Write a frame's blocks with the names given by the user; raises ExportError as `write_blocks` does."""
+    check_not_an_input(session.frame, [path])
+    given = {label: info.name for label, info in session.infos.items() if info.name != f"Block {label}"}
+    write_blocks(path, session.labels, format=format, names=given, image=_colour_file(session.frame))
+
+
+def _colour_file(frame: RGBDFrame) -> str | None:
+    return None if frame.inputs is None else frame.inputs.rgb.path
+
+
+_FOLDER_KEY = "blocks/folder"
+_NOTHING_SELECTED = (
+    "Choose a label map (PNG), a labelme or COCO file (JSON), masks of segment-anything (JSON), or a folder of masks "
+    "(PNG)."
+)
+
+
+class LoadBlocksDialog(PreviewDialog[BlockSource, LoadedBlocks]):
+    """Dialog to choose blocks, with a preview.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    filling : BlockParameters
+        Parameters of the extraction for the gaps.
+    questions : LatestRequest
+        Reads a `BlockSource` in a worker thread.
+    """
+
+    def __init__(
+        self,
+        frame: RGBDFrame,
+        filling: BlockParameters,
+        questions: LatestRequest[BlockSource, LoadedBlocks],
+        parent: QWidget | None = None,
+    ) -> None:
+        placeholder = "Label map, labelme or COCO file, or folder of masks"
+        title = f"Load Blocks for {frame.name}"
+        super().__init__(title, placeholder, _NOTHING_SELECTED, "Blocks", _FOLDER_KEY, questions, parent)
+        self._frame = frame
+        self._filling = filling
+        self.fill_gaps = QCheckBox("&Fill gaps by extraction")
+        self.fill_gaps.setToolTip(
+            "Where the file has no block, extract blocks with the parameters of the tab Extraction"
+        )
+        self.fill_gaps.toggled.connect(self.read)
+        self.setMinimumWidth(640)
+        self.ask(self._row(), self.fill_gaps)
+
+    def source(self, path: str) -> BlockSource:
+        return BlockSource(self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
+
+    def show_found(self, found: LoadedBlocks) -> None:
+        self.preview.show_rgb(block_overlay(self._frame.rgb, found.labels))
+        count = int(np.count_nonzero(np.bincount(found.labels.ravel())[1:]))
+        named = f", {len(found.names)} of them named" if found.names else ""
+        text = f"{describe_blocks(count, found.labels)}{named}."
+        self.message.show_message("\n".join([text, *found.notes]), "warning" if found.notes else "good")
+
+    def _row(self) -> QHBoxLayout:
+        label = PlainLabel("&Blocks")
+        label.setBuddy(self.path)
+        folder = QPushButton("Folder…", autoDefault=False)
+        folder.clicked.connect(self._browse_folder)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        for widget in (label, self.path, self.file_button, folder):
+            row.addWidget(widget, 1 if widget is self.path else 0)
+        return row
+
+    def browse(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self, "Choose blocks", last_folder(_FOLDER_KEY), "Blocks (*.png *.json);;All files (*)"
+        )
+        self.choose(path)
+
+    def _browse_folder(self) -> None:
+        self.choose(QFileDialog.getExistingDirectory(self, "Choose folder of masks", last_folder(_FOLDER_KEY)))

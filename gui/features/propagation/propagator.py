@@ -1,0 +1,300 @@
+"""Propagates blocks from frame to frame, in a worker thread."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from ilf.project.frame_state import FrameState
+from ilf.project.project import Stage
+from ilf.project.propagation import Propagated, propagate_state
+from ilf.sources.frame_source import FrameSource
+
+from ...state.entries import Entry
+from ...state.session import Session
+from ...state.workspace import Workspace
+from ...widgets.notices import error_text
+from ...work.jobs import Worker
+from ...work.loading import FrameLoader, StoredFrames, restore
+
+# Frames as input of the propagation: states, which may be read in any thread.
+
+
+class ReadState(NamedTuple):
+    """State of a frame as read, and a sentence for each part that could not be read."""
+
+    state: FrameState
+    problems: tuple[str, ...] = ()
+
+
+def state_of(session: Session) -> FrameState:
+    """Return the state of an open frame, without its results."""
+    notes = session.notes
+    known = replace(
+        notes,
+        infos=dict(notes.infos),
+        own=dict(notes.own),
+        drawn=None if notes.drawn is None else notes.drawn.copy(),
+    )
+    return FrameState(
+        session.id,
+        session.frame,
+        session.labels.copy(),
+        known,
+        session.common,
+        extrapolate=session.extrapolate,
+        own_parameters=session.own_parameters,
+        to_check=frozenset(session.to_check),
+        selected=tuple(session.selected),
+    )
+
+
+def state_reader(entry: Entry, stored: StoredFrames | None) -> Callable[[], ReadState]:
+    """Return a function that reads the state of a frame of the list in any thread: the current state if the frame is
+    open, else the stored one, else its files without blocks."""
+    if entry.session is not None:
+        read = ReadState(state_of(entry.session))
+        return lambda: read
+    id, source = entry.id, entry.source
+    if entry.has_state and stored is not None and stored.has(id):
+
+        def decoded() -> ReadState:
+            found = stored.read(id, source)
+            return ReadState(found.state, found.problems)
+
+        return decoded
+
+    def load() -> ReadState:
+        frame = _origin(entry).load()
+        return ReadState(FrameState(id, frame, np.zeros(frame.shape, np.int32)))
+
+    return load
+
+
+def session_of(entry: Entry, state: FrameState) -> Session:
+    """Return a session of a frame that is not open, from its state."""
+    if entry.has_state:
+        return restore(state, entry.source or Path(entry.key), entry.key)
+    session = Session(state.frame, _origin(entry), entry.key)
+    session.id = entry.id  # other entries may have the same files
+    return session
+
+
+def _origin(entry: Entry) -> FrameSource:
+    return entry.source or FrameSource(entry.key)
+
+
+_WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
+
+
+class PropagatedFrame(NamedTuple):
+    """Result of the propagation to one frame: method, number of blocks, and how many of them are new, need a check, or
+    are gone."""
+
+    name: str
+    how: str
+    blocks: int
+    new: int
+    to_check: int
+    gone: int
+    notes: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class PropagationRun:
+    """A propagation of blocks through frames of the list.
+
+    Attributes
+    ----------
+    source : Entry
+        The frame with the original blocks.
+    how : str
+        "auto", "copied" or "flow".
+    replaces : bool
+        Whether blocks of frames that have been worked on are replaced; otherwise these frames keep their blocks, which
+        are propagated further.
+    shows : bool
+        Whether each frame is shown as soon as it is read.
+    total : int
+        Number of frames after the source.
+    done : list of Arrival
+        Frames that have received blocks.
+    kept : list of str
+        Names of frames that have kept their blocks.
+    problems : list of str
+        A sentence for each frame that could not be read or propagated to.
+    """
+
+    source: Entry
+    how: str
+    replaces: bool
+    shows: bool
+    total: int
+    done: list[PropagatedFrame] = field(default_factory=list)
+    kept: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    stopped: bool = False
+
+    @property
+    def processed(self) -> int:
+        """Number of processed frames."""
+        return len(self.done) + len(self.kept) + len(self.problems)
+
+
+class Propagator(QObject):
+    """Runs one propagation at a time: each frame is opened and gets the blocks of the previous one as an undoable step.
+
+    Signals
+    -------
+    changed()
+        A propagation has started, has reached another frame, or has ended.
+    ended(object)
+        The `PropagationRun` that has ended.
+    """
+
+    changed = Signal()
+    ended = Signal(object)
+
+    def __init__(self, workspace: Workspace, loader: FrameLoader, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._loader = loader
+        self.propagation_run: PropagationRun | None = None
+        """The propagation in progress; None for none."""
+        self._waiting: deque[Entry] = deque()
+        self._present: Entry | None = None
+        self._before: FrameState | None = None
+        """State of the frame whose blocks are propagated next."""
+        self._read: ReadState | None = None
+        """State of the target frame before the propagation."""
+        self._worker = Worker(self)
+        self._worker.progressed.connect(self._take_read)
+        self._worker.finished.connect(self._take)
+        self._worker.failed.connect(self._fail)
+        self._worker.cancelled.connect(self._end)
+
+    @property
+    def present(self) -> Entry | None:
+        """The target frame; None for none."""
+        return None if self.propagation_run is None else self._present
+
+    def start(
+        self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
+    ) -> None:
+        """Propagate blocks from a frame through others; do nothing if a propagation is in progress."""
+        if self.propagation_run is None and targets:
+            self.propagation_run = PropagationRun(source, how, replaces, shows, len(targets))
+            self._waiting = deque((source, *targets))
+            self._before = None
+            self._next()
+
+    def stop(self) -> None:
+        """Stop the propagation; `ended` follows."""
+        if self.propagation_run is not None:
+            self.propagation_run.stopped = True
+            self._waiting.clear()
+            self._worker.cancel()
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        self._waiting.clear()
+        return self._worker.shutdown()
+
+    def _next(self) -> None:
+        propagation_run = self.propagation_run
+        while propagation_run is not None and self._waiting and not self._is_listed(self._waiting[0]):
+            self._waiting.popleft()
+            propagation_run.total -= 1
+        if propagation_run is None or not self._waiting:
+            self._end()
+            return
+        self._present = entry = self._waiting.popleft()
+        self._read = None
+        before, how = self._before, propagation_run.how
+        read = state_reader(entry, self._loader.stored)
+        stays = before is None or (entry is not propagation_run.source and self._keeps(entry, propagation_run))
+
+        def job() -> Generator[ReadState, None, Propagated | FrameState]:
+            found = read()
+            yield found
+            return found.state if stays or before is None else propagate_state(before, found.state, how)
+
+        self._worker.start(job)
+        self.changed.emit()
+
+    def _is_listed(self, entry: Entry) -> bool:
+        """Whether a frame is still in the list."""
+        return self._workspace.entries.of(entry.id) is entry
+
+    @staticmethod
+    def _keeps(entry: Entry, propagation_run: PropagationRun) -> bool:
+        summary = entry.summary
+        return not propagation_run.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
+
+    def _take_read(self, found: list[ReadState]) -> None:
+        """Show a frame that has been read while blocks are propagated to it."""
+        entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
+        shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
+        if shows and entry is not None and self._is_listed(entry):
+            self._workspace.show_session(self._open(entry, self._read))
+
+    def _take(self, outcome: Propagated | FrameState) -> None:
+        propagation_run, entry = self.propagation_run, self._present
+        if propagation_run is None or entry is None:
+            return
+        if not self._is_listed(entry):  # it has been removed from the list meanwhile
+            propagation_run.total -= 1
+            if entry is propagation_run.source:
+                self._waiting.clear()
+        elif isinstance(outcome, Propagated) and self._read is not None:
+            session, source = self._open(entry, self._read), outcome.state.notes.propagated_from
+            self._workspace.take_propagated(session, outcome.state, f"Propagate blocks from {source}")
+            propagation_run.done.append(_arrival(session, outcome))
+            self._before = outcome.state
+        elif isinstance(outcome, FrameState) and outcome.labels.any():
+            if entry is not propagation_run.source:
+                propagation_run.kept.append(entry.name)
+            self._before = outcome
+        else:
+            propagation_run.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
+            self._waiting.clear()
+        self._next()
+
+    def _open(self, entry: Entry, found: ReadState) -> Session:
+        """Return the session of a frame, which is opened if necessary."""
+        if entry.session is None:
+            session = session_of(entry, found.state)
+            self._workspace.add_session(session, restored=entry.has_state, show=False)
+            if found.problems:
+                self._loader.incomplete.emit(session, found.problems)
+            return session
+        return entry.session
+
+    def _fail(self, error: Exception) -> None:
+        propagation_run, entry = self.propagation_run, self._present
+        if propagation_run is not None and entry is not None:
+            propagation_run.problems.append(f"{entry.name}: {error_text(error)}")
+            if self._read is None:
+                self._workspace.note_problem(entry, error_text(error))
+            if self._before is None:
+                self._waiting.clear()
+        self._next()
+
+    def _end(self) -> None:
+        propagation_run, self.propagation_run = self.propagation_run, None
+        self._present = self._before = self._read = None
+        self.changed.emit()
+        if propagation_run is not None:
+            self.ended.emit(propagation_run)
+
+
+def _arrival(session: Session, propagated: Propagated) -> PropagatedFrame:
+    followed, marked = propagated.followed, len(propagated.state.to_check)
+    counts = len(session.counts()), len(followed.new), marked, len(followed.gone)
+    return PropagatedFrame(session.name, followed.how, *counts, followed.notes)

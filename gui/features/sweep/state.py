@@ -1,0 +1,148 @@
+"""Results of a sweep so far: points by number, errors, the best point, and pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QSize
+
+from ilf.data.blocks import Box
+from ilf.data.declarations import Value
+from ilf.data.parameters import Parameters
+from ilf.drawing.colours import robust_depth_levels, robust_difference_level
+from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult
+
+from ...state.session import Session
+from ...views.colours import depth_table, difference_table
+from .multiples import Scale, small
+
+Picture = NDArray[np.float32]
+
+_MARGIN = 0.1
+"""Margin around a single swept block, as a share of its sides."""
+
+
+class SweepState:
+    """Results of one sweep of one frame.
+
+    Parameters
+    ----------
+    session : Session
+        Session of the frame.
+    sweep : Sweep
+    label : int
+        The only block swept; 0 for all.
+    """
+
+    def __init__(self, session: Session, sweep: Sweep, label: int) -> None:
+        self.session, self.sweep, self.label = session, sweep, label
+        self.errors: dict[int, float] = {}
+        """Point by number -> root mean square error [m]; NaN where nothing could be evaluated."""
+        self.coverage: dict[int, float] = {}
+        """Point by number -> share of the pixels to fill that were filled, 0-1."""
+        self.is_over_all = False
+        """Whether all errors are over the same pixels: those filled by every point."""
+        self._numbers = {tuple(point.items()): number for number, point in enumerate(sweep.points)}
+        self._best: int | None = None
+        self._depths: dict[int, Picture] = {}
+        self._differences: dict[int, Picture] = {}
+        frame = session.frame
+        self._box = _block_box(session, label)
+        self._levels = robust_depth_levels(frame.depth[self._box])
+        completion = session.completion()
+        reference = (
+            frame.ground_truth if frame.ground_truth is not None else None if completion is None else completion.depth
+        )
+        self._reference = None if reference is None else small(reference[self._box])
+
+    @property
+    def shape(self) -> QSize:
+        """Width and height of the area in the pictures [px]."""
+        rows, columns = self._box
+        return QSize(columns.stop - columns.start, rows.stop - rows.start)
+
+    @property
+    def has_differences(self) -> bool:
+        """Whether there is a reference for differences: ground truth, or a result."""
+        return self._reference is not None
+
+    @property
+    def best(self) -> int | None:
+        """The point with the smallest error among those that fill enough; None if there is none."""
+        if self.is_over_all:
+            return self._best
+        known = {number: error for number, error in self.errors.items() if math.isfinite(error)}
+        return min(known, key=known.__getitem__) if known else None
+
+    def values(self, number: int) -> dict[str, Value]:
+        """Name -> value of a point."""
+        return dict(self.sweep.points[number])
+
+    def text_of(self, number: int) -> str:
+        """Text of the values of a point."""
+        labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
+        return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
+
+    @property
+    def present_values(self) -> dict[str, Value]:
+        """Name -> current value."""
+        common = self.session.common
+        now = self.session.parameters_of(self.label, common) if self.label else common
+        return {name: getattr(now, name) for name in self.sweep.values}
+
+    @property
+    def present(self) -> int | None:
+        """The point with the current values, if there is one."""
+        return self._numbers.get(tuple(self.present_values.items()))
+
+    def add(self, point: SweepPoint) -> None:
+        """Add a point."""
+        number = self._number(point)
+        self.errors[number], self.coverage[number] = point.whole.rmse, point.coverage
+        depth = self._depths[number] = small(point.depth[self._box])
+        if self._reference is not None:
+            self._differences[number] = 1000 * (depth - self._reference)
+
+    def finish(self, result: SweepResult) -> None:
+        """Set the final errors, over the same pixels. If no point is better, the current values are the best."""
+        for point in result.points:
+            self.errors[self._number(point)] = point.whole.rmse
+        self._best = None if result.best is None else self._number(result.best)
+        present, best = self.present, self._best
+        if present is not None and best is not None and self.coverage[present] >= self.coverage[best]:
+            self._best = present if self.errors[present] <= self.errors[best] else best
+        self.is_over_all = True
+
+    def _number(self, point: SweepPoint) -> int:
+        return self._numbers[tuple(point.values.items())]
+
+    def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Mapping[int, Picture], Scale]:
+        """Pictures of the points by number, with a common scale: depth [m] or differences [mm]."""
+        if not differences:
+            return self._depths, Scale(_depth_table(colour_map), *self._levels)
+        all_values = [picture.ravel()[::7] for picture in self._differences.values()]
+        level = robust_difference_level(np.concatenate(all_values)) if all_values else 1.0
+        return self._differences, Scale(_difference_table(dark), -level, level)
+
+
+# cached: the identical table each time, so that pictures need not be redrawn
+_depth_table = lru_cache(maxsize=None)(depth_table)
+_difference_table = lru_cache(maxsize=None)(difference_table)
+
+
+def _block_box(session: Session, label: int) -> Box:
+    """Box of the block with a margin; the whole frame without a block."""
+    height, width = session.labels.shape
+    rows, columns = np.nonzero(session.labels == label) if label else (np.array([]), np.array([]))
+    if rows.size == 0:
+        return slice(0, height), slice(0, width)
+    sides = []
+    for places, size in ((rows, height), (columns, width)):
+        first, last = int(places.min()), int(places.max()) + 1
+        margin = round(_MARGIN * (last - first)) + 2
+        sides.append(slice(max(first - margin, 0), min(last + margin, size)))
+    return sides[0], sides[1]

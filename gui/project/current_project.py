@@ -1,0 +1,219 @@
+"""The current project of the window: its file and its unsaved changes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import QObject
+
+from ilf.data.parameters import BlockParameters, Parameters
+from ilf.project.project import FrameSummary, Project, ProjectFrame
+from ilf.sources.frame_source import FrameSource
+
+from ..state.entries import Entry
+from ..state.session import Session
+from ..state.sharing import SharedParameters
+from ..state.workspace import Workspace
+
+# Content of a project apart from its frames' states.
+
+
+def project_of(workspace: Workspace) -> Project:
+    """Return the list of frames and the shared settings."""
+    frames = tuple(
+        ProjectFrame(
+            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.session)
+        )
+        for entry in workspace.entries
+    )
+    return Project(
+        frames,
+        workspace.session.id if workspace.has_session else "",
+        workspace.next_parameters,
+        workspace.shared.on,
+        workspace.extraction_parameters,
+        workspace.keeps_handmade,
+    )
+
+
+def has_content(session: Session | None) -> bool:
+    """Return whether a frame has anything to store: one without blocks is read from its files again."""
+    return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
+
+
+def source_of(entry: Entry) -> FrameSource | None:
+    """Return the source of an entry's frame, with absolute paths; None if it comes from no file."""
+    source, session = entry.source, entry.session
+    if source is None and session is not None and session.frame.inputs is not None:
+        source = FrameSource.of(session.frame.inputs)
+    return None if source is None else source.absolute()
+
+
+def apply_settings(workspace: Workspace, project: Project) -> None:
+    """Apply the shared settings of a project, before its frames are opened with them."""
+    workspace.set_shared(SharedParameters(project.for_all, project.common))
+    workspace.set_extraction_parameters(project.extraction)
+    workspace.set_keeps_handmade(project.keeps_handmade)
+
+
+class ProjectSettings(NamedTuple):
+    """The settings of a project apart from its frames' states, to detect unsaved changes."""
+
+    frames: tuple[tuple[str, FrameSource | None], ...]
+    shared: Parameters | None
+    """Parameters of all frames; None if each frame has its own."""
+    extraction: BlockParameters
+    keeps_handmade: bool
+
+    @classmethod
+    def of(cls, project: Project) -> ProjectSettings:
+        """Make it from a project."""
+        frames = tuple((frame.id, frame.source) for frame in project.frames)
+        return cls(frames, project.common if project.for_all else None, project.extraction, project.keeps_handmade)
+
+
+class FileMark(NamedTuple):
+    """Size, time and inode of a file, to detect changes by other programs."""
+
+    size: int
+    changed_ns: int
+    number: int
+
+    @classmethod
+    def of(cls, path: Path) -> FileMark | None:
+        """Make it from a file; None if the file does not exist."""
+        try:
+            status = path.stat()
+        except OSError:
+            return None
+        return cls(status.st_size, status.st_mtime_ns, status.st_ino)
+
+
+class CurrentProject(QObject):
+    """The current project: its file and its unsaved changes.
+
+    Attributes
+    ----------
+    path : Path or None
+        None for a project without a file.
+    read_only : str
+        Why the file cannot be overwritten, as a sentence; "" if it can.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QObject) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self.path: Path | None = None
+        self.read_only = ""
+        self._mark: FileMark | None = None
+        self._is_new = False
+        self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
+        """The frames; None if the list has changed."""
+        for signal in (workspace.entries.added, workspace.entries.removed):
+            signal.connect(lambda *_: self._forget_frames())
+        self._saved = self.current_settings()
+        self._missing: dict[str, FrameSummary] = {}
+        self._found_elsewhere = False
+        self._saved_frames: dict[str, ProjectFrame] = {}
+
+    @property
+    def name(self) -> str:
+        """Its name; "" without a file."""
+        return "" if self.path is None else self.path.stem
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there are changes that are not in the file."""
+        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
+
+    def words(self) -> str:
+        """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
+        frames does not count."""
+        now, saved = self.current_settings(), self._saved
+        texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
+        texts += ["parameters for all frames"] * (now.shared != saved.shared)
+        texts += ["extraction parameters"] * (now[2:] != saved[2:])
+        texts += ["paths of files"] * self._found_elsewhere
+        return ", ".join(texts)
+
+    def current_settings(self) -> ProjectSettings:
+        """Return the current settings apart from frames' states."""
+        workspace = self._workspace
+        if self._frames is None:
+            self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
+        shared = workspace.shared.values if workspace.shared.on else None
+        return ProjectSettings(self._frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
+
+    def _forget_frames(self) -> None:
+        self._frames = None
+
+    def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
+        """Return the current project for saving; with `only`, all other frames as they were saved before."""
+        project = project_of(self._workspace)
+        frames = (
+            self._as_now(frame) if only is None or frame.id in only else self._as_before(frame)
+            for frame in project.frames
+        )
+        return replace(project, frames=tuple(frames), view=view)
+
+    def _as_now(self, frame: ProjectFrame) -> ProjectFrame:
+        return replace(frame, summary=self._missing.get(frame.id, frame.summary))
+
+    def _as_before(self, frame: ProjectFrame) -> ProjectFrame:
+        before = self._saved_frames.get(frame.id)
+        if before is None:
+            return replace(frame, summary=FrameSummary(), has_state=False)
+        return replace(frame, summary=before.summary, has_state=before.has_state)
+
+    def take(
+        self,
+        path: Path | None,
+        project: Project | None = None,
+        read_only: str = "",
+        saved: ProjectSettings | None = None,
+        new: bool = False,
+    ) -> None:
+        """Store the project's file, which contains `project` and the settings `saved`, or else the current ones. If it
+        is `new`, no such file may exist when it is saved."""
+        self._is_new = new
+        self.path, self.read_only = path, read_only
+        self._mark = None if path is None else FileMark.of(path)
+        self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
+        self._saved = saved or self.current_settings()
+        self._found_elsewhere = False
+
+    def mark_frames_saved(self) -> None:
+        """Mark the list of frames as saved: they were found again."""
+        self._saved = self._saved._replace(frames=self.current_settings().frames)
+
+    def mark_extraction_saved(self) -> None:
+        """Mark the extraction parameters as saved: they came with a frame."""
+        self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
+
+    def saved_summary(self, entry: Entry) -> FrameSummary | None:
+        """Return the summary of a frame in the file; None if the file has no state of it."""
+        saved = self._saved_frames.get(entry.id)
+        return None if saved is None or not saved.has_state else saved.summary
+
+    def changed_on_disk(self) -> bool:
+        """Return whether another program has changed or removed the file since it was opened or saved."""
+        if self.path is not None and self._is_new:
+            return self.path.exists()
+        return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
+
+    def note_missing(self, entry: Entry) -> None:
+        """Note that the files of a frame are missing: its summary in the project file stays as it is."""
+        self._missing.setdefault(entry.id, entry.summary)
+
+    def forget_missing(self) -> None:
+        """Clear the list of frames with missing files."""
+        self._missing.clear()
+
+    def note_relocated(self, entry: Entry) -> FrameSummary | None:
+        """Note that missing files were found elsewhere; return the frame's former summary."""
+        self._found_elsewhere = True
+        self._forget_frames()
+        return self._missing.pop(entry.id, None)

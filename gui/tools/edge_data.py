@@ -1,0 +1,118 @@
+"""Data of a frame that the tools need beside its blocks: edges to snap to, and regions of the extraction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from ilf.data.frame import RGBDFrame
+from ilf.data.parameters import BlockParameters
+from ilf.segmentation.editing.snapping import Similar, Snapper
+
+from ..state.session import Session
+from ..work.found_blocks import FoundBlocks, find
+from ..work.latest_request import LatestRequest
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeData:
+    """Edges and regions of a frame.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1].
+    regions : ndarray of int32, shape (H, W)
+        The regions that the extraction merges into blocks.
+    snapper : Snapper
+        Moves drawn lines onto edges.
+    """
+
+    frame: RGBDFrame
+    strength: NDArray[np.float32]
+    regions: NDArray[np.int32]
+    snapper: Snapper
+
+
+@dataclass(frozen=True, eq=False)
+class _Request:
+    session: Session
+    frame: RGBDFrame
+    parameters: BlockParameters
+    found: FoundBlocks | None
+
+
+class EdgeDataSource(QObject):
+    """Computes the aid of one session's frame at a time, in a background thread.
+
+    Later changes of the invalid mask do not change the aid.
+
+    Signals
+    -------
+    found()
+        The aid that was requested last is available.
+    failed(object)
+        The exception that was raised.
+    """
+
+    found = Signal()
+    failed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session: Session | None = None
+        self._edge_data: EdgeData | None = None
+        self._extraction: FoundBlocks | None = None
+        self._requests = LatestRequest[_Request, EdgeData](_find, self)
+        self._requests.answered.connect(self._take)
+        self._requests.failed.connect(lambda _, error: self.failed.emit(error))
+
+    def of(self, session: Session, parameters: BlockParameters) -> EdgeData | None:
+        """Return the aid of a session's frame; None while it is being computed.
+
+        If no extraction of the frame is stored, it is extracted with `parameters`.
+        """
+        if session is not self._session:
+            self._session, self._edge_data = session, None
+            held = self._extraction if self._extraction and self._extraction.frame is session.frame else None
+            self._requests.ask(_Request(session, session.frame, parameters, held))
+        return self._edge_data
+
+    def hold(self, extraction: FoundBlocks) -> None:
+        """Store an extraction, so that the aid of its frame needs no new one."""
+        self._extraction = extraction
+        if self._edge_data is not None and self._edge_data.frame is extraction.frame:
+            self._session = self._edge_data = None
+
+    def turn_to(self, session: Session | None) -> None:
+        """Drop the data of all frames but that of this session."""
+        if self._extraction is not None and (session is None or self._extraction.frame is not session.frame):
+            self._extraction = None
+        if session is not self._session:
+            self._session = self._edge_data = None
+            self._requests.forget()
+
+    def shutdown(self) -> bool:
+        """Stop permanently, before the window closes. True if the thread has ended."""
+        return self._requests.shutdown()
+
+    def _take(self, question: _Request, edge_data: EdgeData) -> None:
+        if question.session is self._session:
+            self._edge_data = edge_data
+            self.found.emit()
+
+
+def _find(question: _Request) -> EdgeData:
+    """Compute the aid; called in the background thread."""
+    extraction = (question.found or find(question.frame, question.parameters)).extraction
+    return edge_data_of(question.frame, extraction.strength, extraction.contracted)
+
+
+def edge_data_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> EdgeData:
+    """Return the aid of a frame with known edges and regions."""
+    Similar(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
+    return EdgeData(frame, strength, regions, Snapper(frame, strength))

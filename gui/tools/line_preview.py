@@ -1,0 +1,78 @@
+"""Preview of the effect of a line in progress."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtGui import QPainterPath
+
+from ilf._runtime.formatting import grouped
+from ilf.segmentation.editing.patches import LabelPatch
+
+from ..state.session import Session
+from ..views.pixel_items import boundary_path
+
+_NAMED = 2
+"""Maximum number of pairs of blocks that are listed by name; more are counted."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinePreview:
+    """The effect of a line if it ended now.
+
+    Attributes
+    ----------
+    text : str
+        Its description.
+    path : QPainterPath
+        Its dashed outline.
+    """
+
+    text: str
+    path: QPainterPath = field(default_factory=QPainterPath)
+
+
+def preview_of_patch(session: Session, patch: LabelPatch | None, apart: int = 0) -> LinePreview:
+    """Return the preview of a change of the label map: the moved pixels and their outline.
+
+    Parameters
+    ----------
+    session : Session
+    patch : LabelPatch or None
+        The change; None for none. If a lock forbids it, the text contains only the locked block.
+    apart : int
+        Number of pixels that would be disconnected from the block that gets them.
+    """
+    if patch is None:
+        return LinePreview("no pixel changes")
+    changed = patch.before != patch.after
+    moves = np.stack([patch.before[changed], patch.after[changed]], axis=1)
+    pairs, counts = np.unique(moves, axis=0, return_counts=True)
+    locked = sorted(session.locked & set(pairs.ravel().tolist()))
+    if locked:
+        return LinePreview(f"{session.info(locked[0]).name} is locked")
+    if len(pairs) > _NAMED:
+        text = f"{grouped(int(counts.sum()))} px from {len(pairs)} blocks to {_name(session, int(pairs[0, 1]))}"
+    else:
+        text = ", ".join(
+            f"{grouped(count)} px from {_name(session, giver)} to {_name(session, taker)}"
+            for count, (giver, taker) in zip(counts.tolist(), pairs.tolist(), strict=True)
+        )
+    rows, columns = patch.box
+    path = boundary_path(changed, columns.start, rows.start)
+    if apart:
+        text += f", {'' if apart == counts.sum() else f'{grouped(apart)} px of them '}disconnected from the rest of it"
+    return LinePreview(text, path)
+
+
+def disconnected_text(name: str, apart: int) -> str:
+    """Return the message after a block has got disconnected pixels."""
+    return f"{name} now has {grouped(apart)} px that are disconnected from the rest of it."
+
+
+def _name(session: Session, label: int) -> str:
+    """Return the name of a block, without registering a new one."""
+    if label == 0:
+        return "no block"
+    return session.info(label).name if label in session.infos or label in session.counts() else "a new block"

@@ -1,0 +1,292 @@
+"""Comparison of two depths in the views: their selection, a draggable divider, and one in place of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QCursor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPen
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from .contents import COMPARABLE, capital, short_title
+from .image_view import ImageView
+from .painter import Material
+from .scene_items import ViewItem
+
+# A line over the result that divides two depths: side A is left of it, side B right of it.
+
+_NEAR = 8
+"""Distance from the line [screen px] within which it can be dragged."""
+_GRIP = 11.0
+_PAD = 4.0
+_LINE, _HALO = QColor(255, 255, 255), QColor(0, 0, 0, 150)
+_PLATE = QColor(0, 0, 0, 170)
+
+Label = tuple[str, tuple[int, int, int] | None]
+"""Name of a side, and its own colour (R, G, B) if it has one."""
+
+
+class SwipeItem(ViewItem):
+    """The divider: a line with a grip in the middle of its visible part, and a label on either side."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self._frame = QRectF()
+        self._x = 0.0
+        self._labels: tuple[Label, Label] | None = None
+        self._font = QFont()
+        self._font.setPointSizeF(self._font.pointSizeF() * 0.9)
+        self.hide()
+
+    def place(self, frame: QRectF, x: float, labels: tuple[Label, Label] | None) -> None:
+        """Set the column x in a frame, both in image coordinates; without labels, only a thin line is drawn."""
+        self._frame, self._x, self._labels = frame, x, labels
+        self.set_extent(frame, _GRIP + 2)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        transform = painter.worldTransform()
+        shown = transform.mapRect(self._frame)
+        if widget is not None:
+            shown = shown.intersected(QRectF(widget.rect()))
+        x = transform.map(QPointF(self._x, 0.0)).x()
+        painter.save()
+        painter.resetTransform()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        width = 1.0 if self._labels is None else 2.0
+        for pen in (QPen(_HALO, width + 2), QPen(_LINE, width)):
+            painter.setPen(pen)
+            painter.drawLine(QPointF(x, shown.top()), QPointF(x, shown.bottom()))
+        if self._labels is not None:
+            self._draw_grip(painter, QPointF(x, shown.center().y()))
+            self._draw_labels(painter, self._labels, x, shown)
+        painter.restore()
+
+    def _draw_grip(self, painter: QPainter, centre: QPointF) -> None:
+        painter.setPen(QPen(_HALO, 2.0))
+        painter.setBrush(_LINE)
+        painter.drawEllipse(centre, _GRIP, _GRIP)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(40, 44, 50))
+        for side in (-1, 1):
+            tip, back, half = side * 8.0, side * 3.0, 4.0
+            painter.drawPolygon([centre + QPointF(tip, 0), centre + QPointF(back, -half), centre + QPointF(back, half)])
+
+    def _draw_labels(self, painter: QPainter, labels: tuple[Label, Label], x: float, shown: QRectF) -> None:
+        metrics = QFontMetricsF(self._font)
+        painter.setFont(self._font)
+        for (text, colour), side in zip(labels, (-1, 1), strict=True):
+            room = (x - shown.left() if side < 0 else shown.right() - x) - 4 * _PAD
+            elided = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
+            if room < 3 * _GRIP or not elided:
+                continue
+            plate = QRectF(0, 0, metrics.horizontalAdvance(elided) + 2 * _PAD, metrics.height() + 2)
+            plate.moveTop(shown.top() + 2 * _PAD)
+            if side < 0:
+                plate.moveRight(x - 2 * _PAD)
+            else:
+                plate.moveLeft(x + 2 * _PAD)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(_PLATE)
+            painter.drawRoundedRect(plate, 3, 3)
+            if colour is not None:
+                painter.fillRect(QRectF(plate.left(), plate.bottom() - 2, plate.width(), 2), QColor(*colour))
+            painter.setPen(_LINE)
+            painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, elided)
+
+
+class Swipe(QObject):
+    """One divider shared by several views.
+
+    Parameters
+    ----------
+    views : list of ImageView
+    is_swiped : callable
+        Whether a view shows the two sides.
+    has_grip : callable
+        Whether such a view also has grip and labels; others have a thin line.
+
+    Signals
+    -------
+    moved()
+        The divider was moved, shown or hidden.
+    """
+
+    moved = Signal()
+
+    def __init__(
+        self,
+        views: list[ImageView],
+        is_swiped: Callable[[ImageView], bool],
+        has_grip: Callable[[ImageView], bool],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._takes_part, self._has_grip = is_swiped, has_grip
+        self._frame = QRectF()
+        self._labels: tuple[Label, Label] = (("", None), ("", None))
+        self._dragged: ImageView | None = None
+        self._near: ImageView | None = None
+        self._near_before = QCursor()
+        self._items: dict[ImageView, SwipeItem] = {}
+        self.on = False
+        self.x = 0.0
+        """Position of the divider, in image coordinates."""
+        for view in views:
+            self._items[view] = SwipeItem(6.5)
+            view.add_overlay(self._items[view])
+
+    def set_frame(self, width: int, height: int) -> None:
+        """Set the frame's size and put the divider in the middle."""
+        self._frame = QRectF(0, 0, width, height)
+        self.x, self._dragged = width / 2, None
+        self.show()
+
+    def set_on(self, on: bool) -> None:
+        """Show or hide the divider."""
+        if on != self.on:
+            self.on, self._dragged = on, None
+            self.show()
+            self.moved.emit()
+
+    def set_labels(self, labels: tuple[Label, Label]) -> None:
+        """Set the labels at the left and at the right."""
+        self._labels = labels
+        self.show()
+
+    def show(self) -> None:
+        """Update the divider in all views."""
+        for view, item in self._items.items():
+            is_shown = self.on and self._takes_part(view)
+            item.setVisible(is_shown)
+            if is_shown:
+                item.place(self._frame, self.x, self._labels if self._has_grip(view) else None)
+
+    def move_to(self, x: float) -> None:
+        """Move the divider to a column of the frame."""
+        x = float(min(max(round(x), self._frame.left()), self._frame.right()))
+        if x != self.x:
+            self.x = x
+            self.show()
+            self.moved.emit()
+
+    def handle(self, view: ImageView, event: QEvent) -> bool:
+        """Handle an event of a view if it concerns the divider; True if it did."""
+        if not self.on or not isinstance(event, QMouseEvent):
+            return False
+        kind, at = event.type(), view.to_image(event.position())
+        if self._dragged is view:
+            if kind == QEvent.Type.MouseMove:
+                self.move_to(at.x())
+            elif kind == QEvent.Type.MouseButtonRelease and event.button() == Qt.MouseButton.LeftButton:
+                self._dragged = None
+            return True
+        near = self._takes_part(view) and abs(at.x() - self.x) * view.transform().m11() <= _NEAR
+        if kind == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.NoButton:
+            self._show_near(view if near else None)
+        pressed = kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick)
+        if near and pressed and event.button() == Qt.MouseButton.LeftButton:
+            self._dragged = view
+            return True
+        return False
+
+    def _show_near(self, view: ImageView | None) -> None:
+        """Show another cursor over the divider, and restore the tool's cursor beside it."""
+        if view is self._near:
+            return
+        if self._near is not None:
+            self._near.viewport().setCursor(self._near_before)
+        self._near = view
+        if view is not None:
+            self._near_before = view.viewport().cursor()
+            view.viewport().setCursor(Qt.CursorShape.SplitHCursor)
+
+
+class SideComparison(QObject):
+    """Sides A and B of the comparison: by default the compared run, or depth in, and the result.
+
+    Parameters
+    ----------
+    material : Material
+    views : list of ImageView
+    content_of : callable
+        The concrete content of a view.
+
+    Signals
+    -------
+    changed(str)
+        The part of the material that changed.
+    """
+
+    changed = Signal(str)
+
+    def __init__(
+        self, material: Material, views: list[ImageView], content_of: Callable[[ImageView], str], parent: QObject
+    ) -> None:
+        super().__init__(parent)
+        self._material = material
+        self._content_of = content_of
+        self.swipe = Swipe(views, self._is_swiped, lambda view: content_of(view) == "result", self)
+        self.swipe.moved.connect(self._follow_handle)
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two depths, from `contents.COMPARABLE`."""
+        return self._material.sides
+
+    @property
+    def chosen(self) -> tuple[str, str]:
+        """The two selected depths; "" for automatic."""
+        return self._material.chosen_sides
+
+    def choose(self, first: str = "", second: str = "") -> None:
+        """Select the two depths to compare by their names; "" for automatic.
+
+        Raises
+        ------
+        ValueError
+            If a depth does not exist.
+        """
+        for name in (first, second):
+            if name not in ("", *COMPARABLE):
+                raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
+        self._material.chosen_sides = first, second
+        self.changed.emit("runs")
+        self._follow_handle()
+
+    def set_swiping(self, on: bool) -> None:
+        """Show or hide the divider in the result: side A left of it, side B right of it."""
+        self.swipe.set_on(on)
+
+    def show_a_as_result(self, on: bool) -> None:
+        """Show side A in place of the result, or the result again."""
+        if on != self._material.shows_a_as_result:
+            self._material.shows_a_as_result = on
+            self.changed.emit("result")
+
+    def set_frame(self, width: int, height: int) -> None:
+        """Set the size of a new frame; the divider moves to its middle."""
+        self.swipe.set_frame(width, height)
+        self._place()
+
+    def update_labels(self) -> None:
+        """Write the names of the sides at the divider."""
+        first, second = (self._label(depth) for depth in self.names)
+        self.swipe.set_labels((first, second))
+
+    def _label(self, depth: str) -> Label:
+        run = self._material.run(depth)
+        return capital(short_title(depth, self._material.names)), None if run is None else run.colour
+
+    def _is_swiped(self, view: ImageView) -> bool:
+        """Whether a view is divided: the result, and the blocks if the sides have others; none if a side is missing."""
+        if any(self._material.layer(side) is None for side in self.names):
+            return False
+        shown = {"result", "colour"} if any(self._material.side_blocks) else {"result"}
+        return self._content_of(view) in shown
+
+    def _follow_handle(self) -> None:
+        self._place()
+        self.changed.emit("swipe")
+
+    def _place(self) -> None:
+        self._material.swipe_column = round(self.swipe.x) if self.swipe.on else None

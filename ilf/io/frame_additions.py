@@ -1,0 +1,321 @@
+"""Ground truth, guides and confidence maps of a frame, read from files."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._runtime.files import FileContent, FileSource, read_file, write_bytes
+from .._runtime.formatting import as_float, counted
+from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
+from ..data.guide import Guide
+from ..errors import FormatError, InputError, ParameterError
+from .depth import checked_units, default_depth_units, read_depth_values
+from .depth_reading import decoded
+from .encodings import DepthEncoding
+from .float_images import read_exr, read_npy, read_npz, read_pfm
+from .images import read_image
+
+_MAX_SCALE_RATIO = 1.5
+"""Median ratio of ground truth and known depth, or its inverse, above which their units do not match."""
+
+
+def load_ground_truth(
+    path: str | os.PathLike[str], shape: tuple[int, int], units: float | None = None
+) -> NDArray[np.float32]:
+    """Read ground truth depth.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG, TIFF, PGM or NPY, as for depth.
+    shape : (int, int)
+        Height and width of the frame.
+    units : float, optional
+        File units per metre; None means 1000 if the file contains integers and 1 if it contains floats.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        [m], NaN = unknown, including values beyond the range of all sensors (see `ilf.io.encodings`).
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, its size is not the frame's, no depth is known, or the scale is implausible.
+    FormatError
+        If it is damaged or contains something other than depth.
+    ParameterError
+        If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> from ilf._runtime.installation import asset_path
+    >>> ground_truth = load_ground_truth(asset_path("samples/room/gt.png"), (480, 640))
+    >>> ground_truth.dtype, bool(np.isfinite(ground_truth).all())
+    (dtype('float32'), True)
+    """
+    return read_ground_truth(path, shape, units)[0]
+
+
+def with_ground_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
+    """Return the frame with the ground truth from a file, whose scale must match the known depth.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    path : path-like
+        As for `load_ground_truth`.
+    units : float, optional
+        File units per metre. None means those of the frame's depth file if both contain integers; otherwise as for
+        `load_ground_truth`.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `inputs`, if it has any, include the file.
+
+    Raises
+    ------
+    InputError, FormatError, ParameterError
+        As `load_ground_truth` does, and if ground truth and known depth cannot be in the same unit.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> from ilf._runtime.installation import asset_path
+    >>> room = asset_path("samples/room")
+    >>> frame = ilf.load_frame(room / "rgb.jpg", room / "depth.png")
+    >>> frame = with_ground_truth_file(frame, room / "gt.png", units=1000)
+    >>> frame.inputs.ground_truth.units
+    1000.0
+    """
+    default_units = None if frame.inputs is None else frame.inputs.depth_units
+    ground_truth, file = read_ground_truth(path, frame.shape, units, default_units)
+    problem = scale_misfit(ground_truth, frame.measured, file.units)
+    if problem:
+        raise InputError(f"{file.path}: {problem}")
+    return frame.with_ground_truth(ground_truth, file)
+
+
+def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating], units: float) -> str:
+    """Describe why ground truth [m], read with these file units per metre, does not match depth [m]; "" if it does."""
+    both = np.isfinite(ground_truth) & np.isfinite(depth)
+    if not both.any():
+        return ""
+    ratio = float(np.median(ground_truth[both] / depth[both]))
+    if 1 / _MAX_SCALE_RATIO <= ratio <= _MAX_SCALE_RATIO:
+        return ""
+    fitting = [
+        other for other in COMMON_DEPTH_UNITS if 1 / _MAX_SCALE_RATIO <= ratio * units / other <= _MAX_SCALE_RATIO
+    ]
+    remedy = f"give {fitting[0]:g} as its units" if fitting else "check that it belongs to this frame"
+    return (
+        f"With {units:g} units per metre, this ground truth would be {ratio:.3g} times the measured depth: {remedy}, "
+        "or correct the units of the depth."
+    )
+
+
+def read_ground_truth(
+    path: FileSource, shape: tuple[int, int], units: float | None = None, default_units: float | None = None
+) -> tuple[NDArray[np.float32], GroundTruthFile]:
+    """Read ground truth as `load_ground_truth` does, and the file; integers are in `default_units` file units per
+    metre, if known."""
+    content = read_file(path)
+    values = read_depth_values(content)
+    if values.shape != shape:
+        raise InputError(
+            f"{content} is {values.shape[1]} x {values.shape[0]}, but the frame is {shape[1]} x {shape[0]}: ground "
+            "truth must have the same pixels."
+        )
+    if units is None:
+        default = default_depth_units(values)
+        # depth in floats has 1 unit per metre, which does not apply to integers
+        units = default_units if default_units not in {None, 1.0} and default != 1 else default
+    try:
+        scale = checked_units(units)
+    except ParameterError as error:
+        raise ParameterError(f"{content}: {error}") from error
+    metres = decoded(values, DepthEncoding(None, scale))[0]
+    try:
+        check_depth_scale(metres)
+    except InputError as error:
+        raise InputError(f"{content} cannot be ground truth: {error}") from error
+    return metres, GroundTruthFile(str(content.path), content.sha256, scale)
+
+
+def is_ground_truth(description: object) -> bool:
+    """Whether a frame's gt.* counts as ground truth by the text in meta.json, or without one. Depth filled in by an
+    algorithm does not."""
+    if description is None:
+        return True
+    words = str(description).lower()
+    return bool(words) and "fill" not in words and "not measured" not in words
+
+
+# Reading and writing guides.
+
+GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm", ".pfm", ".exr")
+"""Suffixes of files that a guide can be read from."""
+
+_USUAL_NAMES = ("guide", "depth", "disparity", "prediction")
+"""Names of the guide in an NPZ with several arrays; the first that exists is read."""
+
+_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+    ".npy": read_npy,
+    ".npz": lambda file: read_npz(file, _USUAL_NAMES),
+    ".pfm": read_pfm,
+    ".exr": read_exr,
+}
+
+
+def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
+    """Read a guide: depth or inverse depth of a frame, metric or relative.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one named guide, depth,
+        disparity or prediction. NPY and NPZ of shape (2, H, W) contain values and their confidence, 0 to 1.
+    shape : (int, int), optional
+        Height and width of the frame, to which it is resized; it must have the same aspect ratio.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, has no usable values, or its aspect ratio is not the frame's.
+    FormatError
+        If it is damaged or contains something else, such as a colour-mapped depth image.
+
+    Examples
+    --------
+    >>> np.save("guide.npy", np.array([[0.5, 0.25], [0.5, np.nan]]))
+    >>> load_guide("guide.npy").values.tolist()
+    [[0.5, 0.25], [0.5, nan]]
+    """
+    content = read_file(path)
+    suffix = content.path.suffix.lower()
+    array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
+    try:
+        guide = Guide.from_array(array, str(content.path))
+        return guide if shape is None else guide.resized_to(shape)
+    except InputError as error:
+        raise InputError(f"{content}: {error}") from error
+
+
+def write_guide(path: str | os.PathLike[str], guide: Guide) -> None:
+    """Write a guide atomically as NPY, without loss."""
+    content = io.BytesIO()
+    np.save(content, guide.array.astype("<f4"))
+    write_bytes(path, content.getvalue())
+
+
+def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:
+    """Return grey values, which many programs write in three channels; ignore alpha."""
+    if image.ndim == 2:
+        return image
+    colours = image[..., :3] if image.shape[2] >= 3 else image[..., :1]
+    if (colours != colours[..., :1]).any():
+        raise FormatError(
+            f"{file}: this is a colour-mapped depth image, whose colours do not increase with depth. Export the values "
+            "themselves, in grey or as NPY."
+        )
+    return colours[..., 0]
+
+
+# Confidence maps: depth below the minimum confidence is marked invalid.
+
+CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+
+UNUSED_CONFIDENCE = (
+    "There is a confidence map, but all depth is used: set a min. confidence (in the open dialog, --min-confidence, "
+    "min_confidence=; 2 is ARKit's high) to mark depth below it as missing."
+)
+"""Note if a confidence map is not used."""
+
+NO_CONFIDENCE_MAP = "There is no confidence map, so the min. confidence has no effect."
+"""Note if there is no confidence map."""
+
+
+def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
+    """Read a confidence map.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG, TIFF, PGM or NPY with one channel; larger values mean higher confidence.
+    shape : (int, int)
+        Height and width of the frame's depth.
+
+    Returns
+    -------
+    ndarray, shape (H, W)
+        Real numbers of any type, as stored.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, or its size is not that of the depth.
+    FormatError
+        If it is damaged or has several channels.
+    """
+    content = read_file(path)
+    values = read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
+    if values.ndim != 2 or values.dtype.kind not in "biuf":
+        raise FormatError(f"{content}: a confidence map must have one number per pixel, not {_kind(values)}.")
+    if values.shape != shape:
+        raise InputError(
+            f"{content} is {values.shape[1]} x {values.shape[0]}, but the depth is {shape[1]} x {shape[0]}: a "
+            "confidence map must have the same pixels."
+        )
+    return values
+
+
+def low_confidence(
+    confidence: NDArray[Any], least: float, depth: NDArray[np.floating]
+) -> tuple[NDArray[np.bool_], str]:
+    """Return known depth below a minimum confidence, as a mask (H, W), and a note about it.
+
+    Parameters
+    ----------
+    confidence : ndarray
+        (H, W); NaN counts as no confidence.
+    least : float
+    depth : ndarray
+        [m], (H, W), NaN = missing.
+
+    Raises
+    ------
+    InputError
+        If no known depth is left.
+    """
+    known = np.isfinite(depth)
+    low = known & ~(confidence >= least)
+    count, whole = int(np.count_nonzero(low)), int(np.count_nonzero(known))
+    if count == whole:
+        raise InputError(
+            f"No depth has a confidence of {least:g} or more: the map ranges from {confidence.min():g} to "
+            f"{confidence.max():g}. Set a lower min. confidence."
+        )
+    text = f"{counted(count, 'pixel')}, {count / whole:.1%} of the known pixels"
+    return low, f"Depth with a confidence below {least:g} counts as missing: {text}."
+
+
+def checked_min_confidence(value: object) -> float:
+    """Return the minimum confidence as float; raise ParameterError unless it is a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ParameterError(f"The min. confidence must be a number, not {value!r:.60}.")
+    number = as_float(value)
+    if not math.isfinite(number):
+        raise ParameterError("The min. confidence must be a finite number, a value of the confidence map.")
+    return number
+
+
+def _kind(values: NDArray[Any]) -> str:
+    return f"{values.dtype} of shape {values.shape}"

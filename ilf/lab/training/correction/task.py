@@ -1,0 +1,219 @@
+"""Training task of the correction network: minimise the error of the corrected depth."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from numpy.typing import NDArray
+from onnx import numpy_helper
+from torch import Tensor, nn
+from torch.nn import functional
+
+from ....completion.correction_network import CHANNELS
+from ..depth_edges.model import DepthEdgeModel
+from ..depth_edges.task import COARSE_SHARE, RELIST_INTERVAL_S, coarse_loss, line_loss
+from ..trainer import Arrays, TrainingTask, write_onnx
+from .model import CorrectionModel, change
+from .samples import SampleFolder, augmented, read_sample
+
+Array = NDArray[np.float32]
+
+# Initialisation from a trained depth-edge network.
+
+
+def initialise_from(model: DepthEdgeModel, path: Path, image: Tensor, features: Tensor) -> None:
+    """Copy the weights of a depth-edge network in an ONNX file into a model, which may have more inputs.
+
+    The file has normalisation folded into the weights. Each normalisation is set so that it has no effect on a batch,
+    and is trained from there. Inputs that the file does not have get weight 0.
+    """
+    graph = onnx.load(str(path)).graph
+    arrays = {one.name: torch.from_numpy(numpy_helper.to_array(one).copy()) for one in graph.initializer}
+    biases: dict[str, Tensor] = {}
+    for node in graph.node:
+        if node.op_type != "Conv":
+            continue
+        name = _module_name(node.name)
+        convolution = model.get_submodule(name)
+        assert isinstance(convolution, nn.Conv2d)
+        weight, bias = (arrays[one] for one in node.input[1:])
+        with torch.no_grad():
+            convolution.weight.zero_()
+            convolution.weight[:, : weight.shape[1]] = weight
+            if convolution.bias is not None:
+                convolution.bias.copy_(bias)
+            else:
+                biases[name] = bias
+    _normalise(model, biases, image, features)
+
+
+def _normalise(model: DepthEdgeModel, biases: dict[str, Tensor], image: Tensor, features: Tensor) -> None:
+    for name, bias in biases.items():
+        norm = _norm_of(model, name)
+        with torch.no_grad():
+            norm.weight.fill_(1)
+            norm.bias.copy_(bias)
+            norm.running_mean.zero_()
+            norm.running_var.fill_(1 - norm.eps)
+
+    def keep(name: str) -> None:
+        def measure(module: nn.Module, inputs: tuple[Tensor, ...], output: Tensor) -> None:
+            norm = _norm_of(model, name)
+            mean, variance = output.mean((0, 2, 3)), output.var((0, 2, 3))
+            norm.bias += mean
+            norm.weight.copy_((variance + norm.eps).sqrt())
+            norm.running_mean.copy_(mean)
+            norm.running_var.copy_(variance)
+
+        hooks.append(model.get_submodule(name).register_forward_hook(measure))
+
+    hooks: list[torch.utils.hooks.RemovableHandle] = []
+    for name in biases:
+        keep(name)
+    was = model.training
+    model.eval()
+    with torch.no_grad():
+        model.levels(image, features)
+    model.train(was)
+    for hook in hooks:
+        hook.remove()
+
+
+def _module_name(node: str) -> str:
+    """/model/stages.1/stages.1.3/first/Conv -> stages.1.3.first"""
+    parts = node.split("/")[2:-1]
+    return ".".join(parts[1:] if len(parts) > 1 and parts[1].startswith(parts[0]) else parts)
+
+
+def _norm_of(model: DepthEdgeModel, convolution: str) -> nn.BatchNorm2d:
+    above, last = convolution.rsplit(".", 1)
+    norm = model.get_submodule(f"{above}.1" if last == "0" else f"{above}.{last}_norm")
+    assert isinstance(norm, nn.BatchNorm2d)
+    return norm
+
+
+# The trained model as ONNX: colour and features in, links of cells and logits of the pixels' weights out.
+
+
+class _Deployed(nn.Module):
+    def __init__(self, model: CorrectionModel) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+        _, _, (right, below, rise_right, rise_below, held, pull), logits = self.model(image, features)
+        beyond, beneath = (0, 1), (0, 0, 0, 1)
+        links = [
+            functional.pad(one[:, None], side)
+            for one, side in ((right, beyond), (below, beneath), (rise_right, beyond), (rise_below, beneath))
+        ]
+        return torch.cat([*links, held[:, None], pull[:, None]], 1), logits
+
+
+def deployable(model: CorrectionModel) -> nn.Module:
+    """Convert the model for inference: (1, 3, H, W) and (1, 10, H, W) to links and logits, as in the file."""
+    return _Deployed(deepcopy(model).cpu()).eval()
+
+
+def export_onnx(model: CorrectionModel, path: Path) -> None:
+    """Write the model to an ONNX file (`write_onnx`)."""
+    write_onnx(deployable(model), path, {"image": 3, "features": len(CHANNELS)}, ("links", "logits"))
+
+
+BATCH = 4
+
+LINES_SHARE = 0.1
+"""Weight in the loss of the lines and the coarse depth, which the depth-edge network has learnt; the error has 1."""
+
+_MIN_MEAN, _MIN_RMS = 0.01, 0.02
+"""Minimum errors of the completed depth, in units of the frame's median depth; smaller ones count as these."""
+
+_NEAREST, _FARTHEST = -4.0, 2.0
+"""Range of log depth minus its median in which errors count in full."""
+
+
+class CorrectionTraining(TrainingTask):
+    """Training task of the correction network.
+
+    Parameters
+    ----------
+    folder : SampleFolder
+    start : Path or None
+        Depth-edge network (ONNX) that initialises the trunk; random weights if None.
+    """
+
+    seed = 51
+    peak_rate = 1.5e-3
+    file_name = "correction.onnx"
+
+    def __init__(self, folder: SampleFolder, start: Path | None) -> None:
+        self.folder = folder
+        self.start = start
+        self._looked = time.monotonic()
+
+    def new_model(self) -> nn.Module:
+        model = CorrectionModel()
+        if self.start is not None:
+            image, features, *_ = (torch.from_numpy(one) for one in self.batch(np.random.default_rng(self.seed)))
+            initialise_from(model.base, self.start, image.permute(0, 3, 1, 2), features.permute(0, 3, 1, 2))
+        return model
+
+    def batch(self, rng: np.random.Generator) -> Arrays:
+        if time.monotonic() > self._looked + RELIST_INTERVAL_S:
+            self.folder.relist()
+            self._looked = time.monotonic()
+        chosen = rng.integers(len(self.folder.learnt), size=BATCH)
+        samples = [augmented(read_sample(self.folder.learnt[k]), rng) for k in chosen]
+        return tuple(np.stack(arrays) for arrays in zip(*samples, strict=True))
+
+    def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
+        image, features, lines, log_depth, completed = batch
+        of_lines, coarse, links, of_weights = model(image, features)
+        before = line_loss(of_lines, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
+        return error_ratio(completed[:, 0] + change(links, of_weights), batch).mean() + LINES_SHARE * before
+
+    def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
+        """Geometric means of the ratios of errors to those of the completed depth, and the largest ratio."""
+        ratios = []
+        for path in self.folder.held_out:
+            batch = tensors(tuple(one[None] for one in read_sample(path)))
+            links, of_weights = model(*batch[:2])[2:]
+            if counted(batch).any():
+                completed = batch[4][:, 0]
+                now, before = torch.cat(errors(completed + change(links, of_weights), batch)), errors(completed, batch)
+                ratios.append(torch.log(now / torch.cat(before)).cpu().numpy())
+        mean, rms = np.exp(np.mean(ratios, axis=0))
+        return {"MAE ratio": float(mean), "RMS ratio": float(rms), "worst": float(np.exp(np.max(ratios)))}
+
+    def export(self, model: nn.Module, path: Path) -> None:
+        assert isinstance(model, CorrectionModel)
+        export_onnx(model, path)
+
+
+def counted(batch: tuple[Tensor, ...]) -> Tensor:
+    """Pixels with a true depth, but without a known one; (N, H, W)."""
+    features, log_depth = batch[1], batch[3]
+    return torch.isfinite(log_depth[:, 0]) & (features[:, 0] == 0)
+
+
+def errors(log_depth: Tensor, batch: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
+    """Mean and root mean square error of each picture over its counted pixels, in units of its median depth; (N,)."""
+    there = counted(batch)
+    true = torch.exp(torch.nan_to_num(batch[3][:, 0]).clamp(max=_FARTHEST))
+    off = (torch.exp(log_depth.clamp(_NEAREST, _FARTHEST)) - true) * there
+    count = there.sum((1, 2)).clamp(min=1)
+    return off.abs().sum((1, 2)) / count + 1e-4, (off.square().sum((1, 2)) / count + 1e-8).sqrt()
+
+
+def error_ratio(log_depth: Tensor, batch: tuple[Tensor, ...]) -> Tensor:
+    """For each picture, ratio of its errors to those of the completed depth, summed over mean and RMS; (N,)."""
+    mean, rms = errors(log_depth, batch)
+    with torch.no_grad():
+        mean_before, rms_before = errors(batch[4][:, 0], batch)
+    return mean / (mean_before + _MIN_MEAN) + rms / (rms_before + _MIN_RMS)

@@ -1,0 +1,187 @@
+"""Facts about the frames of a project, without opening them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from .._runtime.schema import Section
+from ..data.frame import InputFile
+from ..data.results import Completion, compose
+from ..errors import InputError
+from ..run.record import array_sha256
+from ..run.replaying import depth_difference_text
+from ..run.run import Run
+from ..sources.frame_source import FrameSource
+from .encoding import frame_part
+from .file import OpenedProject
+from .frame_state import FrameState
+from .project import ProjectFrame
+from .sources import ChangedSource, find_source, source_part
+from .state_json import UNREADABLE, array_content, arrays_of, files_of, number_or_none, parsed_frame_part
+
+
+@dataclass(frozen=True)
+class RunFacts:
+    """A run of the run history. Errors are RMS [m]; NaN if undefined, None if not computed."""
+
+    number: int
+    name: str
+    how: str
+    blocks: int
+    seconds: float
+    note: str
+    ground_truth_error: float | None
+    hold_out_error: float | None
+    expected_error: float | None
+
+
+@dataclass(frozen=True)
+class FrameFacts:
+    """Facts about a frame in a project.
+
+    Attributes
+    ----------
+    frame : ProjectFrame
+    sources : dict of str to str
+        Path of each of its files -> "embedded", "present", "changed" or "missing".
+    runs : tuple of RunFacts
+    size : int
+        Bytes of its own part and of the arrays that it refers to.
+    problems : tuple of str
+        What is damaged or was not found, one sentence each.
+    """
+
+    frame: ProjectFrame
+    sources: dict[str, str]
+    runs: tuple[RunFacts, ...] = ()
+    size: int = 0
+    problems: tuple[str, ...] = ()
+
+
+def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
+    """Collect the facts about a frame; reads all its parts and files, and checks their hashes.
+
+    Parameters
+    ----------
+    opened : OpenedProject
+    frame : ProjectFrame
+    """
+    if not frame.has_state:
+        return FrameFacts(frame, {} if frame.source is None else _places(frame.source))
+    try:
+        content = opened.parts.read(frame_part(frame.id))
+        data, arrays, files = parsed_frame_part(content), arrays_of(content), files_of(content)
+        runs = tuple(_run_facts(Section("stored run", run)) for run in data.items("runs", dict))
+    except UNREADABLE as error:
+        problem = f"The work on this frame cannot be read: {error}"
+        return FrameFacts(frame, {} if frame.source is None else _places(frame.source), problems=(problem,))
+    problems, size = [], len(content)
+    for name in sorted(arrays):
+        try:
+            size += len(array_content(opened.parts, name))
+        except InputError as error:
+            problems.append(str(error))
+    return FrameFacts(frame, dict(_found(opened, files)), runs, size, tuple(problems))
+
+
+def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
+    for file in files:
+        if not file.sha256:  # a recording
+            yield file.path, "missing" if opened.places.present(file) is None else "present"
+            continue
+        try:
+            find_source(file, opened.parts, opened.places)
+        except ChangedSource:
+            yield file.path, "changed"
+        except InputError:
+            yield file.path, "missing"
+        else:
+            embedded = source_part(file.sha256, file.path) in opened.parts.names()
+            yield file.path, "embedded" if embedded else "present"
+
+
+def _places(source: FrameSource) -> dict[str, str]:
+    """Return the state of each file of a frame without stored work, whose hashes are unknown."""
+    paths = [path for path in (source.rgb, source.depth, source.ground_truth, source.guide) if path is not None]
+    return {path: "present" if Path(path).exists() else "missing" for path in paths}
+
+
+def _run_facts(run: Section) -> RunFacts:
+    return RunFacts(
+        run.get("number", int),
+        run.get("name", str),
+        run.get("how", str),
+        len(run.get("done", list)),
+        run.get("seconds", float),
+        run.get("note", str),
+        number_or_none(run, "ground_truth_error"),
+        number_or_none(run, "hold_out_error"),
+        number_or_none(run, "expected_error"),
+    )
+
+
+# The present results of a stored frame as a run and its completion, for export and replay.
+
+
+def present_run(state: FrameState) -> Run:
+    """Return the run of the present results: the blocks with a result, each with the parameters of its result.
+
+    Parameters
+    ----------
+    state : FrameState
+    """
+    run, results = state.run(), state.results
+    return Run(
+        run.frame,
+        run.blocks,
+        run.parameters,
+        {label: result.parameters for label, result in results.items()},
+        frozenset(results),
+        extrapolate=state.extrapolation is not None,
+        extraction=run.extraction,
+        edited=run.edited,
+        network=run.network,
+        drawn=run.drawn,
+    )
+
+
+def present_completion(state: FrameState) -> Completion:
+    """Compose the present results, including extrapolated depth."""
+    completion = compose(state.frame, {label: state.results[label] for label in sorted(state.results)})
+    return completion if state.extrapolation is None else state.extrapolation.added_to(completion)
+
+
+def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
+    """Compare a new completion with the stored results; empty if they are identical bit for bit.
+
+    Parameters
+    ----------
+    state : FrameState
+    completion : Completion
+        Of `present_run(state)`.
+
+    Returns
+    -------
+    tuple of str
+        The differences, one sentence each.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> from ilf._runtime.installation import asset_path
+    >>> completion = ilf.complete(ilf.load_frame(asset_path("samples/room")))
+    >>> state = FrameState("a1", completion.frame, completion.blocks, results=completion.results)
+    >>> differences(state, completion)
+    ()
+    """
+    stored = present_completion(state)
+    sentences = []
+    if array_sha256(stored.depth) != array_sha256(completion.depth):
+        sentences.append(f"{depth_difference_text(completion.depth, stored.depth)}.")
+    others = [label for label, outcome in stored.outcomes.items() if completion.outcomes.get(label) != outcome]
+    if others:
+        blocks = ", ".join(map(str, others[:10])) + (", ..." if len(others) > 10 else "")
+        sentences.append(f"Iterations or status differ from the stored ones: block{'s' * (len(others) > 1)} {blocks}.")
+    return tuple(sentences)

@@ -1,0 +1,239 @@
+"""Missing and changed files of a project's frames, and the search for them in a folder."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import platformdirs
+
+from ..data.frame import InputFile
+from ..sources.frame_source import FrameSource
+from .archive import Parts
+from .encoding import frame_part
+from .file import SUFFIX
+from .project import ProjectFrame
+from .sources import Places, source_part
+from .state_json import UNREADABLE, files_of
+
+MAX_HASHED_FILES = 20_000
+"""Maximum number of files of a folder that are compared by content."""
+
+
+@dataclass(frozen=True)
+class MissingFile:
+    """A missing or changed file of a frame.
+
+    Attributes
+    ----------
+    frame : str
+        Id of the frame.
+    wanted : InputFile
+        Its old path and the SHA-256 of its content; "" if there is no work on the frame, so that the hash is unknown.
+    changed : Path or None
+        The changed file at one of its possible paths; None if there is none.
+    """
+
+    frame: str
+    wanted: InputFile
+    changed: Path | None = None
+
+
+def missing_files(
+    frames: Iterable[ProjectFrame], parts: Parts, places: Places, since: float | None = None
+) -> Generator[None, None, list[MissingFile]]:
+    """Check the files of frames, one frame per step.
+
+    Parameters
+    ----------
+    frames : iterable of ProjectFrame
+    parts : Parts
+        The states of the frames, and embedded files.
+    places : Places
+        Possible locations of the files.
+    since : float, optional
+        Files last modified before this time [s since 1970] are assumed unchanged without reading them.
+
+    Yields
+    ------
+    None
+        After each frame.
+
+    Returns
+    -------
+    list of MissingFile
+    """
+    lost: list[MissingFile] = []
+    names = set(parts.names())
+    for frame in frames:
+        lost += [MissingFile(frame.id, wanted, found) for wanted, found in _lost(frame, parts, names, places, since)]
+        yield
+    return lost
+
+
+def _lost(
+    frame: ProjectFrame, parts: Parts, names: Collection[str], places: Places, since: float | None
+) -> Iterator[tuple[InputFile, Path | None]]:
+    for wanted in _wanted(frame, parts, names):
+        if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
+            continue
+        found = [path for path in places.candidates(wanted) if _is_there(path, folder=not wanted.sha256)]
+        if not found:
+            yield wanted, None
+        elif wanted.sha256 and not any(_is_same(path, wanted.sha256, since) for path in found):
+            yield wanted, found[0]
+
+
+def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[InputFile]:
+    """List the files of a frame from its state, or else from its source."""
+    name = frame_part(frame.id)
+    if frame.has_state and name in names:
+        try:
+            return list(files_of(parts.read(name)))
+        except UNREADABLE:
+            pass  # fall back to the source
+    source = frame.source
+    paths = [] if source is None else [source.rgb, source.depth, source.ground_truth, source.guide]
+    return [InputFile(path, "") for path in paths if path is not None]
+
+
+def find_in_folder(
+    folder: Path, wanted: Collection[InputFile], deep: bool = True
+) -> Generator[float, None, dict[InputFile, Path]]:
+    """Search a folder for files, with `deep` recursively: first files of the same name, then files of the same type.
+    Found files have the same content.
+
+    Parameters
+    ----------
+    folder : Path
+    wanted : collection of InputFile
+        Files without a SHA-256 are searched by name only.
+
+    Yields
+    ------
+    float
+        Share of the folder that has been searched, 0-1, per file; 0 while the folder is listed.
+
+    Returns
+    -------
+    dict of InputFile to Path
+        The found files.
+    """
+    found: dict[InputFile, Path] = {}
+    left = list(dict.fromkeys(wanted))
+    names = {_name(file.path) for file in left}
+    kinds = {Path(name).suffix.lower() for name in names}
+    there = [folder]
+    for path in _below(folder) if deep else sorted(folder.iterdir()):
+        if path.is_dir():
+            yield 0.0  # lets the caller cancel: there may be very many folders
+        there.append(path)
+    for file in [file for file in left if not file.sha256]:  # it may be a folder
+        same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
+        if same:
+            found[file] = same[0]
+    left = [file for file in left if file not in found]
+    files = [path for path in there if path.suffix.lower() in kinds and path.is_file()]
+    files.sort(key=lambda path: path.name not in names)
+    for number, path in enumerate(files[:MAX_HASHED_FILES]):
+        if not left:
+            break
+        yield number / len(files)
+        fitting = [file for file in left if not file.sha256 and _name(file.path) == path.name]
+        if any(file.sha256 for file in left):
+            digest = _digest(path)
+            fitting += [file for file in left if file.sha256 == digest]
+        found |= dict.fromkeys(fitting, path)
+        left = [file for file in left if file not in found]
+    return found
+
+
+def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
+    """Return a frame's source with files replaced by their new paths; `found` maps old to new paths.
+
+    Examples
+    --------
+    >>> relocated(FrameSource("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
+    '/new/a'
+    """
+    return replace(
+        source,
+        rgb=_relocated(source.rgb, found),
+        depth=None if source.depth is None else _relocated(source.depth, found),
+        ground_truth=None if source.ground_truth is None else _relocated(source.ground_truth, found),
+        guide=None if source.guide is None else _relocated(source.guide, found),
+    )
+
+
+def _relocated(path: str, found: Mapping[str, Path]) -> str:
+    if path in found:
+        return str(found[path])
+    for former, now in found.items():  # path may be a folder, and a file in it was found
+        before, *inside = re.split(r"[\\/]", former.removeprefix(path))
+        if former.startswith(path) and not before and list(now.parts[-len(inside) :]) == inside:
+            return str(now.parents[len(inside) - 1])
+    return path
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Yield all files and folders below a folder."""
+    for root, folders, names in os.walk(folder):
+        folders.sort()
+        yield from (Path(root, name) for name in (*folders, *sorted(names)))
+
+
+def _name(path: str) -> str:
+    """Return the file name of a path of any operating system."""
+    return path.replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def _is_there(path: Path, folder: bool) -> bool:
+    try:
+        return path.is_file() or (folder and path.is_dir())
+    except (OSError, ValueError):
+        return False
+
+
+def _is_same(path: Path, sha256: str, since: float | None) -> bool:
+    try:
+        if since is not None and path.stat().st_mtime < since:
+            return True
+    except OSError:
+        return False
+    return _digest(path) == sha256
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file; "" if it cannot be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+# Project files of frame folders, used until the user saves the work in a project file.
+
+
+def folder_projects_dir() -> Path:
+    """Return the folder of these project files: `ILF_FOLDERS`, or a folder in the user's data folder."""
+    chosen = os.environ.get("ILF_FOLDERS")
+    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "folders"
+
+
+def folder_project_path(folder: str | os.PathLike[str]) -> Path:
+    """Return the path of the project file of a frame folder: the same for the same folder, existing or not.
+
+    Examples
+    --------
+    >>> path = folder_project_path("/data/desk")
+    >>> path.name, path == folder_project_path("/data/more/../desk")
+    ('desk.ilf', True)
+    """
+    place = os.path.realpath(folder)
+    name = os.path.basename(place) or "frames"
+    return folder_projects_dir() / hashlib.sha256(os.fsencode(place)).hexdigest()[:16] / f"{name}{SUFFIX}"

@@ -1,0 +1,144 @@
+"""Valid files that the program itself stores: runs, batches, results of benches, and unsaved work."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import ilf
+from ilf.batch.frames import frames_of_sources
+from ilf.batch.settings import BatchSettings, sha256_of, write_settings
+from ilf.batch.task import Task, complete_frame
+from ilf.data.guide import Guide
+from ilf.lab.bench.results import Row, TaskFacts
+from ilf.project.file import open_project
+from ilf.project.journal import Journal
+from ilf.run.options import ExportOptions
+from ilf.run.preset_files import presets_folder
+from ilf.run.run import Run, RunConfiguration
+from ilf.run.writing import write
+from ilf.sources.source import open_source
+from tests.ilf.batch_frames import write_frames
+from tests.ilf.project_states import small_frame
+
+from . import seeds
+from .seeds import Seeds
+
+_QUICK = {"max_iterations": 3, "edges": "canny", "correction": False}
+
+
+def replay(folder: Path) -> list[bytes]:
+    """Run record with a guide, masks and per-block parameters, and its files."""
+    frame = small_frame(folder / "frame")
+    mask = np.zeros(frame.shape, bool)
+    mask[44:50, 4:10] = True
+    drawn = np.zeros(frame.shape, bool)
+    drawn[10:20, 39] = True
+    guided = frame.with_invalid_mask(mask).with_guide(Guide(np.linspace(0.5, 4, frame.depth.size).reshape(frame.shape)))
+    extraction, quick = ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK)
+    contents = []
+    for run in (Run.of(one, preset=quick, extraction=extraction) for one in (frame, guided)):
+        own = {1: quick.replace(smoothness=2)}
+        run = dataclasses.replace(run, own=own, drawn=None if run.frame is frame else drawn)
+        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+        contents.append((folder / "out" / "run.json").read_bytes())
+    return contents
+
+
+def presets(folder: Path) -> list[bytes]:
+    """Preset in the user's folder of presets."""
+    presets_folder().mkdir()
+    return seeds.preset(folder)
+
+
+def batch(file: str) -> Seeds:
+    """One of the files in which a batch stores its progress."""
+
+    def made(folder: Path) -> list[bytes]:
+        settings = BatchSettings(
+            RunConfiguration(ilf.preset(**_QUICK), ilf.BlockParameters(detector="canny")), ExportOptions(cloud=None)
+        )
+        facts, levels = settings.facts(), (1.0, 3.0)
+        frames = frames_of_sources([open_source(write_frames(folder / "frames", 1))])
+        (folder / "sha256").write_text(sha256_of(facts))
+        complete_frame(Task(str(folder / "out"), settings, sha256_of(facts), levels), frames[0], 1)
+        write_settings(folder / "out", facts, levels)
+        return [(folder / "out" / file).read_bytes()]
+
+    return made
+
+
+def earlier(folder: Path) -> list[bytes]:
+    """The result of a bench."""
+    row = Row("random", "room", "nearest", 9, 0.1, 0.1, 0.1, 0.1, 0.9, 1.0, None, None, None, 0.1, None, "")
+    facts = {field.name: "room" for field in dataclasses.fields(TaskFacts)} | {"pattern": "random"}
+    return [json.dumps({"rows": [dataclasses.asdict(row)], "tasks": [facts]}).encode()]
+
+
+def interrupted(folder: Path) -> list[bytes]:
+    """List of a file set that an ended process started to write; the folder is `sound`."""
+    print_it = "from ilf._runtime.temporary_files import made_by; print(made_by())"
+    gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
+    target = folder / "sound"
+    begun = target / f".ilf-export-{gone.stdout.strip()}"
+    (begun / "before").mkdir(parents=True)
+    for place in (target / "depth.npy", target / "other.txt", begun / "errors.npy", begun / "before" / "run.json"):
+        place.write_text(place.name)
+    return [b"depth.npy\nerrors.npy\nrun.json"]
+
+
+def journal(folder: Path) -> list[bytes]:
+    """Journal of two frames with all work on them."""
+    return [_journal(folder, folder / "sound.journal").read_bytes()]
+
+
+def journal_log(folder: Path) -> list[bytes]:
+    """Log of this journal with data that the file does not have yet, and the file."""
+    path = folder / "open.journal"
+    log = path.with_name(f"{path.name}-wal")
+    kept = _open_journal(folder, path)
+    content = log.read_bytes()
+    shutil.copy(path, folder / "sound")
+    kept.close()
+    path.unlink()
+    return [content]
+
+
+def _journal(folder: Path, path: Path) -> Path:
+    _open_journal(folder, path).close()
+    return path
+
+
+def _open_journal(folder: Path, path: Path) -> Journal:
+    seeds.project(folder)
+    kept = Journal(path)
+    with open_project(folder / "sound.ilf") as opened:
+        kept.commit({name: opened.parts.read(name) for name in opened.parts.names()})
+    return kept
+
+
+def result(file: str) -> Seeds:
+    """run.json or meta.json of a result with a pose, and its files."""
+
+    def made(folder: Path) -> list[bytes]:
+        frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
+        run = Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
+        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+        return [(folder / "out" / file).read_bytes()]
+
+    return made
+
+
+def bench_frame(folder: Path) -> list[bytes]:
+    """meta.json of a frame with ground truth and a hole."""
+    (folder / "rgb.png").write_bytes(seeds.colour_png(folder)[0])
+    (folder / "depth.png").rename(folder / "gt.png")
+    (folder / "mask.png").write_bytes(seeds.mask(folder)[0])
+    said = {"gt": "measured", "gt_units_per_m": 1000.0, "name": "made", "sensor": "none", "rgb": "rgb.png"}
+    return [json.dumps(said).encode()]

@@ -1,0 +1,105 @@
+"""Precision of the quality checks: how many of the first flagged places are deliberate faults.
+
+python -m tests.bench.quality_checks [--choose] [--seed 0]
+
+Ten faults in each of ten frames without missing depth: blocks are extracted from the full depth and get faults, holes
+are cut into the depth, and the quality checks run on the rest. A flagged place is real if it is the first one at a
+fault. Of the others, "there before" are those at which true depth jumps inside a block: errors of the extraction.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ilf import load_frame
+
+from .spoiling import KINDS
+from .trials import Trial, try_frame
+
+TUNING_FRAMES = ("0035", "0057", "0119", "0153", "0172", "0211", "0273", "0334", "0390", "0462")
+"""Frames on which the weights of the quality checks were tuned."""
+
+EVALUATION_FRAMES = ("0040", "0059", "0091", "0169", "0176", "0283", "0352", "0411", "0476", "0519")
+"""Other frames, for the reported results."""
+
+FAULTS, TOP = 10, 20
+
+
+def first_of_all(trials: Sequence[Trial]) -> Counter[str]:
+    """Classify the places with the highest scores of all frames: real, repeated, there before, or no fault."""
+    findings = [(finding, trial.name) for trial in trials for finding in trial.found]
+    findings.sort(key=lambda one: -one[0].place.score)
+    caption: set[tuple[str, int]] = set()
+    kinds: Counter[str] = Counter()
+    for finding, name in findings[:TOP]:
+        if finding.fault is None:
+            kinds["before" if finding.before else "nothing"] += 1
+            continue
+        kinds["again" if (name, finding.fault) in caption else "real"] += 1
+        caption.add((name, finding.fault))
+    return kinds
+
+
+def by_kind(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
+    """Table of the kinds of fault: their number, and how many are among the first places of their frames."""
+    for kind in (*KINDS, "all"):
+        row: list[object] = [kind]
+        for top in (None, FAULTS, TOP, 10_000):
+            numbers = ((trial, range(len(trial.faults)) if top is None else trial.hits(top)) for trial in trials)
+            row.append(sum(kind in ("all", trial.faults[number].kind) for trial, which in numbers for number in which))
+        yield tuple(row)
+
+
+def by_frame(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
+    """Table of the frames: faults found, and number of places."""
+    for trial in trials:
+        before = sum(finding.before for finding in trial.found[:TOP])
+        yield trial.name, len(trial.faults), len(trial.hits(FAULTS)), len(trial.hits(TOP)), before, len(trial.found)
+
+
+def by_place(trials: Sequence[Trial]) -> Iterable[tuple[object, ...]]:
+    """Table of the kinds of place among the first of the frames: their number and causes."""
+    first = [finding for trial in trials for finding in trial.found[:TOP]]
+    for kind in sorted({finding.place.kind for finding in first}):
+        of_kind = [finding for finding in first if finding.place.kind == kind]
+        about = sum(finding.fault is not None for finding in of_kind)
+        yield kind, len(of_kind), about, sum(finding.before for finding in of_kind)
+
+
+def table(head: str, rows: Iterable[tuple[object, ...]]) -> str:
+    """Format a table as Markdown."""
+    columns = head.split(" | ")
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "".join(f"| {' | '.join(map(str, line))} |\n" for line in lines)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--choose", action="store_true", help="use the frames for tuning the weights")
+    arguments = parser.parse_args()
+    root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
+    trials = []
+    for name in TUNING_FRAMES if arguments.choose else EVALUATION_FRAMES:
+        folder = root / f"nyufilled_{name}"
+        ground_truth = load_frame(folder / "rgb.jpg", folder / "gt.png", depth_units=1000, name=folder.name)
+        trials.append(try_frame(ground_truth, FAULTS, arguments.seed))
+    first = first_of_all(trials)
+    print(
+        f"{sum(len(trial.faults) for trial in trials)} faults in {len(trials)} frames. Of the {TOP} places with the "
+        f"highest scores of all, {first['real']} are real, {first['again']} repeat one of these, "
+        f"{first['before']} were there before, {first['nothing']} are no fault.\n"
+    )
+    print(table(f"fault | made | in the first {FAULTS} of its frame | in the first {TOP} | at all", by_kind(trials)))
+    head = f"frame | made | real of the first {FAULTS} | of the first {TOP} | there before, of the first {TOP} | places"
+    print(table(head, by_frame(trials)))
+    print(table(f"place | in the first {TOP} of the frames | about a fault | there before", by_place(trials)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""Quality checks on one frame with deliberate faults: which of the flagged places are at a fault."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from ilf import BlockParameters, edge_strength, extract_blocks
+from ilf.data.frame import RGBDFrame
+from ilf.data.pixel_grids import apart, long_lines, mark
+from ilf.evaluation.quality.places import Place
+from ilf.evaluation.quality.ranking import find_places
+from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
+
+from .faults import KINDS, Fault, Labels, Mask, make_faults, widened, with_holes
+
+_FINE = BlockParameters(min_size=0.1)
+"""Finer than by default, so that few blocks contain several surfaces before the faults."""
+
+_JUMP, _RIM, _NEAR = 0.04, 3.5, 8
+"""Jumps of true depth [m, share of the depth] at more than this distance [px] from a border count as errors; maximum
+distance [px] of a place from one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """A flagged place and its cause: the number of a fault, or a true jump inside a block of the extraction."""
+
+    place: Place
+    fault: int | None
+    before: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A frame with faults, and its flagged places in order."""
+
+    name: str
+    faults: list[Fault]
+    found: list[Finding]
+
+    def hits(self, top: int) -> set[int]:
+        """Faults found by the first places."""
+        return {finding.fault for finding in self.found[:top] if finding.fault is not None}
+
+
+def try_frame(ground_truth: RGBDFrame, faults: int, seed: int) -> Trial:
+    """Cut holes into a frame without missing depth, make faults in its blocks, and run the quality checks."""
+    rng = np.random.default_rng([seed, zlib.crc32(ground_truth.name.encode())])
+    frame = with_holes(ground_truth, rng)
+    kinds = [KINDS[number % len(KINDS)] for number in rng.permutation(faults)]
+    labels, made = make_faults(extract_blocks(ground_truth, _FINE), ground_truth.depth, ~frame.known, kinds, rng)
+    there = _true_jumps(ground_truth, labels)
+    found = []
+    for place in find_places(frame, labels, edge_strength(frame)):
+        column, row = (int(value) for value in place.point)
+        about = next((number for number, fault in enumerate(made) if fault.zone[row, column]), None)
+        found.append(Finding(place, about, about is None and bool(there[row, column])))
+    return Trial(ground_truth.name, made, found)
+
+
+def _true_jumps(ground_truth: RGBDFrame, labels: Labels) -> Mask:
+    """Return pixels around true depth jumps inside a block."""
+    right, below = find_relief(ground_truth.depth, _JUMP, _JUMP).jumps
+    inside = ~widened(mark(apart(labels)), _RIM)
+    return widened(mark(long_lines((right & inside[:, :-1], below & inside[:-1]), JUMP_LENGTH)), _NEAR)
