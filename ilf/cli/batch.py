@@ -132,7 +132,7 @@ def add_arguments(parser: Parser) -> None:
     output.add_argument(
         "--extrapolate",
         action="store_true",
-        help="extrapolate the depth that is still missing after the run, and write its mask guessed.png",
+        help="extrapolate the depth that is still missing after the run, and write its mask extrapolated.png",
     )
     output.add_argument(
         "--contact-sheet", action="store_true", help="write contact-sheet.png, all previews with their names"

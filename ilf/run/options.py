@@ -12,7 +12,7 @@ from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
-EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
+EXTRAPOLATED_FILE, INVALID_MASK_FILE, DRAWN_FILE = "extrapolated.png", "invalid_mask.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
 COLOUR_FILE = "rgb.png"
 """Colour of the frame, if no file contains it: from a recording, or undistorted."""
@@ -24,7 +24,7 @@ DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
 """Depth format -> file name of the expected error, in the same units."""
 
-UNSUPPORTED_FILE = "unvouched.png"
+UNSUPPORTED_FILE = "unsupported.png"
 """Mask, beside the expected errors, of the filled pixels that are unsupported by measurements."""
 
 CLOUD_FILES = {

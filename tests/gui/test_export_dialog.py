@@ -150,7 +150,7 @@ def test_settings_of_another_version_do_no_harm(make):
 
 def test_options_are_checked_and_name_their_files():
     assert ExportOptions(cloud="xyzrgb", labels=False).filenames() == (
-        "depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unvouched.png", "curves.csv",
+        "depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unsupported.png", "curves.csv",
         "cloud.xyzrgb", "run.json",
     )  # fmt: skip
     for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):

@@ -30,7 +30,7 @@ from .small_frames import CAMERA, write_small_frame
 
 ROOT = Path(__file__).parents[2]
 QUICK = ["--max-iterations", "25"]
-ERRORS = {"expected_error.png", "expected_error.npy", "unvouched.png"}
+ERRORS = {"expected_error.png", "expected_error.npy", "unsupported.png"}
 RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "meta.json", "run.json"} | ERRORS
 
 
@@ -95,7 +95,7 @@ def test_complete_writes_everything_and_says_what(files, capsys):
     assert "2 blocks cover 100.0% of the frame" in captured.out
     assert "485 of 485 missing pixels recovered (100.0%)" in captured.out
     assert lines[-1] == (
-        "Written to out: depth.png, depth.npy, expected_error.png, expected_error.npy, unvouched.png, blocks.png, "
+        "Written to out: depth.png, depth.npy, expected_error.png, expected_error.npy, unsupported.png, blocks.png, "
         "curves.csv, cloud.ply, meta.json, run.json"
     )
 

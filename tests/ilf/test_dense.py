@@ -82,7 +82,7 @@ def test_the_rest_is_the_same_as_that_of_a_dense_run_and_is_saved_as_such(
     for completion, name in ((extrapolate, "extrapolate"), (rest, "rest"), (before, "before")):
         completion.save(tmp_path / name)
     names = sorted(path.name for path in (tmp_path / "extrapolate").iterdir())
-    assert "guessed.png" in names
-    assert not (tmp_path / "before" / "guessed.png").exists()
+    assert "extrapolated.png" in names
+    assert not (tmp_path / "before" / "extrapolated.png").exists()
     for name in names:
         assert (tmp_path / "extrapolate" / name).read_bytes() == (tmp_path / "rest" / name).read_bytes(), name

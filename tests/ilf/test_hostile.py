@@ -162,10 +162,10 @@ def given_files(folder: Path) -> dict[str, str]:
     labels[:, :40], labels[:, 40:] = 1, 2
     mask = np.zeros((60, 80), np.uint8)
     mask[44:50, 4:10] = 255
-    for name, image in (("labels.png", labels), ("drawn.png", mask), ("distrusted.png", mask)):
+    for name, image in (("labels.png", labels), ("drawn.png", mask), ("invalid_mask.png", mask)):
         cv2.imwrite(str(out / name), image)
     (out / "meta.json").write_text(json.dumps({"program": "ILF Studio", "K": [80, 80, 39.5, 29.5]}))
-    files = {"--blocks": "labels.png", "--borders": "drawn.png", "--invalid-mask": "distrusted.png"}
+    files = {"--blocks": "labels.png", "--borders": "drawn.png", "--invalid-mask": "invalid_mask.png"}
     return {flag: str(out / name) for flag, name in (files | {"--intrinsics": "meta.json"}).items()}
 
 

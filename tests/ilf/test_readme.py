@@ -27,7 +27,7 @@ LIBRARY = (DOCS / "library.md").read_text(encoding="utf-8")
 PREFIX = ".venv/bin/ilf "
 
 RESULTS = {
-    *("depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unvouched.png"),
+    *("depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "unsupported.png"),
     *("blocks.png", "curves.csv", "cloud.ply", "run.json"),
 }
 STAGES = {"1-strength.png", "2-edges.png", "3-dilated.png", "4-contracted.png", "5-blocks.png"}

@@ -51,7 +51,7 @@ def test_record_reads_back(tmp_path):
     assert record.shape == (60, 80)
     assert record.extrapolate
     assert not record.edited
-    assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "distrusted.png")
+    assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "invalid_mask.png")
     assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
     assert to_json(record) == path.read_bytes()
 
@@ -60,7 +60,7 @@ def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
     record = read_record(written(with_drawn_border(with_invalid_mask(small_run(tmp_path))), tmp_path / "out"))
     files = {path.name: sha256(path) for path in (tmp_path / "out").iterdir() if path.name != "run.json"}
     assert record.outputs == files
-    assert {"meta.json", "distrusted.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
+    assert {"meta.json", "invalid_mask.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
 
 
 def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_path):

@@ -124,7 +124,7 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 
 @pytest.mark.parametrize(
     ("how", "file", "what"),
-    [(with_invalid_mask, "distrusted.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+    [(with_invalid_mask, "invalid_mask.png", "invalid depth"), (with_drawn_border, "drawn.png", "drawn borders")],
 )
 def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
     path = written(how(small_run(tmp_path)), tmp_path / "out")

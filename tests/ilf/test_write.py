@@ -186,15 +186,15 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     np.testing.assert_array_equal(invalid_mask, extrapolate.frame.invalid_mask)
     np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks == 1))
     assert f"{extrapolated.sum()} pixels" in found.remarks[0]
-    assert {"guessed.png", "distrusted.png"} <= set(filenames(extrapolate, BARE))
-    assert not {"guessed.png", "distrusted.png"} & set(filenames(run, BARE))
+    assert {"extrapolated.png", "invalid_mask.png"} <= set(filenames(extrapolate, BARE))
+    assert not {"extrapolated.png", "invalid_mask.png"} & set(filenames(run, BARE))
 
 
 def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
     assert np.isfinite(completion.depth).all()
     extrapolate = replace(run, extrapolate=True)
     assert write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE).remarks == ()
-    assert not read_colour(tmp_path / "out" / "guessed.png").any()
+    assert not read_colour(tmp_path / "out" / "extrapolated.png").any()
 
 
 def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
@@ -207,13 +207,13 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(stored > 0, completion.filled)
     wanted = np.maximum(expected[completion.filled], 1 / 1100)
     np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
-    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, unsupported(completion))
+    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, unsupported(completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
     assert write(out, run, outside, BARE).remarks == (
-        f"Unsupported by measurements: {counted(count, 'pixel')}, see unvouched.png.",
+        f"Unsupported by measurements: {counted(count, 'pixel')}, see unsupported.png.",
     )
-    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, completion.filled)
+    np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)
     assert filenames(run, no_files) == ("run.json",)
 

@@ -341,7 +341,7 @@ class ExportDialog(QDialog):
 
     def _extrapolation_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.extrapolate:
-            return "Pixels that no block could complete are extrapolated; guessed.png shows where."
+            return "Pixels that no block could complete are extrapolated; extrapolated.png shows where."
         frame = self._run.frame
         missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
         outside = (
