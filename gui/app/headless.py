@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from ilf.data.results import Status
 
-from ..features.documents.documents import Documents
+from ..features.documents.feature import DocumentsFeature
 from ..state.workspace import Workspace
 from ..widgets.notices import Notes
 from ..work.loading import FrameLoader
@@ -35,7 +35,7 @@ class HeadlessRun(QObject):
         loader: FrameLoader,
         runs: RunController,
         notes: Notes,
-        documents: Documents,
+        documents: DocumentsFeature,
         take_picture: Callable[[], QPixmap],
         close: Callable[[], object],
         is_settled: Callable[[], bool],

@@ -89,6 +89,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     theme.follow_system(app)
     app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
 
+    from ..features.views import ErrorFeature
     from .main_window import MainWindow
 
     window = MainWindow(persistent=options.screenshot is None)
@@ -109,9 +110,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         window.runs,
         window.notes,
         window.documents,
-        window.picture,
+        window.documents.picture,
         window.close,
-        lambda: not window.errors.busy,
+        lambda: not window.feature(ErrorFeature).busy,
         options.run,
         options.screenshot,
     )

@@ -1,37 +1,132 @@
-"""Declaration of the window's commands, and a list of all its actions."""
+"""The window's commands: each is one record; menus, tool bar, palette, shortcuts and tooltips are made from these."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
+
+from . import theme
+
+WHY_NOT = "why_not"
+"""The property of an action that stores why it is disabled."""
+
+HOLD_KEY = "held"
+"""The property of an action that stores the key that switches it on while held."""
+
+TEMPORARY = "transient"
+"""The property of a temporary action, which cannot be given a shortcut."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Command:
-    """The declaration of an action.
+    """One command of the window.
 
     Attributes
     ----------
     name : str
     text : str
         Menu text, with & before its mnemonic letter.
-    icon, shortcut, hint : str
+    icon, keys, hint : str
         "" for none.
     group : str
-        Actions of one group are checkable, one at a time.
+        Commands of one group are checkable, one at a time.
     checkable : bool
+    held : str
+        Letter of the key that switches it on while held; "" for none.
+    handler : callable, optional
+        Executes the command. If it is checkable, it is called with the state at each change, also by the program; of
+        a group, it is called when the user chooses the command.
+    why_off : callable, optional
+        Returns why the command cannot be used now, as a sentence with what to do first; "" if it can.
     """
 
     name: str
     text: str
     icon: str = ""
-    shortcut: str = ""
+    keys: str = ""
     hint: str = ""
     group: str = ""
     checkable: bool = False
+    held: str = ""
+    handler: Callable[..., object] | None = None
+    why_off: Callable[[], str] | None = None
+
+
+class Actions:
+    """The window's QActions by name: `actions["run"]`, made from the commands of its features.
+
+    Parameters
+    ----------
+    window : QWidget
+    prepare : callable
+        Called before the commands are asked why they cannot be used.
+    """
+
+    def __init__(self, window: QWidget, prepare: Callable[[], None]) -> None:
+        self._window = window
+        self._prepare = prepare
+        self.commands: dict[str, Command] = {}
+        """All commands by name, in the order in which they were added."""
+        self._icons: dict[str, str] = {}
+        self._actions: dict[str, QAction] = {}
+        self._groups: dict[str, QActionGroup] = {}
+
+    def __getitem__(self, name: str) -> QAction:
+        return self._actions[name]
+
+    def add(self, commands: Iterable[Command]) -> None:
+        """Make the actions of a feature's commands."""
+        for command in commands:
+            action = QAction(command.text, self._window)
+            action.setShortcut(QKeySequence(command.keys))
+            keys = f" ({keys_text(action.shortcuts())})" if command.keys else ""
+            action.setToolTip(f"{command.hint or command.text.replace('&', '')}{keys}")
+            action.setCheckable(command.checkable or bool(command.group))
+            if command.group:
+                self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
+            self._connect(action, command)
+            self._window.addAction(action)
+            self.commands[command.name] = command
+            self.adopt(command.name, action, command.icon)
+
+    def adopt(self, name: str, action: QAction, icon: str) -> None:
+        """Add an action that was made elsewhere."""
+        action.setObjectName(name)
+        self._actions[name] = action
+        self._icons[name] = icon
+        self._draw_icons({name: icon})
+
+    @staticmethod
+    def _connect(action: QAction, command: Command) -> None:
+        handler = command.handler
+        if handler is None:
+            return
+        if command.checkable:
+            action.toggled.connect(lambda on: handler(on))
+        else:
+            action.triggered.connect(lambda _=False: handler())
+
+    def refresh(self) -> None:
+        """Enable the commands that can be used now; store the reasons of the others."""
+        self._prepare()
+        for name, command in self.commands.items():
+            if command.why_off is not None:
+                why_off = command.why_off()
+                self[name].setEnabled(not why_off)
+                self[name].setProperty(WHY_NOT, why_off)
+
+    def draw_icons(self) -> None:
+        """Redraw the icons in the colours of the window's palette."""
+        self._draw_icons(self._icons)
+
+    def _draw_icons(self, icons: Mapping[str, str]) -> None:
+        palette = self._window.palette()
+        for name, icon in icons.items():
+            if icon:
+                self[name].setIcon(theme.icon(icon, palette))
 
 
 # All actions of the window: those in its menus, and those with only a key or a button.
@@ -74,16 +169,6 @@ class ActionEntry:
         if self.action.isEnabled():
             return ""
         return str(self.action.property(WHY_NOT) or "Not available now.")
-
-
-WHY_NOT = "why_not"
-"""The property of an action that stores why it is disabled."""
-
-HOLD_KEY = "held"
-"""The property of an action that stores the key that switches it on while held."""
-
-TEMPORARY = "transient"
-"""The property of a temporary action, which cannot be given a shortcut."""
 
 
 def keys_text(keys: list[QKeySequence]) -> str:

@@ -13,19 +13,19 @@ from PySide6.QtCore import QObject, Signal
 from ilf.data.camera import CameraIntrinsics
 
 from ..base import theme
+from ..base.commands import Command
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.cloud.canvas import CloudCanvas
-from ..views.cloud.cloud_view import CloudView
 from ..views.cloud.colouring import CloudRequest, ColourBy, Subject, compose, value_of
 from ..views.cloud.scene import Scene
 from ..views.colours import FIXED, KINDS, Range
-from ..views.expected_error import ErrorPresenter
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.linked_views import LinkedViews
-from ..views.presenter import colour_table
 from ..work.latest_request import LatestRequest
+from .context import Context, Feature
+from .views import ErrorFeature, colour_table
 
 # Links the points of the cloud with the pixels of the images, in both directions.
 
@@ -95,28 +95,59 @@ class _Request(NamedTuple):
     """Scene with the same points; None if there is none."""
 
 
-class CloudPresenter(QObject):
+class CloudFeature(Feature):
     """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
 
     Signals
     -------
-    failed(object)
-        The exception raised while a cloud was built.
     changed()
         The output of `show` has changed: colours, raw or completed depth, all or selected blocks, compared runs, or
         ground truth.
     """
 
-    failed = Signal(object)
     changed = Signal()
 
-    def __init__(
-        self, workspace: Workspace, editor: Editor, cloud: CloudView, views: LinkedViews, errors: ErrorPresenter
-    ) -> None:
-        super().__init__(cloud)
-        self._workspace = workspace
-        self._cloud = cloud
-        self._views = views
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._cloud = cloud = context.cloud
+        self._views = views = context.views
+        self._has_raw = True
+        """Whether raw depth can be shown instead of completed depth."""
+        context.actions.add(
+            (
+                Command(
+                    "cloud_beside",
+                    "&3D beside the images",
+                    "ph.columns",
+                    "Ctrl+Shift+B",
+                    "Show the point cloud beside the images instead of in its own tab",
+                    checkable=True,
+                    handler=context.centre.set_side_by_side,
+                ),
+                Command(
+                    "cloud_raw",
+                    "3D: ra&w depth",
+                    "ph.eye",
+                    "",
+                    "Show the point cloud before completion; holding X in the 3D view does the same",
+                    checkable=True,
+                    held="X",
+                    handler=lambda on: self.changed.emit(),
+                    why_off=lambda: "" if self._has_raw else "Not available now.",
+                ),
+                Command(
+                    "cloud_selected_only",
+                    "3D: selected blocks onl&y",
+                    "ph.selection",
+                    "",
+                    "Show only the selected blocks in 3D",
+                    checkable=True,
+                    handler=lambda on: self.changed.emit(),
+                ),
+            )
+        )
+        cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._wish: CloudRequest | None = None
         self._made: tuple[CloudRequest, Scene] | None = None
         self._seen = ""
@@ -125,8 +156,8 @@ class CloudPresenter(QObject):
         """Label map and colours of the last request."""
         self._questions = LatestRequest[_Request, Scene](lambda question: compose(*question), self)
         self._questions.answered.connect(self._take)
-        self._questions.failed.connect(lambda _, error: self.failed.emit(error))
-        cloud.canvas.failed.connect(self.failed)
+        self._questions.failed.connect(lambda _, error: self._report(error))
+        cloud.canvas.failed.connect(self._report)
         for changed in (
             workspace.session_changed,
             workspace.labels_changed,
@@ -135,11 +166,9 @@ class CloudPresenter(QObject):
         ):
             changed.connect(self._forget_blocks)
         views.cursorMoved.connect(self._show_value)
-        self.links = CloudLinks(workspace, editor, cloud.canvas, views, self._shows_present)
+        self.links = CloudLinks(workspace, context.editor, cloud.canvas, views, self._shows_present)
         for signal in (cloud.colours_changed, views.ranges.changed):
             signal.connect(self.changed)
-        for switch in (cloud.raw, cloud.chosen_only):
-            switch.toggled.connect(lambda _: self.changed.emit())
         watched = (
             workspace.ground_truth_changed,
             workspace.compared_changed,
@@ -149,7 +178,18 @@ class CloudPresenter(QObject):
         )
         for signal in watched:
             signal.connect(self.changed)
+        errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
+        blocks = workspace.labels_changed, workspace.infos_changed, workspace.selection_changed
+        context.refresh.add(
+            "cloud",
+            self.show,
+            (
+                *(workspace.session_changed, *blocks, workspace.results_changed),
+                *(self.changed, views.shownChanged, context.centre.turned),
+            ),
+            (workspace.results_added,),
+        )
 
     @property
     def busy(self) -> bool:
@@ -168,7 +208,10 @@ class CloudPresenter(QObject):
             self._cloud.set_unavailable({})
             return
         self._cloud.set_unavailable(self._unavailable(session))
-        self._cloud.raw.setEnabled(session.completion() is not None)
+        has_raw = session.completion() is not None
+        if has_raw != self._has_raw:
+            self._has_raw = has_raw
+            self.context.actions.refresh()
         if session.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
         elif self._cloud.chosen_only.isChecked() and not session.selected:
@@ -182,6 +225,9 @@ class CloudPresenter(QObject):
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the threads have ended."""
         return all([self._questions.shutdown(), self._cloud.shutdown()])
+
+    def _report(self, error: Exception) -> None:
+        self.context.notes.report("Point cloud", error)
 
     def _present_wish(self, session: Session, intrinsics: CameraIntrinsics) -> CloudRequest:
         completion, by = session.completion(), self._cloud.colour_by

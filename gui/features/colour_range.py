@@ -15,27 +15,6 @@ from ..views.colours import DEPTH_MAPS, FIXED, KINDS, MODES, Levels, Range
 from ..widgets.basics import PlainLabel
 from .context import Context, Feature
 
-# Commands on the colour range.
-
-COMMANDS = (
-    Command(
-        "show_range",
-        "Colour &range",
-        "ph.chart-bar",
-        "Ctrl+Shift+G",
-        "Open the histogram of the shown values with the limits of the colour range",
-    ),
-    Command(
-        "lock_range",
-        "Loc&k colour range",
-        "ph.lock",
-        "",
-        "Keep the colour range in all views, for all runs and frames",
-        checkable=True,
-    ),
-)
-
-
 # A histogram with the two limits of the colour range, which can be dragged.
 
 _BINS = 120
@@ -302,7 +281,30 @@ class ColourRangeFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, views, actions = context.workspace, context.views, context.actions
-        actions.add(COMMANDS)
+        self._has_range = True
+        """Whether the active view has a range."""
+        actions.add(
+            (
+                Command(
+                    "show_range",
+                    "Colour &range",
+                    "ph.chart-bar",
+                    "Ctrl+Shift+G",
+                    "Open the histogram of the shown values with the limits of the colour range",
+                    handler=lambda: context.panels.reveal(_TITLE),
+                ),
+                Command(
+                    "lock_range",
+                    "Loc&k colour range",
+                    "ph.lock",
+                    "",
+                    "Keep the colour range in all views, for all runs and frames",
+                    checkable=True,
+                    handler=self._set_lock,
+                    why_off=lambda: "" if self._has_range else "Not available now.",
+                ),
+            )
+        )
         self._lock = actions["lock_range"]
         self.panel = RangePanel(self._lock)
         context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
@@ -310,8 +312,6 @@ class ColourRangeFeature(Feature):
         shown = views.rangeChanged, views.shownChanged, workspace.compared_changed, workspace.ground_truth_changed
         later = workspace.results_added, workspace.previews_changed
         context.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
-        actions["show_range"].triggered.connect(lambda: context.panels.reveal(_TITLE))
-        self._lock.toggled.connect(self._set_lock)
         self.panel.modeChosen.connect(self._set_mode)
         self.panel.levelsSet.connect(self._set_levels)
         self.panel.mapChosen.connect(views.set_depth_map)
@@ -323,7 +323,9 @@ class ColourRangeFeature(Feature):
         there = self.context.workspace.has_session and bool(kind) and cell.bar.levels is not None
         with QSignalBlocker(self._lock):
             self._lock.setChecked(there and views.ranges.of(kind).locked)
-        self._lock.setEnabled(there)
+        if there != self._has_range:
+            self._has_range = there
+            self.context.actions.refresh()
         if not self.panel.isVisible():
             return
         self.panel.show_map(views.ranges.depth_map)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,48 +27,9 @@ from ..views.contents import EARLIER, RUNS
 from ..views.layouts import COMPARE
 from ..views.linked_views import LinkedViews
 from ..views.painter import ShownRun, Spectrum
-from ..views.presenter import ViewsPresenter, colour_table
 from ..work.latest_request import LatestRequest
 from .context import Context, Feature
-
-# Commands on the contents of the views, and on the comparison of two depths.
-
-COMMANDS = (
-    Command(
-        "view_content",
-        "&View content…",
-        "ph.list",
-        "Ctrl+Shift+V",
-        "Choose the content of the view under the pointer, or of the view clicked last; same as a click on its title",
-    ),
-    Command("reset_contents", "R&eset view contents", "", "", "Restore the default content of every view"),
-    Command(
-        "compare_two",
-        "Compare &two",
-        "ph.columns",
-        "Shift+F4",
-        "Show sides A and B, their difference, and the error or the expected error; again to go back",
-        checkable=True,
-    ),
-    Command(
-        "swipe",
-        "S&wipe between two",
-        "ph.arrows-left-right",
-        "Ctrl+Shift+X",
-        "Compare with a draggable divider: side A on the left, side B on the right",
-        checkable=True,
-    ),
-    Command(
-        "blink",
-        "Show side &A",
-        "ph.eye",
-        "",
-        "Show side A instead of the result in all views; also while V is held",
-        checkable=True,
-    ),
-    Command("swap_sides", "Swap A and &B", "ph.swap", "", "Swap the two sides of the comparison"),
-)
-
+from .views import ViewsFeature, ViewsPresenter, colour_table
 
 # Passes what the current result is compared with to the views: runs, the previous run, ground truth.
 
@@ -321,17 +282,14 @@ def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, fl
     return Spectrum(depth_spectrum(depth, padding, (reach[0], reach[1])), radii, text)
 
 
-_NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
-
-
 class CompareFeature(Feature):
     """Contents of the views, and the commands of the comparison of two depths."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, views, actions = context.workspace, context.views, context.actions
-        actions.add(COMMANDS)
-        self.comparison = Comparison(workspace, views, context.view_presenter)
+        self.comparison = Comparison(workspace, views, context.feature(ViewsFeature).presenter)
+        actions.add(self._commands())
         self.derived = DerivedPresenter(workspace, views)
         self._was_compared = False
         self._replaced: dict[str, str] = {}
@@ -352,26 +310,77 @@ class CompareFeature(Feature):
             ),
             (workspace.results_added,),
         )
-        handlers: dict[str, Callable[[], object]] = {
-            "view_content": views.choose_content,
-            "reset_contents": views.reset_contents,
-            "compare_two": lambda: views.toggle_layout(COMPARE),
-            "swap_sides": lambda: views.sides.choose(*reversed(views.sides.names)),
-        }
-        for name, handler in handlers.items():
-            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
-        actions["swipe"].toggled.connect(self._swipe)
-        actions["blink"].toggled.connect(self.comparison.show_a_as_result)
         views.layoutChanged.connect(self._follow_layout)
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
         for changed in (workspace.session_changed, workspace.guide_changed, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
-        workspace.session_changed.connect(self._allow)
-        self._allow()
 
-    def _allow(self) -> None:
-        no_frame = "" if self.context.workspace.has_session else "Open a frame first."
-        self.context.actions.allow(no_frame, *_NEED_A_FRAME)
+    def _commands(self) -> Sequence[Command]:
+        views, no_frame = self.context.views, self.context.reasons.no_frame
+        return (
+            Command(
+                "view_content",
+                "&View content…",
+                "ph.list",
+                "Ctrl+Shift+V",
+                "Choose the content of the view under the pointer, or of the view clicked last; "
+                "same as a click on its title",
+                handler=views.choose_content,
+                why_off=no_frame,
+            ),
+            Command(
+                "reset_contents",
+                "R&eset view contents",
+                "",
+                "",
+                "Restore the default content of every view",
+                handler=views.reset_contents,
+            ),
+            Command(
+                "compare_two",
+                "Compare &two",
+                "ph.columns",
+                "Shift+F4",
+                "Show sides A and B, their difference, and the error or the expected error; again to go back",
+                checkable=True,
+                handler=self._compare_two,
+                why_off=no_frame,
+            ),
+            Command(
+                "swipe",
+                "S&wipe between two",
+                "ph.arrows-left-right",
+                "Ctrl+Shift+X",
+                "Compare with a draggable divider: side A on the left, side B on the right",
+                checkable=True,
+                handler=self._swipe,
+                why_off=no_frame,
+            ),
+            Command(
+                "blink",
+                "Show side &A",
+                "ph.eye",
+                "",
+                "Show side A instead of the result in all views; also while V is held",
+                checkable=True,
+                held="V",
+                handler=self.comparison.show_a_as_result,
+                why_off=no_frame,
+            ),
+            Command(
+                "swap_sides",
+                "Swap A and &B",
+                "ph.swap",
+                "",
+                "Swap the two sides of the comparison",
+                handler=lambda: views.sides.choose(*reversed(views.sides.names)),
+                why_off=no_frame,
+            ),
+        )
+
+    def _compare_two(self, on: bool) -> None:
+        if on != (self.context.views.layout_name == COMPARE):
+            self.context.views.toggle_layout(COMPARE)
 
     def _follow_layout(self, name: str) -> None:
         """Switch swiping off in the side-by-side layout."""

@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeVar
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
-from ..base.actions import Actions
+from ..base.commands import Actions
 from ..project.recorder import Recorder
-from ..project.store import WorkStore
-from ..state.entries import Entry
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
-from ..views.expected_error import ErrorPresenter
 from ..views.linked_views import LinkedViews
-from ..views.presenter import ViewsPresenter
 from ..widgets.docks import Docks
 from ..widgets.notices import Notes
 from ..work.loading import FrameLoader
 from ..work.refresh import Refresh
 from ..work.runs import RunController
-from .documents.documents import Documents
-from .filter.panel import FilterPanel
-from .filter.presenter import FilterPresenter
 
 
 class PendingWork(NamedTuple):
@@ -46,45 +39,112 @@ class PendingWork(NamedTuple):
     session: Session | None = None
 
 
-@dataclass(frozen=True, eq=False)
+class Reasons:
+    """Why commands cannot be used now: the sentences that several commands share; "" if nothing is missing."""
+
+    def __init__(self, workspace: Workspace, runs: RunController, loader: FrameLoader) -> None:
+        self._workspace = workspace
+        self._runs = runs
+        self._loader = loader
+        self._has_blocks = False
+        self.selected: set[int] = set()
+        """The selected blocks that have pixels."""
+        self.unlocked: set[int] = set()
+        """Those of them that are not locked."""
+
+    def update(self) -> None:
+        """Count the blocks of the current frame once for all commands."""
+        session = self._workspace.session if self._workspace.has_session else None
+        counts = session.counts() if session else {}
+        self._has_blocks = bool(counts)
+        self.selected = set(session.selected) & counts.keys() if session else set()
+        self.unlocked = self.selected - session.locked if session else set()
+
+    def no_frame(self) -> str:
+        """No frame is shown."""
+        return "" if self._workspace.has_session else "Open a frame first."
+
+    def busy(self) -> str:
+        """The frame is being read, extracted or run."""
+        free = self._runs.free and not self._loader.busy
+        return self.no_frame() or ("" if free else "Wait until the work in progress has ended, or cancel it.")
+
+    def no_blocks(self) -> str:
+        """The frame has no blocks."""
+        return self.no_frame() or ("" if self._has_blocks else "There are no blocks: extract or draw some first.")
+
+    def none_selected(self) -> str:
+        """No block is selected."""
+        return self.no_blocks() or ("" if self.selected else "Select a block first.")
+
+    def locked(self) -> str:
+        """All selected blocks are locked."""
+        locked = "" if self.unlocked else "The selected blocks are locked: unlock them first."
+        return self.none_selected() or locked
+
+
+FeatureType = TypeVar("FeatureType", bound="Feature")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Context:
-    """Shared objects of the window: data, workers and widgets that a feature may use."""
+    """Shared objects of the window: what a feature may use.
+
+    Attributes
+    ----------
+    window : QMainWindow
+        Parent of dialogs, with menu bar and status bar.
+    workspace, recorder
+        The data, and what stores it.
+    loader, runs, refresh
+        The work: reading of frames, runs, and drawing of what has become stale.
+    editor
+        Host of the tools.
+    views, cloud, centre, panels, notes
+        The display: linked views, point cloud, the centre with both, the panels around it, and messages.
+    actions, reasons
+        The commands, and why they cannot be used.
+    features : list of Feature
+        All features, in the order in which they were made.
+    """
 
     window: QMainWindow
     workspace: Workspace
-    runs: RunController
+    recorder: Recorder
     loader: FrameLoader
+    runs: RunController
+    refresh: Refresh
+    editor: Editor
     views: LinkedViews
     cloud: CloudView
-    view_presenter: ViewsPresenter
-    editor: Editor
-    actions: Actions
-    panels: Docks
-    refresh: Refresh
-    notes: Notes
-    filter_panel: FilterPanel
-    filter_presenter: FilterPresenter
-    errors: ErrorPresenter
-    documents: Documents
     centre: Centre
-    store: WorkStore
-    recorder: Recorder
-    pending_work: Callable[[], Sequence[PendingWork]]
-    """Returns the pending work of all features, without the runs of frames."""
-    selected_frames: Callable[[], Sequence[Entry]]
-    """Returns the frames whose rows are selected in the list."""
+    panels: Docks
+    notes: Notes
+    actions: Actions
+    reasons: Reasons
+    features: list[Feature] = field(default_factory=list)
+
+    def feature(self, kind: type[FeatureType]) -> FeatureType:
+        """Return the feature of a type, which must have been made before."""
+        return next(feature for feature in self.features if isinstance(feature, kind))
+
+    def pending_work(self) -> list[PendingWork]:
+        """Return the pending work of all features, without the runs of frames."""
+        return [work for feature in self.features for work in feature.pending_work()]
 
 
 class Feature(QObject):
     """One feature of the window with all that belongs to it.
 
-    A feature creates its widgets, adds its panels to the context's docks, registers their updates with the context's
-    refresh, and executes its own commands.
+    When it is made, a feature adds its commands to the context's actions, makes its widgets, adds its panels to the
+    context's docks, registers their updates with the context's refresh, and passes its messages to the context's
+    notes.
     """
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self.context = context
+        context.features.append(self)
 
     def begin(self) -> None:
         """Called when the window has all features and menus, just before it is shown."""

@@ -19,13 +19,15 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
+from ..base.commands import Command
 from ..state.commands import Change, DrawnChange
 from ..state.session import Session
 from ..state.workspace import Workspace
-from ..views.presenter import ViewsPresenter
 from ..work.frame_runs import RunState
 from ..work.latest_request import LatestRequest
 from ..work.runs import RunController
+from .context import Context, Feature
+from .views import ViewsFeature, ViewsPresenter
 
 # One line under the views with the summary of the last edit.
 
@@ -276,6 +278,45 @@ class EditSummaryPresenter(QObject):
         if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
             unknown = effect is not None and effect.held_out is None and effect.by_ground_truth is None
             self._line.show_message(_title(change), effect, note or (_UNKNOWN if unknown else ""))
+
+
+class EditSummaryFeature(Feature):
+    """The line with the effect of the last edit, and the command that shows the state before it."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, runs, actions = context.workspace, context.runs, context.actions
+        actions.add(
+            (
+                Command(
+                    "show_before_edit",
+                    "Show state &before the last edit",
+                    "ph.eye",
+                    "",
+                    "Show blocks and depth before the last edit; holding B does the same",
+                    checkable=True,
+                    held="B",
+                    handler=lambda on: self.presenter.look(on),
+                ),
+            )
+        )
+        self.line = EditSummaryLine()
+        context.centre.add_strip(self.line)
+        views = context.feature(ViewsFeature).presenter
+        self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
+        for changed in (workspace.session_changed, *edits):
+            # an edit shows the current state again
+            changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
+        runs.resolved.connect(self._tell_resolved)
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self.presenter.shutdown()
+
+    def _tell_resolved(self, text: str) -> None:
+        if not self.presenter.busy:  # after an edit, its summary is shown instead
+            self.context.notes.show_briefly(text)
 
 
 def _title(change: Change) -> str:

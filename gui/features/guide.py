@@ -22,20 +22,6 @@ from .context import Context, Feature
 from .documents.file_dialogs import PreviewDialog
 from .documents.frame_files import GUIDE_FILES
 
-# Commands on the guide.
-
-COMMANDS = (
-    Command(
-        "load_guide",
-        "Load &guide…",
-        "ph.compass",
-        "",
-        "Use depth or inverse depth from another source, as far as it agrees with the known depth",
-    ),
-    Command("remove_guide", "Remove guide", "ph.x-circle", "", "Complete the frame without a guide"),
-)
-
-
 # The dialog that loads a guide: file, and the fit to the known depth.
 
 _FOLDER_KEY = "guide/folder"
@@ -121,15 +107,33 @@ class GuideFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         actions, workspace = context.actions, context.workspace
-        actions.add(COMMANDS)
+        actions.add(
+            (
+                Command(
+                    "load_guide",
+                    "Load &guide…",
+                    "ph.compass",
+                    "",
+                    "Use depth or inverse depth from another source, as far as it agrees with the known depth",
+                    handler=self.ask,
+                    why_off=context.reasons.no_frame,
+                ),
+                Command(
+                    "remove_guide",
+                    "Remove guide",
+                    "ph.x-circle",
+                    "",
+                    "Complete the frame without a guide",
+                    handler=self.remove,
+                    why_off=self._why_no_guide,
+                ),
+            )
+        )
         self._reader = LatestRequest[GuideSource, GuidedFrame](read_guided_frame, self)
-        actions["load_guide"].triggered.connect(lambda _=False: self.ask())
-        actions["remove_guide"].triggered.connect(lambda _=False: self.remove())
         for changed in (workspace.session_changed, workspace.guide_changed):
-            changed.connect(self._allow)
+            changed.connect(self._tell_guide)
         self._reported: WeakSet[Session] = WeakSet()
         """Frames whose guide has been reported, or loaded here."""
-        self._allow()
 
     def ask(self) -> None:
         """Load a guide for the current frame by the dialog."""
@@ -169,15 +173,20 @@ class GuideFeature(Feature):
         name = "" if guide.path is None else f" {Path(guide.path).name}"
         self.context.notes.show_message(f"Guide{name}: {describe_guide(found.fitted)}")
 
-    def _allow(self) -> None:
+    def _tell_guide(self) -> None:
+        """Tell once that a frame was opened with a guide."""
         workspace = self.context.workspace
-        no_frame = "" if workspace.has_session else "Open a frame first."
-        has_guide = workspace.has_session and workspace.session.frame.guide is not None
-        if has_guide and workspace.session not in self._reported:
+        if self._has_guide and workspace.session not in self._reported:
             self._reported.add(workspace.session)
             name = workspace.session.name
             self.context.notes.show_message(
                 f"{name} has a guide, which the runs use. To run without it: File > Remove guide."
             )
-        self.context.actions.allow(no_frame, "load_guide")
-        self.context.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")
+
+    @property
+    def _has_guide(self) -> bool:
+        workspace = self.context.workspace
+        return workspace.has_session and workspace.session.frame.guide is not None
+
+    def _why_no_guide(self) -> str:
+        return self.context.reasons.no_frame() or ("" if self._has_guide else "This frame has no guide.")

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QSizePolicy, QToolB
 from ilf.drawing.blocks import STAGES
 
 from ..base import theme
-from ..base.actions import Actions
+from ..base.commands import Actions
 from ..tools.options_row import OptionsRow
 from ..views.colours import DEPTH_MAPS
 from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
@@ -48,14 +48,12 @@ _MENUS = {
 class ToolBar(QToolBar):
     """Tool bar with frequent commands and the options of the tool."""
 
-    def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
+    def __init__(self, actions: Actions, options: OptionsRow, window: QWidget) -> None:
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
         _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
-        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
-        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
-        self._options = self.addWidget(self.options)
+        self._options = self.addWidget(options)
         spring = QWidget()  # keeps the buttons to its right in place when the tool's options change
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
@@ -101,7 +99,7 @@ def fill_menu_bar(
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
 
 
-def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
+def entries(actions: Actions, names: str) -> list[QAction | None]:
     """Return actions by their names, None for "|" (a separator)."""
     return [None if name == "|" else actions[name] for name in names.split()]
 

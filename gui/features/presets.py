@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QSettings, Qt
@@ -33,35 +33,7 @@ from ilf.run.preset_files import (
 from ..base.commands import Command
 from ..widgets.basics import PlainLabel, last_folder, literal_text
 from .context import Context, Feature
-
-# Commands on the user's presets.
-
-COMMANDS = (
-    Command(
-        "save_preset",
-        "&Save preset as…",
-        "ph.floppy-disk",
-        "",
-        "Save the parameters of the filter as a preset of your own",
-    ),
-    Command("rename_preset", "&Rename preset…", "ph.pencil-simple", "", "Rename the selected preset of your own"),
-    Command("delete_preset", "&Delete preset…", "ph.trash", "", "Delete the selected preset of your own"),
-    Command(
-        "import_preset",
-        "&Import preset…",
-        "ph.download-simple",
-        "",
-        "Add a preset from a file to your own presets",
-    ),
-    Command(
-        "export_preset",
-        "&Export preset…",
-        "ph.upload-simple",
-        "",
-        "Write the parameters of the filter to a file, for another computer or for 'ilf complete --preset FILE'",
-    ),
-)
-
+from .filter.feature import FilterFeature
 
 # The dialog that saves parameters as a preset of the user.
 
@@ -105,21 +77,62 @@ class PresetsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._box = context.filter_panel.presets
+        self._filter = context.feature(FilterFeature)
+        self._box = self._filter.panel.presets
         self._own: dict[str, UserPreset] = {}
         self._box.chosen.connect(self._choose)
-        context.actions.add(COMMANDS)
-        self._box.set_commands([context.actions[command.name] for command in COMMANDS])
-        for name, handler in {
-            "save_preset": self.ask_save,
-            "rename_preset": self.ask_rename,
-            "delete_preset": self.ask_delete,
-            "import_preset": self.ask_import,
-            "export_preset": self.ask_export,
-        }.items():
-            context.actions[name].triggered.connect(lambda _=False, handler=handler: handler())
-        self._box.names.currentIndexChanged.connect(lambda _: self._allow())
+        commands = self._commands()
+        context.actions.add(commands)
+        self._box.set_commands([context.actions[command.name] for command in commands])
+        self._box.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
         self.read()
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "save_preset",
+                "&Save preset as…",
+                "ph.floppy-disk",
+                "",
+                "Save the parameters of the filter as a preset of your own",
+                handler=self.ask_save,
+            ),
+            Command(
+                "rename_preset",
+                "&Rename preset…",
+                "ph.pencil-simple",
+                "",
+                "Rename the selected preset of your own",
+                handler=self.ask_rename,
+                why_off=self._why_not_own,
+            ),
+            Command(
+                "delete_preset",
+                "&Delete preset…",
+                "ph.trash",
+                "",
+                "Delete the selected preset of your own",
+                handler=self.ask_delete,
+                why_off=self._why_not_own,
+            ),
+            Command(
+                "import_preset",
+                "&Import preset…",
+                "ph.download-simple",
+                "",
+                "Add a preset from a file to your own presets",
+                handler=self.ask_import,
+            ),
+            Command(
+                "export_preset",
+                "&Export preset…",
+                "ph.upload-simple",
+                "",
+                "Write the parameters of the filter to a file, for another computer or "
+                "for 'ilf complete --preset FILE'",
+                handler=self.ask_export,
+            ),
+        )
 
     def read(self) -> None:
         """Read all presets of the user."""
@@ -127,7 +140,7 @@ class PresetsFeature(Feature):
         self._own = dict(found.presets)
         self._box.set_own({name: preset.parameters for name, preset in self._own.items()})
         self.context.refresh.mark("filter")
-        self._allow()
+        self.context.actions.refresh()
         for problem in found.problems:
             self.context.notes.show_message(problem)
 
@@ -212,7 +225,7 @@ class PresetsFeature(Feature):
         present = self._box.present
         base = self._own[present].base if present in self._own else present
         extraction = self.context.workspace.extraction_parameters if with_extraction else None
-        return UserPreset(name, self.context.filter_presenter.shown, base=base, extraction=extraction)
+        return UserPreset(name, self._filter.shown, base=base, extraction=extraction)
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
@@ -223,9 +236,8 @@ class PresetsFeature(Feature):
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
-    def _allow(self) -> None:
-        why_not = "" if self._box.present in self._own else "Select a preset of your own first."
-        self.context.actions.allow(why_not, "rename_preset", "delete_preset")
+    def _why_not_own(self) -> str:
+        return "" if self._box.present in self._own else "Select a preset of your own first."
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..base.commands import TEMPORARY, ActionEntry, action_entries, keys_text, plain
+from ..base.commands import TEMPORARY, ActionEntry, Command, action_entries, keys_text, plain
 from ..widgets.basics import Message, PlainLabel
 from .context import Context, Feature
 from .palette.matching import match
@@ -380,7 +380,18 @@ class ShortcutsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.keymap: Keymap | None = None
-        context.actions["shortcuts"].triggered.connect(self._ask)
+        context.actions.add(
+            (
+                Command(
+                    "shortcuts",
+                    "&Keyboard shortcuts…",
+                    "ph.keyboard",
+                    "F1",
+                    "Show the keyboard shortcuts and change them",
+                    handler=self._ask,
+                ),
+            )
+        )
 
     def begin(self) -> None:
         """Create the keymap; all commands exist now."""

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
-from ilf.drawing.blocks import STAGES
-
-from ..base.actions import Actions
 from ..state.session import Session
 from ..state.workspace import Workspace
-from ..tools.editor import Editor
-from ..tools.kinds import TOOL_NAMES
+from ..views.cloud.canvas import HINT, MOVES
 from ..widgets.basics import PlainLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
-from ..work.loading import FrameLoader
-from ..work.runs import RunController
-from .documents.documents import Documents
+from .context import Context, Feature
+from .documents.feature import DocumentsFeature
 
 # The status bar: effect of a click, pixel under the cursor, progress.
 
@@ -71,47 +65,51 @@ class StatusBar(QStatusBar):
 _NO_FRAME = "Open a frame with the menu File, or drop its files here"
 
 
-class StatusPresenter(QObject):
-    """Presenter of hint and progress.
+class StatusFeature(Feature):
+    """Hint and progress in the status bar, and the readout of the pixel under the cursor."""
 
-    Parameters
-    ----------
-    elsewhere : callable
-        Returns what the mouse does outside of the views that tools use; "" inside.
-    """
-
-    def __init__(
-        self,
-        workspace: Workspace,
-        runs: RunController,
-        loader: FrameLoader,
-        documents: Documents,
-        editor: Editor,
-        bar: StatusBar,
-        elsewhere: Callable[[], str],
-    ) -> None:
-        super().__init__(bar)
-        self._workspace = workspace
-        self._runs = runs
-        self._loader = loader
-        self._documents = documents
-        self._editor = editor
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._runs = runs = context.runs
+        self._loader = loader = context.loader
+        self._documents = documents = context.feature(DocumentsFeature)
+        self._editor = editor = context.editor
         self._pace = Pace()
         self._paced_sessions: list[Session] = []
         """Frames whose runs the pace was measured on."""
-        self._bar = bar
-        self._elsewhere = elsewhere
+        self.bar = StatusBar()
+        context.window.setStatusBar(self.bar)
+        self.readout = ReadoutPresenter(workspace, self.bar.readout)
+        context.views.cursorMoved.connect(self.readout.point_at)
+        turned, loading, coming = workspace.session_changed, loader.busy_changed, workspace.results_added
+        hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed
+        add = context.refresh.add
+        add("hint", self.show_hint, (turned, loading, context.centre.turned, *hinted))
+        exporting = documents.exporting_changed
+        add("progress", self.show_progress, (turned, runs.state_changed, loading, exporting), (coming,))
+        frame = turned, workspace.labels_changed, workspace.infos_changed, workspace.results_changed
+        shown = workspace.error_changed, workspace.viewed_iteration_changed
+        compared = workspace.compared_changed, workspace.ground_truth_changed
+        add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.previews_changed))
 
     def show_hint(self) -> None:
         """Show what is being opened or extracted, or else the effect of a click."""
-        hint = self._elsewhere() or self._editor.tool.hint
+        hint = self._hint_of_cloud() or self._editor.tool.hint
         idle = hint if self._workspace.has_session else _NO_FRAME
-        self._bar.hint.setText(self._loader.present or idle)
-        self._bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
+        self.bar.hint.setText(self._loader.present or idle)
+        self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
+
+    def _hint_of_cloud(self) -> str:
+        """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
+        if not (self.context.centre.shows_cloud_alone or self.context.cloud.canvas.underMouse()):
+            return ""
+        tool = self._editor.tool
+        return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
 
     def show_progress(self) -> None:
         """Show the progress of runs, opening and extraction with the remaining time, or that files are written."""
-        bar, share = self._bar, None
+        bar, share = self.bar, None
         if self._runs.running:
             text, share = self._runs_text()
         elif self._loader.busy:
@@ -141,87 +139,6 @@ class StatusPresenter(QObject):
         if present:
             return runs.state.value, share
         return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share
-
-
-# Enables the commands that are possible now.
-
-_FRAME_ACTIONS = (
-    "export",
-    "close_frame",
-    "new_block",
-    "select_all",
-    *(f"tool_{name}" for name in TOOL_NAMES),
-    "brush_smaller",
-    "brush_larger",
-    "similar_only",
-    "to_no_block",
-    "next_check",
-    "previous_check",
-    "suggest_invalid",
-    "fit",
-    "one_to_one",
-    *(f"stage_{name}" for name in STAGES),
-)
-_ANY_SELECTED = "lock_blocks", "hide_blocks"
-
-
-class CommandsPresenter(QObject):
-    """Enables the actions that are possible in the current state."""
-
-    def __init__(self, workspace: Workspace, runs: RunController, loader: FrameLoader, actions: Actions) -> None:
-        super().__init__(workspace)
-        self._workspace = workspace
-        self._runs = runs
-        self._loader = loader
-        self._actions = actions
-
-    def show(self) -> None:
-        """Enable and disable the actions."""
-        runs, actions = self._runs, self._actions
-        session = self._workspace.session if self._workspace.has_session else None
-        counts = session.counts() if session else {}
-        chosen = set(session.selected) & set(counts) if session else set()
-        unlocked = chosen - session.locked if session else set()
-        own = session.notes.own if session else {}
-        paused = runs.state is RunState.PAUSED
-        free = runs.free and not self._loader.busy
-        no_frame = "" if session else "Open a frame first."
-        busy = no_frame or ("" if free else "Wait until the work in progress has ended, or cancel it.")
-        no_blocks = no_frame or ("" if counts else "There are no blocks: extract or draw some first.")
-        none_selected = no_blocks or ("" if chosen else "Select a block first.")
-        locked = none_selected or ("" if unlocked else "The selected blocks are locked: unlock them first.")
-        idle = (
-            "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING) else "Nothing is running."
-        )
-        no_results = no_frame or ("" if session and session.results.kept else "There are no results yet.")
-        allow = actions.allow
-        allow(no_frame, *_FRAME_ACTIONS)
-        allow(busy, "extract", "load_blocks")
-        allow(no_blocks, "save_blocks", "clean_up")
-        allow(none_selected, "zoom_block")
-        allow(locked, "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
-        allow("" if len(unlocked) > 1 else no_blocks or "Select two or more unlocked blocks first.", "merge_blocks")
-        allow("" if session and session.selected else none_selected or "Select a block first.", *_ANY_SELECTED)
-        allow(no_blocks or busy, "run", "run_all")
-        allow(none_selected or busy, "run_selected")
-        allow("" if paused else no_blocks or busy, "step")
-        allow(idle, "pause", "cancel")
-        allow(no_results or busy or self._why_no_extrapolation(session), "extrapolate")
-        allow(no_results, "clear_results")
-        unseen = session is not None and not session.to_check.isdisjoint(chosen)
-        allow("" if unseen else none_selected or "The selected blocks need no check.", "mark_checked")
-        none_own = "The selected blocks have no parameters of their own." if chosen.isdisjoint(own) else ""
-        allow(none_selected or none_own, "reset_own")
-        can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own
-        allow("" if can_copy else "Select a block with parameters of its own first, then other blocks.", "copy_own")
-        actions["pause"].setChecked(paused)
-        actions["pause"].setText("Resume" if paused else "&Pause")
-
-    @staticmethod
-    def _why_no_extrapolation(session: Session | None) -> str:
-        if session is None or not session.valid_results():
-            return "Run the blocks first."
-        return "The rest is extrapolated already." if session.extrapolated else ""
 
 
 # Readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error.

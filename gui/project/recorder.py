@@ -183,7 +183,7 @@ class Recorder(QObject):
         self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.sessions)
         """Whether there are changes that are not in the project file."""
         self._workspace = workspace
-        self._store = store
+        self.store = store
         self._encoder = Encoder()
         self._captures: dict[Session, SessionSnapshot] = {}
         self._touched = WeakSet[Session]()
@@ -220,8 +220,8 @@ class Recorder(QObject):
         def drop(_: Exception | None) -> None:
             for frame in frames:
                 self._waiting.frames.pop(frame, None)
-            self._store.arrived(frames)
-            self._store.revert(frames)
+            self.store.arrived(frames)
+            self.store.revert(frames)
             then()
             self.note_project()  # remove them from the journal, too
 
@@ -272,7 +272,7 @@ class Recorder(QObject):
                 if session not in self._captures:
                     self._captures[session] = SessionSnapshot(session)
                 if session.id not in batch.frames:
-                    self._store.expect(session.id)
+                    self.store.expect(session.id)
                 batch.frames[session.id] = self._captures[session].take()
         self._touched.clear()
         if self._project_touched:
@@ -294,7 +294,7 @@ class Recorder(QObject):
             try:
                 return self._store_batch(batch, frames, note)
             finally:
-                self._store.arrived(batch.frames.keys())
+                self.store.arrived(batch.frames.keys())
 
         self._worker.start(job)
 
@@ -303,7 +303,7 @@ class Recorder(QObject):
         for then in batch.then:
             then(outcome.encoding)
         error = outcome.encoding or outcome.writing
-        if self._store.take_lost() or outcome.encoding is not None:
+        if self.store.take_lost() or outcome.encoding is not None:
             self._touched.update(self._workspace.sessions)
             self._schedule()
         if error is not None:
@@ -318,7 +318,7 @@ class Recorder(QObject):
     # in the thread
 
     def _store_batch(self, batch: _Batch, frames: Collection[str], note: JournalHeader) -> _Outcome:
-        store, encoder = self._store, self._encoder
+        store, encoder = self.store, self._encoder
         for decoded in store.take_read():
             encoder.learn(decoded.origins, decoded.names)
         encoding: Exception | None = None
@@ -341,7 +341,7 @@ class Recorder(QObject):
 
     def _encode(self, state: FrameState, put: dict[str, bytes]) -> frozenset[str]:
         """Add the parts of a state to `put`; return the names of the arrays that it refers to."""
-        store, encoder = self._store, self._encoder
+        store, encoder = self.store, self._encoder
         encoded = encoder.encode(state)
         arrays = dict(encoded.arrays)
         lacking = {name for name in encoded.names if name not in arrays and name not in put and store.lacks(name)}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
 
@@ -20,11 +18,7 @@ class Centre(QTabWidget):
     ----------
     views : QWidget
         The images.
-    strips : iterable of QWidget
-        Widgets below the images.
     cloud : CloudView
-    corner : QWidget
-        Widget beside the tabs, visible only with the images.
 
     Signals
     -------
@@ -34,7 +28,7 @@ class Centre(QTabWidget):
 
     turned = Signal()
 
-    def __init__(self, views: QWidget, strips: Iterable[QWidget], cloud: CloudView, corner: QWidget) -> None:
+    def __init__(self, views: QWidget, cloud: CloudView) -> None:
         super().__init__()
         self.setDocumentMode(True)
         self._cloud = cloud
@@ -47,14 +41,15 @@ class Centre(QTabWidget):
         column.setSpacing(0)
         column.addWidget(self._split, 1)
         self._column = column
-        for strip in strips:
-            self.add_strip(strip)
         self.addTab(self.images, "Images")
         self._add_cloud_tab()
-        self.setCornerWidget(corner)
-        self.currentChanged.connect(lambda _: corner.setVisible(not self.shows_cloud_alone))
         self.currentChanged.connect(lambda _: self._take_focus())
         self.currentChanged.connect(lambda _: self.turned.emit())
+
+    def set_corner(self, corner: QWidget) -> None:
+        """Show a widget beside the tabs, visible only with the images."""
+        self.setCornerWidget(corner)
+        self.currentChanged.connect(lambda _: corner.setVisible(not self.shows_cloud_alone))
 
     def add_strip(self, strip: QWidget) -> None:
         """Add a strip below the images."""

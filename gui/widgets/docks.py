@@ -43,13 +43,11 @@ class Docks(QObject):
     Parameters
     ----------
     window : QMainWindow
-    fold : QAction
-        Hides all panels; the first icon of the bar.
     persistent : bool
         Whether window size and hidden panels are restored from the last session and stored for the next.
     """
 
-    def __init__(self, window: QMainWindow, fold: QAction, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow, persistent: bool) -> None:
         super().__init__(window)
         self._window = window
         self.persistent = persistent
@@ -67,10 +65,12 @@ class Docks(QObject):
         self.rail.setObjectName("Panels")
         self.rail.setMovable(False)
         self.rail.setIconSize(QSize(_RAIL_ICON, _RAIL_ICON))
+        window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
+
+    def add_fold(self, fold: QAction) -> None:
+        """Add the action that hides all panels, before the panels are added."""
         self.rail.addAction(fold)
         self.rail.addSeparator()
-        window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
-        fold.triggered.connect(self.toggle_all)
 
     def add(
         self,

@@ -16,27 +16,6 @@ from .ground_truth import GroundTruthDialog, GroundTruthPresenter, GroundTruthSo
 from .hold_out import HoldOutPresenter
 from .panel import AccuracyPanel
 
-# Commands for ground truth, and for evaluation without it.
-
-COMMANDS = (
-    Command(
-        "load_ground_truth",
-        "Load ground &truth…",
-        "ph.check-circle",
-        "",
-        "Load the true depth of the frame, to evaluate results against it",
-    ),
-    Command("remove_ground_truth", "Remove ground truth", "ph.x-circle", "", "Remove the ground truth of the frame"),
-    Command(
-        "hold_out_test",
-        "&Hold-out test…",
-        "ph.test-tube",
-        "",
-        "Hide some known depth, complete the frame without it, and compare the result with it",
-    ),
-)
-
-
 _TITLE = "Accuracy"
 
 
@@ -45,8 +24,38 @@ class AccuracyFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
-        actions = context.actions
+        actions, why = context.actions, context.reasons
+        actions.add(
+            (
+                Command(
+                    "load_ground_truth",
+                    "Load ground &truth…",
+                    "ph.check-circle",
+                    "",
+                    "Load the true depth of the frame, to evaluate results against it",
+                    handler=self.ask_ground_truth,
+                    why_off=why.no_frame,
+                ),
+                Command(
+                    "remove_ground_truth",
+                    "Remove ground truth",
+                    "ph.x-circle",
+                    "",
+                    "Remove the ground truth of the frame",
+                    handler=self.remove_ground_truth,
+                    why_off=self._why_no_ground_truth,
+                ),
+                Command(
+                    "hold_out_test",
+                    "&Hold-out test…",
+                    "ph.test-tube",
+                    "",
+                    "Hide some known depth, complete the frame without it, and compare the result with it",
+                    handler=self.ask_test,
+                    why_off=why.no_frame,
+                ),
+            )
+        )
         self.panel = AccuracyPanel(
             [actions[name] for name in ("load_ground_truth", "hold_out_test", "remove_ground_truth")]
         )
@@ -54,9 +63,6 @@ class AccuracyFeature(Feature):
         self.hidden = HoldOutPresenter(context, self.panel)
         self._reader = LatestRequest[GroundTruthSource, RGBDFrame](frame_with, self)
         context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
-        actions["load_ground_truth"].triggered.connect(lambda _=False: self.ask_ground_truth())
-        actions["remove_ground_truth"].triggered.connect(lambda _=False: self.remove_ground_truth())
-        actions["hold_out_test"].triggered.connect(lambda _=False: self.ask_test())
         workspace, panel = context.workspace, self.panel
         changed = workspace.session_changed, workspace.labels_changed, workspace.results_changed
         shown = (
@@ -142,15 +148,17 @@ class AccuracyFeature(Feature):
         self.context.panels.reveal(_TITLE)
 
     def _select_page(self) -> None:
-        """Select the page of the panel, and enable the commands."""
+        """Select the page of the panel."""
+        self.panel.show_page(hidden=self.context.workspace.has_session and not self._has_ground_truth)
+
+    @property
+    def _has_ground_truth(self) -> bool:
         workspace = self.context.workspace
-        has_ground_truth = workspace.has_session and workspace.session.frame.ground_truth is not None
-        self.panel.show_page(hidden=workspace.has_session and not has_ground_truth)
-        no_frame = "" if workspace.has_session else "Open a frame first."
-        self.context.actions.allow(no_frame, "load_ground_truth", "hold_out_test")
-        self.context.actions.allow(
-            no_frame or ("" if has_ground_truth else "This frame has no ground truth."), "remove_ground_truth"
-        )
+        return workspace.has_session and workspace.session.frame.ground_truth is not None
+
+    def _why_no_ground_truth(self) -> str:
+        none = "" if self._has_ground_truth else "This frame has no ground truth."
+        return self.context.reasons.no_frame() or none
 
     def _update_block_errors(self) -> None:
         """Update the errors in the table of blocks."""

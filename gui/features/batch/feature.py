@@ -26,20 +26,9 @@ from ...widgets.notices import error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature, PendingWork
 from ..documents.export import stored_options
+from ..documents.feature import DocumentsFeature
+from ..frame_list.feature import FramesFeature
 from .dialog import SELECTED_FRAMES, BatchDialog
-
-# Commands of batches.
-
-COMMANDS = (
-    Command(
-        "batch",
-        "&Batch…",
-        "ph.film-strip",
-        "",
-        "Complete many frames of the list from their files, in the background, each into its own folder",
-    ),
-)
-
 
 # A batch, step by step, for any thread.
 
@@ -119,8 +108,19 @@ class BatchFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
-        context.actions["batch"].triggered.connect(lambda _=False: self.ask())
+        context.actions.add(
+            (
+                Command(
+                    "batch",
+                    "&Batch…",
+                    "ph.film-strip",
+                    "",
+                    "Complete many frames of the list from their files, in the background, each into its own folder",
+                    handler=self.ask,
+                    why_off=self._why_no_frames,
+                ),
+            )
+        )
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(self._finish)
@@ -128,9 +128,6 @@ class BatchFeature(Feature):
         self.worker.cancelled.connect(lambda: self._end("Cancelled. Start again to resume."))
         self._folder = Path()
         self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
-        for signal in (context.workspace.entries.added, context.workspace.entries.removed):
-            signal.connect(lambda *_: self._allow())
-        self._allow()
 
     @cached_property
     def dialog(self) -> BatchDialog:
@@ -194,7 +191,7 @@ class BatchFeature(Feature):
         return [entry for entry in self.context.workspace.entries if entry.source is not None]
 
     def _chosen(self) -> list[Entry]:
-        chosen = {entry.id for entry in self.context.selected_frames()}
+        chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}
         return [entry for entry in self._frames() if entry.id in chosen]
 
     def _take(self, items: list[BatchOpened | FrameOutcome]) -> None:
@@ -239,9 +236,11 @@ class BatchFeature(Feature):
             self.dialog.state.show_message(f"{outcome.frame}: {outcome.message}", "warning")
 
     def _open_results(self) -> None:
-        self.context.documents.open_source(
+        self.context.feature(DocumentsFeature).open_source(
             FrameSource(str(Path(self.dialog.folder.text().strip()).expanduser().absolute()))
         )
 
-    def _allow(self) -> None:
-        self.context.actions.allow("" if self._frames() else "Open a frame first.", "batch")
+    def _why_no_frames(self) -> str:
+        return (
+            "" if any(entry.source is not None for entry in self.context.workspace.entries) else "Open a frame first."
+        )

@@ -10,6 +10,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QMenu, QWidget
 
 from ...work.jobs import Worker
+from ..context import Context, Feature, PendingWork
 
 if TYPE_CHECKING:
     from .window import ExperimentsWindow
@@ -89,6 +90,23 @@ class ExperimentsMenu(QMenu):
         self.window_.raise_()
         self.window_.activateWindow()
         return self.window_
+
+
+class ExperimentsFeature(Feature):
+    """The experiments of the paper, in their menu and window."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.menu = ExperimentsMenu(context.window)
+        self.menu.message.connect(context.notes.show_message)
+
+    def pending_work(self) -> list[PendingWork]:
+        """The experiments in progress, if any."""
+        return [PendingWork("an experiment")] if self.menu.busy else []
+
+    def shutdown(self) -> bool:
+        """Close the window of the experiments and stop its run. True if it has ended."""
+        return self.menu.shutdown()
 
 
 def _load() -> Generator[None, None, None]:

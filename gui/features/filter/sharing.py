@@ -1,4 +1,4 @@
-"""Parameters shared by all frames or for the current one: row in the filter panel, and commands."""
+"""Commands that share the parameters of the filter between all frames."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import counted
 
-from ...base.actions import Actions
 from ...state.workspace import Workspace
-from .panel import Sharing, SharingRow
+from .panel import Sharing
 
 
-class SharingPresenter(QObject):
-    """Presenter of which frames share the parameters; every change is one undoable step of the current frame.
+class SharingCommands(QObject):
+    """Changes which frames share the parameters; every change is one undoable step of the current frame.
 
     Signals
     -------
@@ -24,15 +23,12 @@ class SharingPresenter(QObject):
 
     message = Signal(str)
 
-    def __init__(self, workspace: Workspace, row: SharingRow, actions: Actions) -> None:
-        super().__init__(row)
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(workspace)
         self._workspace = workspace
-        self._row = row
-        self._actions = actions
-        row.chosen.connect(self.choose)
 
     @property
-    def sharing(self) -> Sharing:
+    def present(self) -> Sharing:
         """Which frames share the parameters of the current one."""
         workspace = self._workspace
         if not workspace.shared.on:
@@ -40,31 +36,9 @@ class SharingPresenter(QObject):
         own = workspace.has_session and workspace.session.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
-    def show(self) -> None:
-        """Show the sharing, and enable its commands."""
-        sharing = self.sharing
-        self._row.show_sharing(sharing)
-        no_frame = "" if self._workspace.has_session else "Open a frame first."
-        self._row.setEnabled(not no_frame)
-        shared = no_frame or ("" if sharing is not Sharing.EACH else "Every frame has its own parameters.")
-        allow = self._actions.allow
-        allow(
-            no_frame or ("" if sharing is not Sharing.ALL else "The parameters are shared by all frames already."),
-            "share_parameters",
-        )
-        allow(
-            shared or ("" if sharing is Sharing.ALL else "This frame has its own parameters already."),
-            "keep_own_parameters",
-        )
-        allow(
-            shared or ("" if sharing is Sharing.ALONE else "This frame uses the shared parameters already."),
-            "reset_to_shared",
-        )
-        allow(shared, "separate_parameters")
-
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""
-        present = self.sharing
+        present = self.present
         if wanted is present:
             return
         do: dict[Sharing, Callable[[], None]] = {

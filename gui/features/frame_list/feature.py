@@ -24,47 +24,10 @@ from ...state.session import Session
 from ...state.workspace import Workspace
 from ...widgets.basics import last_folder
 from ..context import Context, Feature
+from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import RECORDING_FILES
 from .model import counts
 from .panel import FramesPanel
-
-# The commands of the frame list.
-
-COMMANDS = (
-    Command(
-        "open_folder",
-        "Open &folder of frames…",
-        "ph.folders",
-        "Ctrl+Shift+F",
-        "List the frames of a folder or sequence, and open the first; the others are read when they are shown",
-    ),
-    Command(
-        "open_recording",
-        "Open reco&rding…",
-        "ph.film-strip",
-        "",
-        "List the frames of a recording: a ROS bag or a camera recording; a ROS 2 bag is opened as a folder of frames",
-    ),
-    Command(
-        "next_frame", "&Next frame", "ph.caret-down", "Ctrl+PgDown", "Show the next frame in the order of the list"
-    ),
-    Command(
-        "previous_frame",
-        "&Previous frame",
-        "ph.caret-up",
-        "Ctrl+PgUp",
-        "Show the previous frame in the order of the list",
-    ),
-    Command(
-        "next_untouched",
-        "Next &untouched frame",
-        "ph.caret-double-down",
-        "Ctrl+Shift+PgDown",
-        "Show the next frame that has not been worked on",
-    ),
-    Command("note_frame", "N&ote on the frame", "ph.note-pencil", "", "Write a note on the current frame"),
-)
-
 
 # How many frames stay open: the least recently shown ones are closed once their state is stored.
 
@@ -166,10 +129,10 @@ _SOON_MS = 120
 class FramesFeature(Feature):
     """Shows the frames in their panel, and applies the user's choices to the workspace."""
 
-    def __init__(self, context: Context, panel: FramesPanel) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.panel = panel
-        store, loader = context.store, context.loader
+        self.panel = panel = FramesPanel()
+        store, loader = context.recorder.store, context.loader
         loader.stored = store
         panel.thumbnails.stored = partial(_stored_picture, store)
         self.open_frames = OpenFrameLimiter(
@@ -184,25 +147,67 @@ class FramesFeature(Feature):
         """The frame that is being opened; *Next frame* continues from it."""
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self.show)
-        context.actions.add(COMMANDS)
-        self._connect_commands()
+        context.actions.add(self._commands())
         self._connect_list()
         self._follow()
         self.show()
-        self._allow()
 
-    def _connect_commands(self) -> None:
-        actions = self.context.actions
-        handlers: dict[str, Callable[[], object]] = {
-            "open_folder": self.ask_folder,
-            "open_recording": self.ask_recording,
-            "next_frame": lambda: self.turn(1),
-            "previous_frame": lambda: self.turn(-1),
-            "next_untouched": self.next_untouched,
-            "note_frame": self.write_note,
-        }
-        for name, handler in handlers.items():
-            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "open_folder",
+                "Open &folder of frames…",
+                "ph.folders",
+                "Ctrl+Shift+F",
+                "List the frames of a folder or sequence, and open the first; the others are read when they are shown",
+                handler=self.ask_folder,
+            ),
+            Command(
+                "open_recording",
+                "Open reco&rding…",
+                "ph.film-strip",
+                "",
+                "List the frames of a recording: a ROS bag or a camera recording; "
+                "a ROS 2 bag is opened as a folder of frames",
+                handler=self.ask_recording,
+            ),
+            Command(
+                "next_frame",
+                "&Next frame",
+                "ph.caret-down",
+                "Ctrl+PgDown",
+                "Show the next frame in the order of the list",
+                handler=lambda: self.turn(1),
+                why_off=self._why_no_other,
+            ),
+            Command(
+                "previous_frame",
+                "&Previous frame",
+                "ph.caret-up",
+                "Ctrl+PgUp",
+                "Show the previous frame in the order of the list",
+                handler=lambda: self.turn(-1),
+                why_off=self._why_no_other,
+            ),
+            Command(
+                "next_untouched",
+                "Next &untouched frame",
+                "ph.caret-double-down",
+                "Ctrl+Shift+PgDown",
+                "Show the next frame that has not been worked on",
+                handler=self.next_untouched,
+                why_off=self._why_no_other,
+            ),
+            Command(
+                "note_frame",
+                "N&ote on the frame",
+                "ph.note-pencil",
+                "",
+                "Write a note on the current frame",
+                handler=self.write_note,
+                why_off=self._why_empty,
+            ),
+        )
 
     def _connect_list(self) -> None:
         panel, context = self.panel, self.context
@@ -221,6 +226,7 @@ class FramesFeature(Feature):
         for signal in (entries.added, entries.removed):
             signal.connect(lambda *_: self._note_listed())
         entries.changed.connect(self._note_changed)
+        workspace.sessions_changed.connect(self._offer)
         workspace.touched.connect(self._note_touched)
         context.refresh.add(
             "frames",
@@ -274,7 +280,6 @@ class FramesFeature(Feature):
 
     def _note_listed(self) -> None:
         self._soon.start()
-        self._allow()
 
     def _note_touched(self, session: Session) -> None:
         entry = self.context.workspace.entries.of(session.id)
@@ -286,11 +291,16 @@ class FramesFeature(Feature):
         if not self._soon.isActive():
             self._soon.start()
 
-    def _allow(self) -> None:
-        entries, actions = self.context.workspace.entries, self.context.actions
-        no_other = "" if len(entries) > 1 else "The list has no other frame: open more frames, or a folder of frames."
-        actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
-        actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
+    def _why_no_other(self) -> str:
+        more = len(self.context.workspace.entries) > 1
+        return "" if more else "The list has no other frame: open more frames, or a folder of frames."
+
+    def _why_empty(self) -> str:
+        return "" if len(self.context.workspace.entries) else "Open a frame first."
+
+    def _offer(self) -> None:
+        if len(self.context.workspace.entries) > 1:
+            self.context.panels.offer("Frames")
 
     # navigation
 
@@ -335,7 +345,7 @@ class FramesFeature(Feature):
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.context.documents.open_source(FrameSource(chosen))
+            self.context.feature(DocumentsFeature).open_source(FrameSource(chosen))
 
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
@@ -344,7 +354,7 @@ class FramesFeature(Feature):
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
-            self.context.documents.open_source(FrameSource(chosen))
+            self.context.feature(DocumentsFeature).open_source(FrameSource(chosen))
 
     def write_note(self) -> None:
         """Edit the note on the selected frame."""
@@ -364,7 +374,7 @@ class FramesFeature(Feature):
             if shown and not self.context.workspace.has_session:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
-        self.context.documents.remove_entries(entries, go_on)
+        self.context.feature(DocumentsFeature).remove_entries(entries, go_on)
 
     def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
         count = len(listing.sources)

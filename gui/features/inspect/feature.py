@@ -18,29 +18,10 @@ from ...state.session import Point
 from ...views.linked_views import LinkedViews
 from ...views.scene_items import ViewItem
 from ..context import Context, Feature
+from ..views import ErrorFeature
 from .measure_panel import MeasurePanel
 from .measuring import MeasurePresenter
 from .profile_panel import ProfilePanel, ProfilePresenter
-
-# Commands of the inspection.
-
-COMMANDS = (
-    Command("remove_marks", "Remo&ve line and rectangle", "ph.x", "", "Remove the profile line and the rectangle"),
-    Command("save_profile", "Save profile as &table…", "ph.table", "", "Write the depth along the profile line as CSV"),
-    Command("save_profile_picture", "Save profile as p&icture…", "ph.image", "", "Write the plot as PNG or SVG"),
-    Command("copy_statistics", "Copy &statistics", "ph.copy", "", "Copy the statistics as a tab-separated table"),
-    Command("copy_measurements", "&Copy measurements", "ph.copy", "", "Copy the measurements as a tab-separated table"),
-    Command("save_measurements", "Save m&easurements…", "ph.floppy-disk", "", "Write the measurements as CSV"),
-    Command(
-        "delete_measurements",
-        "&Delete measurements",
-        "ph.trash",
-        "",
-        "Delete the measurements selected in the list, or all if none is selected",
-    ),
-    Command("restore_measurements", "Restore measurements", "", "", "Restore the measurements that were deleted last"),
-)
-
 
 # Profile line, rectangle and measurements drawn over the views.
 
@@ -213,8 +194,8 @@ class InspectFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        actions, workspace, editor = context.actions, context.workspace, context.editor
-        actions.add(COMMANDS)
+        actions, editor = context.actions, context.editor
+        actions.add(self._commands())
         self.profile_panel = ProfilePanel(
             [actions[name] for name in ("tool_profile", "save_profile", "save_profile_picture")]
         )
@@ -227,29 +208,93 @@ class InspectFeature(Feature):
         self.measurements = editor.inspection.measurements
         self.profile = ProfilePresenter(context, self.inspection, self.profile_panel)
         self.measure = MeasurePresenter(context, self.inspection, self.measure_panel)
-        context.errors.watch(lambda: self.profile.is_seen and self.inspection.line is not None)
+        context.feature(ErrorFeature).watch(lambda: self.profile.is_seen and self.inspection.line is not None)
         self._marks = InspectMarks(context.views)
         area = Qt.DockWidgetArea
         context.panels.add("Profile", self.profile_panel, area.BottomDockWidgetArea, "ph.chart-line-up", 1.8)
         context.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
         self._connect_refresh()
-        for name, act in {
-            "remove_marks": self._remove_marks,
-            "save_profile": self.profile.save_table,
-            "save_profile_picture": self.profile.save_picture,
-            "copy_statistics": self.measure.copy_statistics,
-            "copy_measurements": self.measure.copy,
-            "save_measurements": self.measure.save,
-            "delete_measurements": self.measure.delete,
-            "restore_measurements": self.measure.restore,
-        }.items():
-            actions[name].triggered.connect(lambda _=False, act=act: act())
         actions["tool_profile"].triggered.connect(lambda _=False: context.panels.reveal("Profile"))
         for page, tool in enumerate(("rectangle", "measure")):
             actions[f"tool_{tool}"].triggered.connect(lambda _=False, page=page: self._reveal(page))
-        workspace.session_changed.connect(self._enable)
         self.measure.failed.connect(lambda error: context.notes.report("Statistics", error))
-        self._enable()
+
+    def _commands(self) -> Sequence[Command]:
+        no_frame = self.context.reasons.no_frame
+        return (
+            Command(
+                "remove_marks",
+                "Remo&ve line and rectangle",
+                "ph.x",
+                "",
+                "Remove the profile line and the rectangle",
+                handler=self._remove_marks,
+                why_off=no_frame,
+            ),
+            Command(
+                "save_profile",
+                "Save profile as &table…",
+                "ph.table",
+                "",
+                "Write the depth along the profile line as CSV",
+                handler=lambda: self.profile.save_table(),
+                why_off=no_frame,
+            ),
+            Command(
+                "save_profile_picture",
+                "Save profile as p&icture…",
+                "ph.image",
+                "",
+                "Write the plot as PNG or SVG",
+                handler=lambda: self.profile.save_picture(),
+                why_off=no_frame,
+            ),
+            Command(
+                "copy_statistics",
+                "Copy &statistics",
+                "ph.copy",
+                "",
+                "Copy the statistics as a tab-separated table",
+                handler=lambda: self.measure.copy_statistics(),
+                why_off=no_frame,
+            ),
+            Command(
+                "copy_measurements",
+                "&Copy measurements",
+                "ph.copy",
+                "",
+                "Copy the measurements as a tab-separated table",
+                handler=lambda: self.measure.copy(),
+                why_off=no_frame,
+            ),
+            Command(
+                "save_measurements",
+                "Save m&easurements…",
+                "ph.floppy-disk",
+                "",
+                "Write the measurements as CSV",
+                handler=lambda: self.measure.save(),
+                why_off=no_frame,
+            ),
+            Command(
+                "delete_measurements",
+                "&Delete measurements",
+                "ph.trash",
+                "",
+                "Delete the measurements selected in the list, or all if none is selected",
+                handler=lambda: self.measure.delete(),
+                why_off=no_frame,
+            ),
+            Command(
+                "restore_measurements",
+                "Restore measurements",
+                "",
+                "",
+                "Restore the measurements that were deleted last",
+                handler=lambda: self.measure.restore(),
+                why_off=no_frame,
+            ),
+        )
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if no thread is left."""
@@ -308,7 +353,3 @@ class InspectFeature(Feature):
     def _remove_marks(self) -> None:
         self.inspection.set_line(None)
         self.inspection.set_region(None)
-
-    def _enable(self) -> None:
-        no_frame = "" if self.context.workspace.has_session else "Open a frame first."
-        self.context.actions.allow(no_frame, *(command.name for command in COMMANDS))

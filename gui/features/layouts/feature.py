@@ -3,62 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from PySide6.QtCore import QEvent, QSettings, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
 from ...base import theme
-from ...base.actions import Actions
-from ...base.commands import Command
+from ...base.commands import Actions, Command
 from ...views.layouts import CORRECT as CORRECT_VIEWS
 from ...views.layouts import LAYOUTS
 from ..context import Context, Feature
 from ..menus import insert_menu
 from .layout import BUILT_IN, CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
-# Commands on layouts of the window.
-
 _ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
 _KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"}
-
-COMMANDS = (
-    *(
-        Command(
-            f"layout_{layout.name}",
-            f"&{layout.text}",
-            _ICONS[layout.name],
-            _KEYS.get(layout.name, ""),
-            f"{layout.hint}; again to go back",
-            checkable=True,
-        )
-        for layout in BUILT_IN
-    ),
-    *(
-        Command(
-            f"layout_{name}", name, "", f"Ctrl+Alt+{number}", "A layout of your own; again to go back", checkable=True
-        )
-        for number, name in enumerate(OWN, 1)
-    ),
-    Command(
-        "save_layout",
-        "&Save layout as…",
-        "ph.floppy-disk",
-        "",
-        "Save the views, their contents and the panels under a name, with a shortcut",
-    ),
-    Command("rename_layout", "Re&name layout…", "", "", "Rename the current layout, if it is one of your own"),
-    Command("delete_layout", "&Delete layout", "ph.trash", "", "Delete the current layout, if it is one of your own"),
-    Command("restore_layout", "Restore layout", "", "", "Restore the layout that was deleted last"),
-    Command(
-        "reset_layout",
-        "&Reset layout",
-        "ph.arrow-counter-clockwise",
-        "",
-        "Reset the current layout to its default or saved state",
-    ),
-)
 
 
 # Buttons of the layouts at the end of the menu bar.
@@ -151,27 +112,101 @@ class LayoutsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
         self._views, self._lasting = context.views.layout_name, context.views.lasting_layout
         self._turning = False
         self._deleted: Layout | None = None
         names = [*(layout.name for layout in BUILT_IN), *OWN]
+        context.actions.add(self._commands())
         self._actions: dict[str, QAction] = {name: context.actions[f"layout_{name}"] for name in names}
-        for name, action in self._actions.items():
-            action.triggered.connect(lambda _=False, name=name: self.toggle(name))
-        for name, do in {
-            "save_layout": self._ask_save,
-            "rename_layout": self._ask_rename,
-            "delete_layout": self.delete,
-            "restore_layout": self.restore,
-            "reset_layout": self.reset,
-        }.items():
-            context.actions[name].triggered.connect(lambda _=False, do=do: do())
         context.views.layoutChanged.connect(self._follow_views)
         self.menu = QMenu("&Layout", context.window)
         self.bar = LayoutBar()
+
+    def _commands(self) -> Sequence[Command]:
+        again = "again to go back"
+        built_in = [
+            Command(
+                f"layout_{layout.name}",
+                f"&{layout.text}",
+                _ICONS[layout.name],
+                _KEYS.get(layout.name, ""),
+                f"{layout.hint}; {again}",
+                checkable=True,
+                handler=partial(self._choose, layout.name),
+            )
+            for layout in BUILT_IN
+        ]
+        own = [
+            Command(
+                f"layout_{name}",
+                name,
+                "",
+                f"Ctrl+Alt+{number}",
+                f"A layout of your own; {again}",
+                checkable=True,
+                handler=partial(self._choose, name),
+            )
+            for number, name in enumerate(OWN, 1)
+        ]
+        return (
+            *built_in,
+            *own,
+            Command(
+                "save_layout",
+                "&Save layout as…",
+                "ph.floppy-disk",
+                "",
+                "Save the views, their contents and the panels under a name, with a shortcut",
+                handler=self._ask_save,
+            ),
+            Command(
+                "rename_layout",
+                "Re&name layout…",
+                "",
+                "",
+                "Rename the current layout, if it is one of your own",
+                handler=self._ask_rename,
+                why_off=self._why_not_own,
+            ),
+            Command(
+                "delete_layout",
+                "&Delete layout",
+                "ph.trash",
+                "",
+                "Delete the current layout, if it is one of your own",
+                handler=self.delete,
+                why_off=self._why_not_own,
+            ),
+            Command(
+                "restore_layout",
+                "Restore layout",
+                "",
+                "",
+                "Restore the layout that was deleted last",
+                handler=self.restore,
+                why_off=self._why_none_deleted,
+            ),
+            Command(
+                "reset_layout",
+                "&Reset layout",
+                "ph.arrow-counter-clockwise",
+                "",
+                "Reset the current layout to its default or saved state",
+                handler=self.reset,
+            ),
+        )
+
+    def _choose(self, name: str, on: bool) -> None:
+        if on != (name == self.present):
+            self.toggle(name)
+
+    def _why_not_own(self) -> str:
+        return "" if self.store.is_own(self.present) else _NOT_OWN
+
+    def _why_none_deleted(self) -> str:
+        return "" if self._deleted is not None else "No layout has been deleted."
 
     def begin(self) -> None:
         """Insert the menu, and restore the layout of the last program start."""
@@ -356,5 +391,4 @@ class LayoutsFeature(Feature):
         self.menu.addAction(actions["reset_layout"])
         self.bar.set_actions(shown)
         self.context.window.menuBar().setCornerWidget(self.bar)  # updates its width
-        actions.allow("" if self.store.is_own(self.present) else _NOT_OWN, "rename_layout", "delete_layout")
-        actions.allow("" if self._deleted is not None else "No layout has been deleted.", "restore_layout")
+        actions.refresh()

@@ -31,7 +31,7 @@ from PySide6.QtWidgets import (
 )
 
 from ...base import theme
-from ...base.commands import ActionEntry, action_entries
+from ...base.commands import ActionEntry, Command, action_entries
 from ...widgets.basics import PlainLabel
 from ..context import Context, Feature
 from .matching import Offer, RecentCommands, offers
@@ -316,4 +316,15 @@ class PaletteFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.palette = CommandPalette(context.window, context.panels.persistent)
-        context.actions["palette"].triggered.connect(self.palette.toggle)
+        context.actions.add(
+            (
+                Command(
+                    "palette",
+                    "Command &palette…",
+                    "ph.magnifying-glass",
+                    "Ctrl+Shift+P",
+                    "Find a command by part of its name",
+                    handler=self.palette.toggle,
+                ),
+            )
+        )

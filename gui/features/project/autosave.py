@@ -35,6 +35,7 @@ from ...widgets.basics import Message, PlainLabel
 from ...widgets.notices import error_details, error_text
 from ...work.jobs import Worker
 from ..context import Context, Feature
+from .feature import ProjectFeature
 from .opening import Opening
 from .restoring import Restoring, name_of
 
@@ -391,9 +392,9 @@ class AutosaveFailureLabel(PlainLabel):
 class AutosaveFeature(Feature):
     """Starts the autosave, and reports its failures."""
 
-    def __init__(self, context: Context, opening: Opening) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.recovery = Recovery(context, opening, journal_folder())
+        self.recovery = Recovery(context, context.feature(ProjectFeature).opening, journal_folder())
         self.label = AutosaveFailureLabel()
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
@@ -410,7 +411,7 @@ class AutosaveFeature(Feature):
         """Stop permanently; the remaining work has been saved or is discarded. True if no thread is left."""
         ended = all([self.recovery.shutdown(), self.context.recorder.shutdown()])
         with contextlib.suppress(OSError):  # a journal that cannot be deleted is offered at the next start
-            self.context.store.discard()
+            self.context.recorder.store.discard()
         return ended
 
     def _tell_failure(self, error: Exception) -> None:

@@ -28,6 +28,7 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import Message, group, literal_text
 from ..context import Context
+from ..documents.feature import DocumentsFeature
 
 # The dialog that lists unsaved work by frame, and asks whether to save it.
 
@@ -260,7 +261,7 @@ class Closing(QObject):
             What is about to happen, such as "the window closes".
         then : callable
         """
-        if self._context.documents.discard_silently:
+        if self._context.feature(DocumentsFeature).discard_silently:
             then()
             return
         self._work.when_saved(lambda: self._ask(entries, whole, what, then))
@@ -291,7 +292,7 @@ class Closing(QObject):
 
     def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         """Call `then` if frames may be removed from the project: at once if there is no work on them."""
-        stored = self._context.store
+        stored = self._context.recorder.store
         worked = [
             entry.name
             for entry in entries
@@ -299,7 +300,7 @@ class Closing(QObject):
             or entry.session in self._context.runs.running
             or (stored.project is not None and frame_part(entry.id) in stored.project.names())
         ]
-        if self._context.documents.discard_silently or not worked:
+        if self._context.feature(DocumentsFeature).discard_silently or not worked:
             then()
             return
         names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"

@@ -20,6 +20,7 @@ from ...state.entries import Entry
 from ...state.session import Session
 from ...widgets.basics import last_folder
 from ..context import Context, Feature
+from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
 from .closing import Closing
 from .missing import Missing
@@ -27,28 +28,6 @@ from .opening import FolderProjects, Opening
 from .recent import RecentMenu, RecentOrigins
 from .saving import FILE_FILTER, FOLDER_KEY, SaveAsDialog, SaveRequest, Saving, proposed_path
 from .view_state import ViewState
-
-# Commands on projects.
-
-COMMANDS = (
-    Command("new_project", "&New project", "ph.file-plus", "", "Close all frames, and start an empty project"),
-    Command(
-        "open_project",
-        "Open pro&ject…",
-        "ph.folder-notch-open",
-        "Ctrl+Alt+O",
-        "Open a project file: all its frames with the work on them",
-    ),
-    Command("save_project", "&Save project", "ph.floppy-disk", "Ctrl+S", "Save all frames with the work on them"),
-    Command(
-        "save_project_as",
-        "Save project &as…",
-        "",
-        "Ctrl+Shift+S",
-        "Save all frames with the work on them to another file, optionally with the frames' own files",
-    ),
-)
-
 
 _PROGRAM = "ILF Studio"
 
@@ -58,7 +37,7 @@ class ProjectFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
+        context.actions.add(self._commands())
         workspace = context.workspace
         self.present = CurrentProject(workspace, self)
         self.view = ViewState(workspace, context.views, context.refresh)
@@ -74,19 +53,13 @@ class ProjectFeature(Feature):
             self._open_recent,
             context.window,
         )
-        for name, do in {
-            "new_project": self.new,
-            "open_project": self.ask_open,
-            "save_project": self.save,
-            "save_project_as": self.save_as,
-        }.items():
-            context.actions[name].triggered.connect(lambda _=False, do=do: do())
-        context.documents.project_requested.connect(self.open)
-        context.documents.leave = self._leave_frames
-        context.documents.remove = self.closing.remove
-        context.documents.close = self._close_frame
-        context.documents.saved_share = lambda: self.saving.share if self.saving.busy else None
-        self.saving.changed.connect(context.documents.exporting_changed)
+        documents = context.feature(DocumentsFeature)
+        documents.project_requested.connect(self.open)
+        documents.leave = self._leave_frames
+        documents.remove = self.closing.remove
+        documents.close = self._close_frame
+        documents.saved_share = lambda: self.saving.share if self.saving.busy else None
+        self.saving.changed.connect(documents.exporting_changed)
         context.recorder.is_unsaved = lambda: self.present.unsaved
         context.loader.replayed.connect(lambda _: self.present.mark_extraction_saved())
         context.loader.incomplete.connect(self._tell_incomplete)
@@ -102,6 +75,47 @@ class ProjectFeature(Feature):
             self._show_title,
             (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
         )
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "new_project",
+                "&New project",
+                "ph.file-plus",
+                "",
+                "Close all frames, and start an empty project",
+                handler=self.new,
+            ),
+            Command(
+                "open_project",
+                "Open pro&ject…",
+                "ph.folder-notch-open",
+                "Ctrl+Alt+O",
+                "Open a project file: all its frames with the work on them",
+                handler=self.ask_open,
+            ),
+            Command(
+                "save_project",
+                "&Save project",
+                "ph.floppy-disk",
+                "Ctrl+S",
+                "Save all frames with the work on them",
+                handler=self.save,
+                why_off=self._why_empty,
+            ),
+            Command(
+                "save_project_as",
+                "Save project &as…",
+                "",
+                "Ctrl+Shift+S",
+                "Save all frames with the work on them to another file, optionally with the frames' own files",
+                handler=self.save_as,
+                why_off=self._why_empty,
+            ),
+        )
+
+    def _why_empty(self) -> str:
+        return "" if len(self.context.workspace.entries) else "Open a frame first."
 
     def begin(self) -> None:
         """Insert the menu of recent projects and the button *Save*."""
@@ -169,8 +183,8 @@ class ProjectFeature(Feature):
     def shutdown(self) -> bool:
         """Stop permanently, after pending saves. True if no thread is left."""
         ended = [self.saving.shutdown(), self.missing.shutdown()]
-        if isinstance(self.context.store.project, Archive):
-            self.context.store.project.close()
+        if isinstance(self.context.recorder.store.project, Archive):
+            self.context.recorder.store.project.close()
         return all(ended)
 
     def _close_frame(self, entry: Entry) -> None:
@@ -221,7 +235,7 @@ class ProjectFeature(Feature):
             self.present.name or ("project" if first is None else first.name)
         )
         sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
-        embedded = any(name.startswith("sources/") for name in context.store.all_names())
+        embedded = any(name.startswith("sources/") for name in context.recorder.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(
@@ -295,5 +309,3 @@ class ProjectFeature(Feature):
         name = " — ".join(filter(None, names))
         window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
         window.setWindowModified(bool(name) and self.present.unsaved)
-        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project_as")
-        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project")

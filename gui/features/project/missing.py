@@ -377,7 +377,7 @@ class Missing(QObject):
         self._context.notes.report("Search for files", error)
 
     def _take_found(self, found: dict[InputFile, Path]) -> None:
-        store, dialog = self._context.store, self.dialog
+        store, dialog = self._context.recorder.store, self.dialog
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
         store.places = replace(store.places, given={**store.places.given, **given})
         self._context.recorder.note_project()

@@ -18,6 +18,7 @@ from ilf.sources.frame_source import FrameSource
 from ...project.current_project import CurrentProject, ProjectSettings, apply_settings
 from ...state.entries import Entry
 from ..context import Context
+from ..documents.feature import DocumentsFeature
 from .view_state import ViewState
 
 
@@ -62,7 +63,11 @@ class Opening(QObject):
 
         def leave() -> None:
             context.workspace.remove_entries(list(context.workspace.entries))
-            former, context.store.project, context.store.places = context.store.project, None, Places()
+            former, context.recorder.store.project, context.recorder.store.places = (
+                context.recorder.store.project,
+                None,
+                Places(),
+            )
             if isinstance(former, Archive):
                 former.close()
             then()
@@ -91,7 +96,7 @@ class Opening(QObject):
         read_only : str
             Why the file must not be replaced; "" if it may be.
         """
-        store, present = self._context.store, self._present
+        store, present = self._context.recorder.store, self._present
         store.project, store.places = None if opened is None else opened.parts, places
         self._fill(project, unsaved)
         if opened is None:
@@ -112,7 +117,7 @@ class Opening(QObject):
         self._context.loader.read(f"Open {opened.path.name}", lambda: open_project(opened.path), self._take)
 
     def _take(self, opened: OpenedProject) -> None:
-        store = self._context.store
+        store = self._context.recorder.store
         store.project, store.places = opened.parts, opened.places
         self._fill(opened.project)
         self._present.take(opened.path, opened.project, _why_not_written(opened.path))
@@ -181,7 +186,7 @@ class FolderProjects(QObject):
         """The folder that the current project was started with."""
         self._coming: tuple[Path, FrameSource] | None = None
         """Project that is being opened for a folder, and the source with the reading options of the folder."""
-        context.documents.folder_requested.connect(self.open)
+        context.feature(DocumentsFeature).folder_requested.connect(self.open)
         context.loader.listed.connect(self._begin)
         context.loader.failed.connect(self._open_without)
 

@@ -20,6 +20,7 @@ from ...base import theme
 from ...base.commands import TEMPORARY, WHY_NOT
 from ...widgets.basics import literal_text
 from ..context import Context, Feature
+from ..documents.feature import DocumentsFeature
 from ..menus import insert_menu
 
 # Recently opened files with their reading options.
@@ -266,4 +267,4 @@ class RecentFeature(Feature):
         if isinstance(origin, Path):
             self.context.loader.open_run(origin)
         else:
-            self.context.documents.open_source(origin)
+            self.context.feature(DocumentsFeature).open_source(origin)

@@ -53,18 +53,18 @@ class Restoring(QObject):
 
     def has_no_project(self) -> bool:
         """Whether the window has no project that the restored work would be added to."""
-        return not len(self._context.workspace.entries) and self._context.store.project is None
+        return not len(self._context.workspace.entries) and self._context.recorder.store.project is None
 
     def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Restore unsaved work; call `then` on success, `fail` otherwise. The journal is deleted only after this window
         has stored the work."""
         plan = self._plan(left)
         for frame_id in plan.ids.values():
-            self._context.store.expect(frame_id)
+            self._context.recorder.store.expect(frame_id)
         what = f"Restore {name_of(left)}"
 
         def give_up() -> None:
-            self._context.store.arrived(plan.ids.values())
+            self._context.recorder.store.arrived(plan.ids.values())
             fail()
 
         self._context.loader.read(
@@ -91,7 +91,7 @@ class Restoring(QObject):
             stores.append(opened.parts)
             wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
         copied = copy_frames(stores, wanted)
-        self._context.store.keep(copied.put, copied.refers)
+        self._context.recorder.store.keep(copied.put, copied.refers)
         if opened is not None and not plan.alone:
             opened.close()
         return _RestoredWork(opened, newer, (*left.read.problems, *problems, *copied.problems))
@@ -106,7 +106,9 @@ class Restoring(QObject):
             self._opening.restore_project(left.read.project, places, brought.opened, unsaved, brought.newer)
             context.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
-            context.store.places = replace(context.store.places, given={**given, **context.store.places.given})
+            context.recorder.store.places = replace(
+                context.recorder.store.places, given={**given, **context.recorder.store.places.given}
+            )
             new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
             context.workspace.add_entries(new)
             if new:
@@ -119,9 +121,9 @@ class Restoring(QObject):
     def _discard_journal(self, plan: _Plan) -> None:
         """Delete the journal of the restored work if the frames are in this window's own journal; else keep it, so that
         it is offered again at the next start."""
-        self._context.store.arrived(plan.ids.values())
+        self._context.recorder.store.arrived(plan.ids.values())
         left = plan.left
-        if self._context.store.is_written:
+        if self._context.recorder.store.is_written:
             with contextlib.suppress(OSError):
                 left.discard()
         else:

@@ -151,7 +151,7 @@ class Saving(QObject):
 
     def _take(self, request: SaveRequest) -> _Snapshot:
         """Store everything to save in its current state, and return the snapshot."""
-        workspace, store = self._context.workspace, self._context.store
+        workspace, store = self._context.workspace, self._context.recorder.store
         if workspace.stroke_in_progress:
             workspace.prepare_change(workspace.session)
         self._view.remember()
@@ -167,7 +167,7 @@ class Saving(QObject):
 
     def _write(self, error: Exception | None) -> None:
         """Write the file once everything is stored, or report the error."""
-        taken, store = self._snapshot, self._context.store
+        taken, store = self._snapshot, self._context.recorder.store
         if taken is None:
             return
         if error is None and store.project is not taken.archive:
@@ -207,7 +207,7 @@ class Saving(QObject):
         if taken is None:
             return
         opened, problems = outcome
-        workspace, store = self._context.workspace, self._context.store
+        workspace, store = self._context.workspace, self._context.recorder.store
         former = store.project
         if isinstance(former, Archive) and former.path == opened.path:
             opened.close()  # the former one reads the same file

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
@@ -28,60 +28,8 @@ from ..context import Context, Feature, PendingWork
 from ..menus import insert_menu
 from .propagator import PropagatedFrame, PropagationRun, Propagator
 
-# Commands of the propagation.
-
 HOW = "propagate_auto", "propagate_copied", "propagate_flow"
-"""Commands that choose the propagation method; the part after `carry_` is its name in the library."""
-
-COMMANDS = (
-    Command(
-        "propagate_next",
-        "Propagate blocks to the next &frame",
-        "ph.arrow-bend-down-right",
-        "Alt+PgDown",
-        "Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it",
-    ),
-    Command(
-        "propagate_previous",
-        "Propaga&te blocks from the previous frame",
-        "ph.arrow-bend-right-down",
-        "Alt+PgUp",
-        "Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters",
-    ),
-    Command(
-        "propagate_through",
-        "Propagate t&hrough the next frames…",
-        "ph.fast-forward",
-        "",
-        "Propagate the blocks through a number of following frames",
-    ),
-    Command("stop_propagation", "&Stop", "ph.stop", "", "Stop the propagation; frames that have the blocks keep them"),
-    Command(
-        "propagate_auto",
-        "&Automatic",
-        "",
-        "",
-        "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
-        group="propagate_how",
-    ),
-    Command(
-        "propagate_copied",
-        "&Copied",
-        "",
-        "",
-        "Every pixel keeps its block: for a static camera",
-        group="propagate_how",
-    ),
-    Command(
-        "propagate_flow",
-        "Optical &flow",
-        "",
-        "",
-        "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
-        group="propagate_how",
-    ),
-)
-
+"""Commands that choose the propagation method; the part after `propagate_` is its name in the library."""
 
 # The dialog: number of frames, method, and whether to replace existing work.
 
@@ -259,30 +207,83 @@ class PropagationFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, actions = context.workspace, context.actions
-        actions.add(COMMANDS)
         self.propagator = Propagator(workspace, context.loader, self)
+        actions.add(self._commands())
         self.strip = PropagateStrip()
         context.centre.add_strip(self.strip)
         self.strip.work.cancelled.connect(self.propagator.stop)
         self.propagator.changed.connect(self._show)
-        self.propagator.changed.connect(self._allow)
+        self.propagator.changed.connect(actions.refresh)
         self.propagator.ended.connect(self._tell)
-        handlers: dict[str, Callable[[], object]] = {
-            "propagate_next": self.propagate_next,
-            "propagate_previous": self.propagate_previous,
-            "propagate_through": self.ask_propagate_through,
-            "stop_propagation": self.propagator.stop,
-        }
-        for name, handler in handlers.items():
-            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         remembered = str(QSettings().value(_HOW_KEY, HOW[0]))
         actions[remembered if remembered in HOW else HOW[0]].setChecked(True)
-        for name in HOW:
-            actions[name].triggered.connect(lambda _=False, name=name: QSettings().setValue(_HOW_KEY, name))
-        entries = workspace.entries
-        for signal in (workspace.session_changed, workspace.labels_changed, entries.added, entries.removed):
-            signal.connect(lambda *_: self._allow())
-        self._allow()
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "propagate_next",
+                "Propagate blocks to the next &frame",
+                "ph.arrow-bend-down-right",
+                "Alt+PgDown",
+                "Propagate the blocks to the next frame of the list, with names, locks and parameters, and show it",
+                handler=self.propagate_next,
+                why_off=lambda: self._why_no_blocks() or self._why_last(),
+            ),
+            Command(
+                "propagate_previous",
+                "Propaga&te blocks from the previous frame",
+                "ph.arrow-bend-right-down",
+                "Alt+PgUp",
+                "Propagate the blocks of the previous frame of the list to this one, with names, locks and parameters",
+                handler=self.propagate_previous,
+                why_off=lambda: self._why_busy() or self._why_first(),
+            ),
+            Command(
+                "propagate_through",
+                "Propagate t&hrough the next frames…",
+                "ph.fast-forward",
+                "",
+                "Propagate the blocks through a number of following frames",
+                handler=self.ask_propagate_through,
+                why_off=lambda: self._why_no_blocks() or self._why_last(),
+            ),
+            Command(
+                "stop_propagation",
+                "&Stop",
+                "ph.stop",
+                "",
+                "Stop the propagation; frames that have the blocks keep them",
+                handler=self.propagator.stop,
+                why_off=lambda: "" if self._in_progress else "No propagation is in progress.",
+            ),
+            Command(
+                "propagate_auto",
+                "&Automatic",
+                "",
+                "",
+                "By the camera poses if known; otherwise copy unchanged pixels and follow optical flow elsewhere",
+                group="propagate_how",
+                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_auto"),
+            ),
+            Command(
+                "propagate_copied",
+                "&Copied",
+                "",
+                "",
+                "Every pixel keeps its block: for a static camera",
+                group="propagate_how",
+                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_copied"),
+            ),
+            Command(
+                "propagate_flow",
+                "Optical &flow",
+                "",
+                "",
+                "Follow the motion in the image, then snap to the edges of the new frame: for a moving camera",
+                group="propagate_how",
+                handler=lambda: QSettings().setValue(_HOW_KEY, "propagate_flow"),
+            ),
+        )
 
     def begin(self) -> None:
         """Insert the menu of the methods."""
@@ -365,20 +366,24 @@ class PropagationFeature(Feature):
         row = self._row()
         return self.context.workspace.entries[row - 1] if row > 0 else None
 
-    def _allow(self) -> None:
-        workspace, allow = self.context.workspace, self.context.actions.allow
-        no_frame = "" if workspace.has_session else "Open a frame first."
-        busy = no_frame or (
-            "" if self.propagator.propagation_run is None else "A propagation is in progress: wait, or stop it."
-        )
-        no_blocks = busy or ("" if workspace.session.counts() else "There are no blocks: extract or draw some first.")
-        last = "" if self._following(1) else "This is the last frame of the list."
-        first = "" if self._preceding() is not None else "This is the first frame of the list."
-        allow(no_blocks or last, "propagate_next", "propagate_through")
-        allow(busy or first, "propagate_previous")
-        allow(
-            "" if self.propagator.propagation_run is not None else "No propagation is in progress.", "stop_propagation"
-        )
+    # why a command cannot be used
+
+    @property
+    def _in_progress(self) -> bool:
+        return self.propagator.propagation_run is not None
+
+    def _why_busy(self) -> str:
+        busy = "A propagation is in progress: wait, or stop it." if self._in_progress else ""
+        return self.context.reasons.no_frame() or busy
+
+    def _why_no_blocks(self) -> str:
+        return self._why_busy() or self.context.reasons.no_blocks()
+
+    def _why_last(self) -> str:
+        return "" if self._following(1) else "This is the last frame of the list."
+
+    def _why_first(self) -> str:
+        return "" if self._preceding() is not None else "This is the first frame of the list."
 
     # messages
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
@@ -15,10 +14,10 @@ from ilf.errors import IlfError
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
 from ilf.segmentation.edges.frame_edges import find_edges
 
-from ...state.workspace import Workspace
-from ...views.linked_views import LinkedViews
+from ...base.commands import Command
 from ...views.pixel_items import boundary_path
 from ...work.latest_request import LatestRequest
+from ..context import Context, Feature
 from .marks import PlaceMarks, ReviewStrip
 
 Mask = NDArray[np.bool_]
@@ -30,25 +29,40 @@ class _Request:
     extraction: BlockParameters
 
 
-class InvalidDepthPresenter(QObject):
-    """Candidates for invalid depth in the current frame, marked in all views until they are accepted or rejected.
+class InvalidDepthFeature(Feature):
+    """Candidates for invalid depth in the current frame, marked in all views until they are accepted or rejected."""
 
-    Signals
-    -------
-    message(str)
-        A further message.
-    failed(object)
-        The exception raised while candidates were searched for or applied.
-    """
-
-    message = Signal(str)
-    failed = Signal(object)
-
-    def __init__(self, workspace: Workspace, views: LinkedViews, strip: ReviewStrip) -> None:
-        super().__init__(strip)
-        self._workspace = workspace
-        self._strip = strip
-        self._views = views
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._views = views = context.views
+        actions = context.actions
+        actions.add(
+            (
+                Command(
+                    "suggest_invalid",
+                    "Su&ggest invalid depth",
+                    "ph.warning",
+                    "",
+                    "Find known depth that is probably wrong (flying pixels, speckles, glass), to accept or reject",
+                    handler=self.suggest,
+                    why_off=context.reasons.no_frame,
+                ),
+                Command(
+                    "mark_suggested",
+                    "Mark &invalid",
+                    "ph.check",
+                    "",
+                    "Mark the suggested depth as invalid: it is missing",
+                    handler=self.take,
+                ),
+                Command(
+                    "ignore_suggested", "Reject", "ph.x", "", "Keep the suggested depth as valid", handler=self.leave
+                ),
+            )
+        )
+        self.strip = ReviewStrip([], [actions["mark_suggested"], actions["ignore_suggested"]])
+        context.centre.add_strip(self.strip)
         self._marks = PlaceMarks(views)
         self._found: Mask | None = None
         self._questions = LatestRequest[_Request, Mask](_find, self)
@@ -84,14 +98,14 @@ class InvalidDepthPresenter(QObject):
             )
         except IlfError as error:
             self.leave()
-            self.failed.emit(error)
+            self.context.notes.report("Suggesting invalid depth", error)
 
     def leave(self) -> None:
         """Reject the candidates."""
         self._questions.forget()
         self._found = None
         self._marks.clear()
-        self._strip.hide()
+        self.strip.hide()
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
@@ -103,18 +117,18 @@ class InvalidDepthPresenter(QObject):
         pixels = int(np.count_nonzero(found))
         if not pixels:
             self.leave()
-            self.message.emit("No invalid depth found: no flying pixels, speckles or glass.")
+            self.context.notes.show_message("No invalid depth found: no flying pixels, speckles or glass.")
             return
         self._found = found
         self._views.fit()
         self._marks.show(boundary_path(found))
-        self._strip.show_message(
+        self.strip.show_message(
             f"{counted(pixels, 'pixel')} of known depth may be invalid: flying pixels, speckles or glass."
         )
 
     def _fail(self, question: _Request, error: Exception) -> None:
         self.leave()
-        self.failed.emit(error)
+        self.context.notes.report("Suggesting invalid depth", error)
 
 
 def _find(question: _Request) -> Mask:

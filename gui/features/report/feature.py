@@ -40,19 +40,6 @@ from ..context import Context, Feature
 from ..documents.file_dialogs import ask_path
 from .pdf import write_pdf
 
-# Commands of reports.
-
-COMMANDS = (
-    Command(
-        "report",
-        "&Report…",
-        "ph.file-text",
-        "",
-        "Write a page on this frame or all frames, as HTML or PDF: pictures, blocks, parameters, curves, errors",
-    ),
-)
-
-
 # The report dialog: frames, format, hold-out test and progress.
 
 THIS_FRAME, ALL_FRAMES = "frame", "all"
@@ -280,8 +267,20 @@ class ReportFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
-        context.actions["report"].triggered.connect(lambda _=False: self.ask())
+        context.actions.add(
+            (
+                Command(
+                    "report",
+                    "&Report…",
+                    "ph.file-text",
+                    "",
+                    "Write a page on this frame or all frames, as HTML or PDF: "
+                    "pictures, blocks, parameters, curves, errors",
+                    handler=self.ask,
+                    why_off=context.reasons.no_frame,
+                ),
+            )
+        )
         self.dialog = ReportDialog(context.window)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._show_steps)
@@ -290,8 +289,7 @@ class ReportFeature(Feature):
         self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled. Nothing was written."))
         self.dialog.wished.connect(self._choose_file)
         self.dialog.cancelled.connect(self.worker.cancel)
-        context.workspace.session_changed.connect(self._allow)
-        self._allow()
+        context.workspace.session_changed.connect(self._describe_again)
 
     def ask(self) -> None:
         """Open the dialog."""
@@ -308,7 +306,9 @@ class ReportFeature(Feature):
             return
         present = workspace.entries.of(workspace.session.id)
         entries = self._worked_on() if every else [present] if present is not None else []
-        subjects = subjects_of(entries, self.context.store, workspace.shared.values if workspace.shared.on else None)
+        subjects = subjects_of(
+            entries, self.context.recorder.store, workspace.shared.values if workspace.shared.on else None
+        )
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
@@ -337,7 +337,7 @@ class ReportFeature(Feature):
 
     def _worked_on(self) -> list[Entry]:
         """Frames that have been worked on and are open or stored."""
-        store = self.context.store
+        store = self.context.recorder.store
         return [
             entry
             for entry in self.context.workspace.entries
@@ -358,7 +358,6 @@ class ReportFeature(Feature):
         self.dialog.end(error_text(error), "warning")
         self.context.notes.report("Report", error)
 
-    def _allow(self) -> None:
-        self.context.actions.allow("" if self.context.workspace.has_session else "Open a frame first.", "report")
+    def _describe_again(self) -> None:
         if self.dialog.isVisible() and not self.worker.busy:
             self._describe()

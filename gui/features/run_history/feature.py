@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,40 +34,6 @@ from ..context import Context, Feature
 from ..documents.file_dialogs import ask_path, save
 from .model import Column, RunRow, run_rows
 from .table import RunTable
-
-# Commands on the run history.
-
-COMMANDS = (
-    Command("show_runs", "Run histor&y", "ph.list-numbers", "Ctrl+Shift+R", "Open the list of this frame's runs"),
-    Command(
-        "compare_runs",
-        "Co&mpare with current",
-        "ph.columns",
-        "Ctrl+Shift+D",
-        "Show the selected runs (max. four) beside the current result, in views and curves; again to stop",
-    ),
-    Command(
-        "restore_run",
-        "Restore &parameters",
-        "ph.arrow-u-up-left",
-        "",
-        "Set the parameters of the selected run, common and per-block ones; results stay as they are",
-    ),
-    Command(
-        "accept_run",
-        "&Accept as the result",
-        "ph.check-circle",
-        "Ctrl+Shift+A",
-        "Use the results and parameters of the selected run for all blocks that are unchanged since",
-    ),
-    Command("rename_run", "Re&name run", "ph.pencil-simple", "", "Rename the selected run (F2 in the list)"),
-    Command("note_run", "Edit n&ote", "ph.note-pencil", "", "Edit the note on the selected run"),
-    Command("delete_runs", "&Delete runs", "ph.trash", "", "Delete the selected runs (Del in the list)"),
-    Command(
-        "export_runs", "Export runs as CS&V…", "ph.export", "", "Write the list of runs, with all parameters, as CSV"
-    ),
-    Command("clear_runs", "Clear ru&ns", "ph.backspace", "", "Delete all runs of the frame"),
-)
 
 RUN_MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 
@@ -231,7 +197,7 @@ class RunHistoryFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, actions = context.workspace, context.actions
-        actions.add(COMMANDS)
+        actions.add(self._commands())
         self.keeper = RunRecorder(workspace, context.runs, self)
         self.measurer = RunErrorCalculator(workspace, context.runs, self)
         names = ["compare_runs", "accept_run", "restore_run"]
@@ -250,31 +216,100 @@ class RunHistoryFeature(Feature):
             (*results, workspace.results_changed, workspace.infos_changed, self.table.shown),
             (workspace.results_added,),
         )
-        handlers: dict[str, Callable[[], object]] = {
-            "show_runs": lambda: context.panels.reveal(_TITLE),
-            "compare_runs": self.compare,
-            "restore_run": self.restore,
-            "accept_run": self.accept,
-            "rename_run": lambda: self.table.edit(Column.NAME),
-            "note_run": lambda: self.table.edit(Column.NOTE),
-            "delete_runs": self.delete,
-            "export_runs": self.ask_export,
-            "clear_runs": self.clear,
-        }
-        for name, handler in handlers.items():
-            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         self.table.edited.connect(self._edit)
         self.table.ticked.connect(self._tick)
         self.table.deleteRequested.connect(self.delete)
         self.table.contextMenuRequested.connect(self._show_menu)
-        self.table.selectionChanged.connect(self._allow)
+        self.table.selectionChanged.connect(actions.refresh)
         self.keeper.message.connect(context.notes.show_message)
         self.measurer.failed.connect(lambda error: context.notes.report("Errors of a run", error))
         for signal in (workspace.session_changed, workspace.run_history_changed, workspace.ground_truth_changed):
-            signal.connect(self._allow)
             signal.connect(self.measurer.go_on)
         context.runs.state_changed.connect(self.measurer.go_on)
-        self._allow()
+
+    def _commands(self) -> Sequence[Command]:
+        return (
+            Command(
+                "show_runs",
+                "Run histor&y",
+                "ph.list-numbers",
+                "Ctrl+Shift+R",
+                "Open the list of this frame's runs",
+                handler=lambda: self.context.panels.reveal(_TITLE),
+            ),
+            Command(
+                "compare_runs",
+                "Co&mpare with current",
+                "ph.columns",
+                "Ctrl+Shift+D",
+                "Show the selected runs (max. four) beside the current result, in views and curves; again to stop",
+                handler=self.compare,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "restore_run",
+                "Restore &parameters",
+                "ph.arrow-u-up-left",
+                "",
+                "Set the parameters of the selected run, common and per-block ones; results stay as they are",
+                handler=self.restore,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "accept_run",
+                "&Accept as the result",
+                "ph.check-circle",
+                "Ctrl+Shift+A",
+                "Use the results and parameters of the selected run for all blocks that are unchanged since",
+                handler=self.accept,
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "rename_run",
+                "Re&name run",
+                "ph.pencil-simple",
+                "",
+                "Rename the selected run (F2 in the list)",
+                handler=lambda: self.table.edit(Column.NAME),
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "note_run",
+                "Edit n&ote",
+                "ph.note-pencil",
+                "",
+                "Edit the note on the selected run",
+                handler=lambda: self.table.edit(Column.NOTE),
+                why_off=self._why_not_one,
+            ),
+            Command(
+                "delete_runs",
+                "&Delete runs",
+                "ph.trash",
+                "",
+                "Delete the selected runs (Del in the list)",
+                handler=self.delete,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "export_runs",
+                "Export runs as CS&V…",
+                "ph.export",
+                "",
+                "Write the list of runs, with all parameters, as CSV",
+                handler=self.ask_export,
+                why_off=self._why_none,
+            ),
+            Command(
+                "clear_runs",
+                "Clear ru&ns",
+                "ph.backspace",
+                "",
+                "Delete all runs of the frame",
+                handler=self.clear,
+                why_off=self._why_none,
+            ),
+        )
 
     def show(self) -> None:
         """Show a row per run if the table is visible."""
@@ -369,15 +404,16 @@ class RunHistoryFeature(Feature):
         others = [one for one in self.context.workspace.session.compared if one is not kept]
         self.context.workspace.compare([*others, kept] if on else others)
 
-    def _allow(self) -> None:
-        workspace, actions = self.context.workspace, self.context.actions
-        there = bool(workspace.has_session and workspace.session.run_history)
-        chosen = self._selected()
-        none = "" if there else "There are no runs yet."
-        actions.allow(none or ("" if chosen else "Select a run first."), "compare_runs", "delete_runs")
-        one = none or ("" if len(chosen) == 1 else "Select one run first.")
-        actions.allow(one, "restore_run", "accept_run", "rename_run", "note_run")
-        actions.allow(none, "export_runs", "clear_runs")
+    def _why_none(self) -> str:
+        workspace = self.context.workspace
+        there = workspace.has_session and workspace.session.run_history
+        return "" if there else "There are no runs yet."
+
+    def _why_none_selected(self) -> str:
+        return self._why_none() or ("" if self._selected() else "Select a run first.")
+
+    def _why_not_one(self) -> str:
+        return self._why_none() or ("" if len(self._selected()) == 1 else "Select one run first.")
 
     def _show_menu(self, place: QPoint) -> None:
         menu = QMenu(self.table)

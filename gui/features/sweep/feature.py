@@ -16,20 +16,9 @@ from ...base.commands import Command
 from ...work.frame_runs import RunState
 from ...work.jobs import Worker, spare_cores
 from ..context import Context, Feature, PendingWork
+from ..filter.feature import FilterFeature
 from .state import SweepState
 from .window import SweepWindow
-
-# Commands of the sweep.
-
-COMMANDS = (
-    Command(
-        "sweep",
-        "S&weep a parameter…",
-        "ph.chart-bar",
-        "",
-        "Test many values of a parameter, or of two, and compare their errors against ground truth or on hold-outs",
-    ),
-)
 
 
 class SweepFeature(Feature):
@@ -37,22 +26,33 @@ class SweepFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.actions.add(COMMANDS)
+        self._filter = context.feature(FilterFeature)
+        context.actions.add(
+            (
+                Command(
+                    "sweep",
+                    "S&weep a parameter…",
+                    "ph.chart-bar",
+                    "",
+                    "Test many values of a parameter, or of two, and compare their errors against "
+                    "ground truth or on hold-outs",
+                    handler=self.open,
+                    why_off=context.reasons.no_frame,
+                ),
+            )
+        )
         self.found: SweepState | None = None
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self.window_.end("Cancelled. Results so far are kept."))
-        context.actions["sweep"].triggered.connect(lambda _=False: self.open())
-        context.filter_panel.form.menu_requested.connect(self._show_menu)
+        self._filter.panel.form.menu_requested.connect(self._show_menu)
         workspace = context.workspace
         turned, values, chosen = workspace.session_changed, workspace.parameters_changed, workspace.selection_changed
         frame = turned, values, chosen, workspace.infos_changed, workspace.ground_truth_changed
         context.refresh.add("sweep", self.show, (*frame, context.views.ranges.changed))
         workspace.sessions_changed.connect(self._cancel_closed)
-        workspace.session_changed.connect(self._allow)
-        self._allow()
 
     @cached_property
     def window_(self) -> SweepWindow:
@@ -78,7 +78,7 @@ class SweepFeature(Feature):
         self.window_.activateWindow()
         self.show()
         if name and not self.worker.busy:
-            if self.context.filter_panel.for_selected:
+            if self._filter.panel.for_selected:
                 self.window_.criterion.blocks.setCurrentIndex(1)
                 self.show()
             self.window_.choose(name)
@@ -123,7 +123,7 @@ class SweepFeature(Feature):
         if found.label and found.label not in found.session.counts():
             self.window_.state.show_message("The swept block no longer exists.", "warning")
             return
-        self.context.filter_presenter.set_values(found.values(number), found.label)
+        self._filter.set_values(found.values(number), found.label)
         where = found.session.info(found.label).name if found.label else "all blocks"
         text = f"{found.text_of(number)} applied to {where}."
         if found.session.changed_blocks() and self.context.runs.state is RunState.IDLE:
@@ -175,9 +175,6 @@ class SweepFeature(Feature):
             self.worker.cancel()
             self.found = None
             self.window_.forget()
-
-    def _allow(self) -> None:
-        self.context.actions.allow("" if self.context.workspace.has_session else "Open a frame first.", "sweep")
 
     def _show_menu(self, name: str, place: QPoint) -> None:
         """Show the context menu of a parameter of the filter form."""

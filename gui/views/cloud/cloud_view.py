@@ -256,12 +256,6 @@ _LOOKS = {
 class CloudView(QWidget):
     """A point cloud with its view buttons, colour bar and clip.
 
-    Parameters
-    ----------
-    raw, chosen_only, beside : QAction
-        Actions for buttons of the bar: show the depth before completion, show only the selected blocks, put the view
-        beside the images.
-
     Signals
     -------
     colours_changed()
@@ -270,10 +264,9 @@ class CloudView(QWidget):
 
     colours_changed = Signal()
 
-    def __init__(self, raw: QAction, chosen_only: QAction, beside: QAction, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.colour_by = ColourBy.COLOUR
-        self.raw, self.chosen_only = raw, chosen_only
         self.canvas = CloudCanvas(self)
         self.setFocusProxy(self.canvas)
         self.strip = TitleStrip()
@@ -287,12 +280,19 @@ class CloudView(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        for widget in (self._tool_bar(beside), self.strip, self.clip):
+        for widget in (self._make_bar(), self.strip, self.clip):
             layout.addWidget(widget)
         layout.addWidget(self.canvas, 1)
         self.canvas.installEventFilter(self)
         self.set_message()
         self._apply_theme()
+
+    def add_switches(self, raw: QAction, chosen_only: QAction, beside: QAction) -> None:
+        """Add buttons to the bar: show the depth before completion, show only the selected blocks, put the view beside
+        the images."""
+        self.raw, self.chosen_only = raw, chosen_only
+        self._bar.insertActions(self._clip_action, [raw, chosen_only])
+        self._bar.addAction(beside)
 
     def show_scene(self, scene: Scene, reset: bool = True) -> None:
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
@@ -363,17 +363,18 @@ class CloudView(QWidget):
         self.strip.set_colours(colours)
         self.bar.set_colours(colours)
 
-    def _tool_bar(self, beside: QAction) -> QToolBar:
+    def _make_bar(self) -> QToolBar:
         """Create the tool bar; without room, the last items move to its extension."""
-        bar = QToolBar("3D", self)
+        self._bar = bar = QToolBar("3D", self)
         bar.setIconSize(QSize(16, 16))
         self._colours = ChoiceButton(
             {choice: choice.text for choice in ColourBy}, "What colours the points", self.set_colour_by
         )
         bar.addWidget(self._colours)
         self._icons.append((self._colours, "ph.palette"))
-        bar.addActions([self.raw, self.chosen_only])
-        clip = self._toggle_action(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False)
+        self._clip_action = clip = self._toggle_action(
+            bar, "Clip", "ph.arrows-in-line-horizontal", "draw only a range of depths", False
+        )
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         for name, (icon, hint) in _LOOKS.items():
@@ -393,7 +394,6 @@ class CloudView(QWidget):
         )
         bar.addWidget(self._sizes)
         self._icons.append((self._sizes, "ph.dots-nine"))
-        bar.addAction(beside)
         return bar
 
     def _toggle_action(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:

@@ -6,29 +6,32 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QSettings, Qt, Signal
+import numpy as np
+from PySide6.QtCore import QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
-from ilf.data.results import compose
+from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS
 from ilf.io.labels import LoadedBlocks
 from ilf.run.options import ExportOptions, output_folder_name
+from ilf.run.run import Run
 from ilf.run.writing import Written, write
 from ilf.sources.frame_source import FrameSource
 
+from ...base.commands import Command
 from ...base.paths import sort_paths
 from ...state.entries import Entry
+from ...state.results import same_guide, same_mask
 from ...state.session import Session
-from ...state.workspace import Workspace
-from ...widgets.notices import Notes
 from ...work.found_blocks import describe_blocks
 from ...work.jobs import Worker
 from ...work.latest_request import LatestRequest
-from ...work.loading import FolderPreview, FrameLoader, contains_frames, preview_folder
+from ...work.loading import FolderPreview, contains_frames, preview_folder
+from ..context import Context, Feature
 from .export import ExportDialog, behind
 from .file_dialogs import save_folder
 from .load_blocks import BlockSource, LoadBlocksDialog, blocks_from, save_blocks
@@ -38,15 +41,8 @@ _IMAGES = "PNG image (*.png)"
 _TOO_MANY = "Only one colour file and its depth file can be opened at a time. For several frames, drop their folder."
 
 
-class Documents(QObject):
+class DocumentsFeature(Feature):
     """Opening and writing of files.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialogs.
-    take_picture : callable
-        Returns a picture of the window.
 
     Signals
     -------
@@ -65,20 +61,13 @@ class Documents(QObject):
     exported = Signal(object)
     exporting_changed = Signal()
 
-    def __init__(
-        self,
-        window: QWidget,
-        take_picture: Callable[[], QPixmap],
-        workspace: Workspace,
-        loader: FrameLoader,
-        notes: Notes,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._take_picture = take_picture
-        self._workspace = workspace
-        self._loader = loader
-        self._notes = notes
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._window = context.window
+        self._workspace = workspace = context.workspace
+        self._loader = context.loader
+        self._notes = notes = context.notes
+        context.actions.add(self._commands())
         self._block_questions = LatestRequest[BlockSource, LoadedBlocks](blocks_from, self)
         self._looks = LatestRequest[FrameSource, FolderPreview](preview_folder, self)
         self._exporter = Worker(self)
@@ -96,6 +85,87 @@ class Documents(QObject):
         """Prepares removal of frames from the list: calls `then` unless the user cancels."""
         self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
         """Closes a frame."""
+
+    def begin(self) -> None:
+        """Show the messages of reading; the features that react to them do so before."""
+        loader, notes = self._loader, self._notes
+        loader.replayed.connect(self._tell_differences)
+        self.context.runs.finished.connect(self._tell_verdict)
+        loader.failed.connect(notes.report)
+        loader.message.connect(notes.show_message)
+
+    def _commands(self) -> Sequence[Command]:
+        why = self.context.reasons
+        return (
+            Command(
+                "open",
+                "&Open frame…",
+                "ph.folder-open",
+                "Ctrl+O",
+                "Open a colour and a depth file, or a frame folder",
+                handler=self.ask_open,
+            ),
+            Command(
+                "open_sample",
+                "Open &sample",
+                "ph.house",
+                "Ctrl+Shift+O",
+                "Open the bundled sample frame, a synthetic room",
+                handler=self.open_sample,
+            ),
+            Command(
+                "open_run",
+                "Open &run…",
+                "ph.clock-counter-clockwise",
+                "",
+                "Open a run.json: its frame, blocks and parameters",
+                handler=self.ask_open_run,
+            ),
+            Command(
+                "load_blocks",
+                "Load &blocks…",
+                "ph.squares-four",
+                "",
+                "Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks",
+                handler=self.ask_load_blocks,
+                why_off=why.busy,
+            ),
+            Command(
+                "save_blocks",
+                "Save b&locks…",
+                "",
+                "",
+                "Write the blocks and their names as label map (PNG), COCO or labelme file",
+                handler=self.ask_save_blocks,
+                why_off=why.no_blocks,
+            ),
+            Command(
+                "export",
+                "&Export…",
+                "ph.export",
+                "Ctrl+E",
+                "Write completed depth, blocks, curves, point cloud and run.json",
+                handler=self.ask_export,
+                why_off=why.no_frame,
+            ),
+            Command(
+                "save_picture",
+                "Save &picture of the window…",
+                "ph.camera",
+                "",
+                "Save a screenshot of the window as PNG",
+                handler=self.ask_save_picture,
+            ),
+            Command(
+                "close_frame",
+                "&Close frame",
+                "ph.x",
+                "Ctrl+W",
+                "Close the current frame",
+                handler=self.close_frame,
+                why_off=why.no_frame,
+            ),
+        )
 
     # opening
 
@@ -280,18 +350,66 @@ class Documents(QObject):
 
     def save_picture(self, path: str) -> bool:
         """Save a picture of the window as PNG; return False, with a message, if the file cannot be written."""
-        saved = self._take_picture().save(path, "PNG")
+        saved = self.picture().save(path, "PNG")
         if saved:
             self._notes.show_message(f"Saved {path}")
         else:
             self._notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
         return saved
 
-    def shutdown(self) -> None:
-        """Wait for a pending export before the window closes."""
-        self._block_questions.shutdown()
-        self._looks.shutdown()
-        self._exporter.shutdown()
+    def picture(self) -> QPixmap:
+        """Return a screenshot of the window."""
+        self.context.refresh.now()
+        self.context.cloud.canvas.drawing.finish()
+        return self._window.grab()
+
+    # runs opened from a record
+
+    def _tell_differences(self, session: Session) -> None:
+        """Report which input, network, version or output of a session opened from a record differs, if any."""
+        if session.record_replay is not None:
+            self._notes.warn(f"{session.name}: differences to the run record", session.record_replay.differences)
+
+    def _tell_verdict(self, session: Session) -> None:
+        """If the run that has ended is the recorded one, report whether its result equals the record."""
+        completion = session.completion()
+        if (
+            session.record_replay is None
+            or completion is None
+            or not _is_recorded_run(session, session.record_replay.run, completion)
+        ):
+            return
+        verdict = session.record_replay.verdict(completion)
+        if verdict:
+            self._notes.warn(f"{session.name}: the result differs from the run record", verdict)
+        else:
+            self._notes.show_message(f"{session.name}: the result equals the run record.")
+
+    def shutdown(self) -> bool:
+        """Stop reading, and wait for a pending export. True if all threads have ended."""
+        return all(
+            [
+                self._loader.shutdown(),
+                self._block_questions.shutdown(),
+                self._looks.shutdown(),
+                self._exporter.shutdown(),
+            ]
+        )
+
+
+def _is_recorded_run(session: Session, recorded: Run, completion: Completion) -> bool:
+    """Whether the completion is of the recorded run: the same blocks with drawn borders, invalid mask, guide and
+    parameters."""
+    if session.extrapolated != recorded.extrapolate or not np.array_equal(session.labels, recorded.blocks):
+        return False
+    drawn, invalid_mask = session.notes.drawn, session.frame.invalid_mask
+    if not (same_mask(drawn, recorded.drawn) and same_mask(invalid_mask, recorded.frame.invalid_mask)):
+        return False
+    if not same_guide(session.frame.guide, recorded.frame.guide):
+        return False
+    return set(completion.results) == (recorded.only or frozenset()) and all(
+        result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()
+    )
 
 
 def _export_folder(session: Session) -> Path:

@@ -16,14 +16,15 @@ from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, IterationRecord
 from ilf.run.key_frames import KeyFrame, Track, depth_at_key_frames
 
-from ...state.results import ViewedIteration
-from ...state.session import Session
-from ...state.workspace import Workspace
-from ...work.frame_runs import RunState
-from ...work.latest_request import LatestRequest
-from ...work.runs import RunController
-from .curve import Curve
-from .panel import EMPTY_TEXT, CurvesPanel
+from ..state.results import ViewedIteration
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.curves.curve import Curve
+from ..views.curves.panel import EMPTY_TEXT, CurvesPanel
+from ..work.frame_runs import RunState
+from ..work.latest_request import LatestRequest
+from ..work.runs import RunController
+from .context import Context, Feature
 
 MAX_CURVES = 8
 
@@ -228,3 +229,31 @@ def _scrub_hint(session: Session) -> str:
         "View earlier iterations: the views show the depth after iteration i of every block.\n"
         f"Key frames of this frame: {frames.nbytes / 2**20:.1f} of {frames.budget / 2**20:.0f} MiB.{every}"
     )
+
+
+class CurvesFeature(Feature):
+    """The panel *Convergence*: the curves of the blocks, and the slider that views earlier iterations."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace = context.workspace
+        self.panel = CurvesPanel(context.panels.persistent)
+        self.presenter = CurvesPresenter(workspace, self.panel)
+        self.scrubbing = ScrubPresenter(workspace, context.runs, self.panel)
+        turned, blocks, values = workspace.session_changed, workspace.labels_changed, workspace.parameters_changed
+        results, going_on = workspace.results_changed, (workspace.results_added, workspace.records_added)
+        chosen = workspace.infos_changed, workspace.selection_changed
+        shown_also = workspace.compared_changed, self.panel.shown
+        # later during a run: drawing at each batch would slow it down
+        add = context.refresh.add
+        add("curves", self.presenter.show, (turned, blocks, *chosen, values, results, *shown_also), going_on)
+        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
+        context.runs.state_changed.connect(self._open)
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self.scrubbing.shutdown()
+
+    def _open(self) -> None:
+        if self.context.runs.state is RunState.RUNNING:
+            self.context.panels.offer("Convergence")

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPointF, Signal
-from PySide6.QtGui import QAction, QPainterPath
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QPainterPath
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Box
@@ -21,10 +21,10 @@ from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.segmentation.edges.frame_edges import find_edges
 
+from ...base.commands import Command
 from ...state.session import Session
-from ...state.workspace import Workspace
-from ...views.linked_views import LinkedViews
 from ...work.latest_request import LatestRequest
+from ..context import Context, Feature
 from .marks import PlaceMarks, ReviewStrip
 
 # Quality checks: the current place, and the ignored ones. No widgets.
@@ -125,35 +125,55 @@ class _Request:
     """Propagated blocks that need a check -> reason."""
 
 
-class ReviewPresenter(QObject):
+class QualityCheckFeature(Feature):
     """Shows one flagged place after the other: zooms to it, selects the block, and shows reason and number.
 
     The search runs in a worker thread, and again after every edit while the strip is visible. Ignored places stay
     ignored while the frame is open.
-
-    Parameters
-    ----------
-    leave : QAction
-        Command that ignores a place; enabled while there is a current one.
-
-    Signals
-    -------
-    shown()
-        The views show a place.
-    failed(object)
-        The exception raised during the search.
     """
 
-    shown = Signal()
-    failed = Signal(object)
-
-    def __init__(self, workspace: Workspace, views: LinkedViews, strip: ReviewStrip, leave: QAction) -> None:
-        super().__init__(strip)
-        self._workspace = workspace
-        self._views = views
-        self._strip = strip
-        self._leave = leave
-        leave.setEnabled(False)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._views = views = context.views
+        self._has_place = False
+        """Whether there is a place to ignore."""
+        no_frame, actions = context.reasons.no_frame, context.actions
+        actions.add(
+            (
+                Command(
+                    "next_check",
+                    "Next &quality check",
+                    "ph.crosshair",
+                    "F8",
+                    "Go to the next place where blocks or filled depth look wrong, largest error first",
+                    handler=lambda: self.go(1),
+                    why_off=no_frame,
+                ),
+                Command(
+                    "previous_check",
+                    "Pre&vious quality check",
+                    "ph.caret-left",
+                    "Shift+F8",
+                    "Go to the previous place",
+                    handler=lambda: self.go(-1),
+                    why_off=no_frame,
+                ),
+                Command(
+                    "ignore_check",
+                    "&Ignore",
+                    "ph.check",
+                    "Ctrl+F8",
+                    "Ignore this place: it is not shown again",
+                    handler=self.leave,
+                    why_off=lambda: "" if self._has_place else "Not available now.",
+                ),
+                Command("close_checks", "&Close", "ph.x", "", "End the quality check", handler=self.close),
+            )
+        )
+        going = [actions[name] for name in ("previous_check", "next_check", "close_checks")]
+        self.strip = ReviewStrip(going, [actions["ignore_check"]])
+        context.centre.add_strip(self.strip)
         self._marks = PlaceMarks(views)
         self._reviews: WeakKeyDictionary[Session, Review] = WeakKeyDictionary()
         self._requested: _Request | None = None
@@ -184,7 +204,7 @@ class ReviewPresenter(QObject):
             return
         if not self._fresh:
             self._pending_step = by
-            self._strip.show_message("Running quality checks…")
+            self.strip.show_message("Running quality checks…")
             if self._requested is None:
                 self._ask()
             return
@@ -206,12 +226,17 @@ class ReviewPresenter(QObject):
         self._questions.forget()
         self._requested, self._fresh, self._pending_step = None, False, 0
         self._marks.clear()
-        self._leave.setEnabled(False)
-        self._strip.hide()
+        self._note_place(False)
+        self.strip.hide()
 
     def shutdown(self) -> bool:
         """Stop permanently before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
+
+    def _note_place(self, there: bool) -> None:
+        if there != self._has_place:
+            self._has_place = there
+            self.context.actions.refresh()
 
     def _ask_again(self) -> None:
         if self._requested is not None:
@@ -248,7 +273,7 @@ class ReviewPresenter(QObject):
 
     def _fail(self, question: _Request, error: Exception) -> None:
         self.close()
-        self.failed.emit(error)
+        self.context.notes.report("Quality check", error)
 
     def _show(self, place: Place | None) -> None:
         if place is not None:
@@ -257,27 +282,27 @@ class ReviewPresenter(QObject):
             self._workspace.select(there[:1])
             self._views.zoom_to(*_region_around(place, session.frame.shape))
         self._say(False)
-        self.shown.emit()
+        self.context.centre.show_images()
 
     def _say(self, fixed: bool) -> None:
         review = self.review
         count, place = len(review.places), review.present
-        self._leave.setEnabled(place is not None)
+        self._note_place(place is not None)
         if place is not None:
             path = QPainterPath()
             path.addEllipse(QPointF(*place.point), _RING, _RING)
             self._marks.show(path)
-            self._strip.show_message(f"{review.number} of {count}: {self._named(place.reason)}")
+            self.strip.show_message(f"{review.number} of {count}: {self._named(place.reason)}")
             return
         self._marks.clear()
         ignored = f" {review.ignored} ignored." if review.ignored else ""
         if count:
             done = "Fixed. " if fixed else ""
-            self._strip.show_message(f"{done}{counted(count, 'flagged place')} left to check.")
+            self.strip.show_message(f"{done}{counted(count, 'flagged place')} left to check.")
         elif fixed:
-            self._strip.show_message(f"Fixed. That was the last flagged place.{ignored}")
+            self.strip.show_message(f"Fixed. That was the last flagged place.{ignored}")
         else:
-            self._strip.show_message(f"No more flagged places.{ignored}" if ignored else "No flagged places.")
+            self.strip.show_message(f"No more flagged places.{ignored}" if ignored else "No flagged places.")
 
     def _named(self, reason: str) -> str:
         """Return the reason, with the names of blocks instead of their numbers."""

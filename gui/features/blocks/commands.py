@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-from PySide6.QtCore import QObject, QPoint, Signal
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import counted
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, parts_touch, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
 from ilf.segmentation.editing.patches import LabelPatch
 
-from ..state.workspace import Workspace
-from .editor import Editor, sliver_size
-from .give import give_piece
-from .split import cut_suggested
+from ...state.workspace import Workspace
+from ...tools.editor import Editor, sliver_size
+from ...tools.give import give_piece
+from ...tools.split import cut_suggested
 
 
 class BlockCommands(QObject):
@@ -150,54 +148,10 @@ class BlockCommands(QObject):
         chosen = session.selected
         return f"{verb} {session.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
 
+    # at a position in the image
 
-# The context menu of the views: actions on the block under the pointer, and commands on the selected blocks.
-
-
-class ContextMenu(QObject):
-    """The context menu of the views.
-
-    It selects the block under the pointer; the block that was selected before can take over that block or a piece of
-    it.
-
-    Parameters
-    ----------
-    commands : sequence of QAction or None
-        Commands on the selected blocks; None for a separator.
-    """
-
-    def __init__(
-        self, workspace: Workspace, editor: Editor, commands: Sequence[QAction | None], parent: QWidget
-    ) -> None:
-        super().__init__(parent)
-        self._workspace = workspace
-        self._editor = editor
-        self._commands = commands
-        self._parent = parent
-
-    def show(self, place: QPoint, x: float, y: float) -> None:
-        """Open the menu at a screen position, which is x, y in the image."""
-        if not self._workspace.has_session:
-            return
-        menu = self.menu(x, y)
-        menu.exec(place)
-        menu.deleteLater()
-
-    def menu(self, x: float, y: float) -> QMenu:
-        """Return the menu for a position in the image."""
-        menu = QMenu(self._parent)
-        menu.setToolTipsVisible(True)
-        for text, act in self._here(x, y):
-            menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
-        menu.addSeparator()
-        for command in self._commands:
-            if command is None:
-                menu.addSeparator()
-            else:
-                menu.addAction(command)
-        return menu
-
-    def _here(self, x: float, y: float) -> list[tuple[str, Callable[[], object]]]:
+    def offers(self, x: float, y: float) -> list[tuple[str, Callable[[], object]]]:
+        """Select the block at a position in the image, and return the texts and actions of what can be done there."""
         self._editor.cancel()
         session = self._workspace.session
         before, label = list(session.selected), session.label_at(x, y)
@@ -211,7 +165,7 @@ class ContextMenu(QObject):
             taker = session.info(before[0]).name
             offers = [
                 (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
-                (f"Merge {name} into {taker}", lambda: self._merge(before[0], label)),
+                (f"Merge {name} into {taker}", lambda: self._merge_into(before[0], label)),
             ]
         return [*offers, (f"Split {name} along the suggested line", lambda: cut_suggested(self._editor, label))]
 
@@ -221,7 +175,7 @@ class ContextMenu(QObject):
         self._workspace.select(chosen)
         give_piece(self._editor, piece_at(session.labels, x, y), source)
 
-    def _merge(self, taker: int, other: int) -> None:
+    def _merge_into(self, taker: int, other: int) -> None:
         session = self._workspace.session
         for label in (taker, other):
             if label in session.locked:

@@ -1,4 +1,4 @@
-"""The dialog About ILF Studio."""
+"""Commands on the window itself, and the dialog About ILF Studio."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ..base.commands import Command
 from ..base.versions import versions, versions_text
+from .context import Context, Feature
 
 _ICON = 64
 _TEXT = (
@@ -70,3 +72,39 @@ class AboutDialog(QDialog):
         layout.setSpacing(14)
         layout.addLayout(row)
         layout.addWidget(buttons)
+
+
+class WindowFeature(Feature):
+    """Closes the window, shows it in full screen, hides its panels, and tells what it is."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        window = context.window
+        context.actions.add(
+            (
+                Command("quit", "&Quit", "ph.sign-out", "Ctrl+Q", handler=window.close),
+                Command(
+                    "toggle_panels",
+                    "S&how or hide all panels",
+                    "ph.arrows-in-line-horizontal",
+                    "F9",
+                    "Hide all panels to leave the window to the images, or show them again",
+                    handler=context.panels.toggle_all,
+                ),
+                Command(
+                    "full_screen",
+                    "F&ull screen",
+                    "ph.corners-out",
+                    "F11",
+                    "Show the window in full screen",
+                    checkable=True,
+                    handler=self._show_full_screen,
+                ),
+                Command("about", "&About ILF Studio", "ph.info", handler=lambda: AboutDialog(window).open()),
+            )
+        )
+        context.panels.add_fold(context.actions["toggle_panels"])
+
+    def _show_full_screen(self, on: bool) -> None:
+        window = self.context.window
+        (window.showFullScreen if on else window.showNormal)()

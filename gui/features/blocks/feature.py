@@ -1,0 +1,331 @@
+"""The blocks of the current frame: their table, their commands, and the context menus of table and views."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QMenu
+
+from ilf._runtime.formatting import counted
+from ilf.data.parameters import Parameters
+from ilf.data.results import BlockResult
+from ilf.drawing.blocks import block_colour
+from ilf.project.frame_state import parameter_labels
+
+from ...base.commands import Command
+from ...state.results import BlockCounts
+from ...state.session import Session
+from ...work.runs import RunController
+from ..context import Context, Feature
+from ..menus import BLOCK_MENU, entries
+from ..views import ViewsFeature
+from .commands import BlockCommands
+from .model import BlockRow
+from .table import BlockTable
+
+# The rows of the table of blocks.
+
+
+def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
+    """Rows of the current frame: one per block that has pixels, or is selected for painting."""
+    results = session.valid_results()
+    counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
+    queued = runs.queued
+    rows = []
+    for label, count in counts.items():
+        info = session.info(label)
+        anew = label in runs.resolving
+        records = [] if anew else session.results.live.get(label, [])
+        result = results.get(label)
+        if records:
+            state, detail = "running", ""
+            iterations, sigma = len(records), records[-1].sigma_i
+        elif label in queued:
+            state, detail, iterations, sigma = "queued", "", 0, math.nan
+        elif result is not None:
+            outcome = result.outcome
+            values = session.parameters_of(label, session.common)
+            outdated = not anew and not result.parameters.same_effect(values)
+            state = "values changed" if outdated else str(outcome.status)
+            iterations, sigma = outcome.iterations, outcome.sigma_i
+            detail = _detail(result, values if outdated else None)
+        elif label in session.results.kept:
+            state, detail, iterations, sigma = "edited", "The block has changed since its last run.", 0, math.nan
+        else:
+            state, detail, iterations, sigma = "ready", "", 0, math.nan
+        rows.append(
+            BlockRow(
+                label=label,
+                name=info.name,
+                colour=info.colour,
+                pixels=count.pixels,
+                defect_rate=count.defect_rate,
+                state=state,
+                detail=detail,
+                iterations=iterations,
+                sigma_i=sigma,
+                visible=info.visible,
+                locked=info.locked,
+                error=session.block_errors.rmse.get(label, math.nan),
+                look=_check_reason(session, label),
+                own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
+            )
+        )
+    return rows
+
+
+def _check_reason(session: Session, label: int) -> str:
+    """Why a propagated block needs checking; "" if it does not."""
+    if label not in session.to_check:
+        return ""
+    return session.notes.reasons.get(label, f"propagated from {session.notes.propagated_from or 'another frame'}")
+
+
+def _detail(result: BlockResult, wanted: Parameters | None) -> str:
+    """Describe the result of a block; `wanted` are the current values if they differ from the result's, else None."""
+    outcome = result.outcome
+    lines = []
+    if wanted is not None:
+        waits = wanted.correction and result.parameters.replace(correction=True).same_effect(wanted)
+        what = "waits for the learned correction" if waits else "was computed with other values"
+        lines.append(f"The result, {outcome.status}, {what}.")
+    lines += [outcome.message] if outcome.message else []
+    if outcome.iterations:
+        lines.append(
+            f"{counted(outcome.iterations, 'iteration')} in {counted(outcome.stages, 'stage')}, "
+            f"{counted(outcome.recovered, 'pixel')} filled."
+        )
+    lines += result.notes
+    return "\n".join(lines)
+
+
+_COLOURS = 1000
+"""Upper limit of the start number of shuffled colours."""
+
+
+class BlocksFeature(Feature):
+    """The table of blocks, the commands on the selected ones, and both context menus."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._runs = context.runs
+        self.commands = BlockCommands(workspace, context.editor)
+        self.commands.message.connect(context.notes.show_message)
+        context.actions.add(self._declared())
+        self.table = table = BlockTable()
+        table.selectionChanged.connect(workspace.select)
+        table.renamed.connect(lambda label, name: workspace.edit_info(label, "Rename block", name=name))
+        table.recoloured.connect(self._recolour)
+        table.visibilityChanged.connect(workspace.set_visible)
+        table.lockChanged.connect(workspace.set_lock)
+        table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
+        table.activated.connect(lambda _: context.feature(ViewsFeature).presenter.zoom_to_blocks())
+        context.views.contextMenuRequested.connect(self._show_menu_at)
+        context.refresh.add(
+            "table",
+            self.show,
+            (
+                *(workspace.session_changed, workspace.labels_changed, workspace.infos_changed),
+                *(workspace.selection_changed, workspace.parameters_changed, workspace.results_changed),
+                *(context.runs.state_changed, workspace.block_errors_changed),
+            ),
+            (workspace.results_added, workspace.records_added),
+        )
+
+    def _declared(self) -> Sequence[Command]:
+        do, why = self.commands, self.context.reasons
+        return (
+            Command(
+                "new_block",
+                "&New block",
+                "ph.selection-plus",
+                "Ctrl+N",
+                "Start a new block with the brush or the outline tool",
+                handler=do.new,
+                why_off=why.no_frame,
+            ),
+            Command(
+                "delete_blocks",
+                "&Delete blocks",
+                "ph.trash",
+                "Ctrl+Del",
+                "Delete the selected blocks",
+                handler=do.delete,
+                why_off=why.locked,
+            ),
+            Command(
+                "merge_blocks",
+                "&Merge blocks",
+                "ph.intersect",
+                "Ctrl+M",
+                "Merge the selected blocks into one",
+                handler=do.merge,
+                why_off=self._why_no_merge,
+            ),
+            Command(
+                "lock_blocks",
+                "&Lock or unlock",
+                "ph.lock",
+                "Ctrl+L",
+                "Protect the selected blocks from edits, or unlock them",
+                handler=do.toggle_locks,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "select_all",
+                "Select &all blocks",
+                "ph.selection-all",
+                "Ctrl+A",
+                "Select all blocks",
+                handler=do.select_all,
+                why_off=why.no_frame,
+            ),
+            Command(
+                "clean_up",
+                "&Clean up",
+                "ph.sparkle",
+                "Ctrl+K",
+                "Assign islands, slivers and holes of a few pixels to the blocks around them",
+                handler=do.clean_up,
+                why_off=why.no_blocks,
+            ),
+            Command(
+                "grow_blocks",
+                "&Grow",
+                "ph.arrows-out-simple",
+                "Ctrl++",
+                "Grow the selected blocks",
+                handler=do.grow,
+                why_off=why.locked,
+            ),
+            Command(
+                "shrink_blocks",
+                "S&hrink",
+                "ph.arrows-in-simple",
+                "Ctrl+-",
+                "Shrink the selected blocks",
+                handler=do.shrink,
+                why_off=why.locked,
+            ),
+            Command(
+                "smooth_blocks",
+                "S&mooth",
+                "ph.waves",
+                "Ctrl+Alt+S",
+                "Smooth the outlines of the selected blocks",
+                handler=do.smooth,
+                why_off=why.locked,
+            ),
+            Command(
+                "hide_blocks",
+                "Show or h&ide",
+                "ph.eye",
+                "Ctrl+H",
+                "Show or hide the selected blocks over the image",
+                handler=do.toggle_visibility,
+                why_off=self._why_none_selected,
+            ),
+            Command(
+                "mark_checked",
+                "Ma&rk as checked",
+                "ph.check",
+                "Ctrl+Shift+F8",
+                "Mark the selected blocks, which were propagated from another frame, as checked",
+                handler=do.mark_checked,
+                why_off=self._why_none_to_check,
+            ),
+            Command(
+                "shuffle_colours",
+                "&Shuffle colours",
+                "ph.shuffle",
+                "",
+                "Assign other colours to the blocks, as one undo step",
+                handler=self.shuffle_colours,
+            ),
+        )
+
+    def _why_no_merge(self) -> str:
+        why = self.context.reasons
+        two = "" if len(why.unlocked) > 1 else "Select two or more unlocked blocks first."
+        return two and (why.no_blocks() or two)
+
+    def _why_none_selected(self) -> str:
+        """As the shared reason, but a selected block may have no pixels yet."""
+        if self._workspace.has_session and self._workspace.session.selected:
+            return ""
+        return self.context.reasons.none_selected()
+
+    def _why_none_to_check(self) -> str:
+        why = self.context.reasons
+        to_check = self._workspace.session.to_check if self._workspace.has_session else frozenset()
+        return "" if why.selected & to_check else why.none_selected() or "The selected blocks need no check."
+
+    def show(self) -> None:
+        """Update the rows and the selection."""
+        if self._workspace.has_session:
+            session = self._workspace.session
+            rows = block_rows(session, self._runs)
+            self.table.set_error_source(session.block_errors.source)
+            self.table.set_rows(rows)
+            if self.table.selected() != [label for label in self.table.labels() if label in session.selected]:
+                self.table.select(session.selected)
+        else:
+            self.table.set_rows([])
+
+    def show_menu(self, place: QPoint) -> None:
+        """Show the context menu of the selected blocks."""
+        self._run(self._with_commands(QMenu(self.table)), place)
+
+    def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
+        """Show the context menu of the views at a screen position, which is x, y in the image."""
+        if self._workspace.has_session:
+            self._run(self.menu_at(x, y), place)
+
+    def menu_at(self, x: float, y: float) -> QMenu:
+        """Return the context menu of the views for a position in the image.
+
+        The block there is selected; the block that was selected before can take over that block or a piece of it.
+        """
+        menu = QMenu(self.context.views)
+        menu.setToolTipsVisible(True)
+        for text, act in self.commands.offers(x, y):
+            menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
+        menu.addSeparator()
+        return self._with_commands(menu)
+
+    def _with_commands(self, menu: QMenu) -> QMenu:
+        for command in entries(self.context.actions, BLOCK_MENU):
+            if command is None:
+                menu.addSeparator()
+            else:
+                menu.addAction(command)
+        return menu
+
+    @staticmethod
+    def _run(menu: QMenu, place: QPoint) -> None:
+        menu.exec(place)
+        menu.deleteLater()
+
+    def shuffle_colours(self) -> None:
+        """Assign new colours with distinct hues to all blocks, as one undoable step."""
+        if not self._workspace.has_session:
+            return
+        session = self._workspace.session
+        labels = list(session.counts())
+        in_use = {session.info(label).colour for label in labels}
+        start = random.randrange(1, _COLOURS)
+        numbers = random.sample(range(start, start + len(labels)), len(labels))
+        more = range(start + len(labels), start + 2 * len(labels))
+        unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
+        session.undo_stack.beginMacro("Shuffle colours")
+        for label, colour in zip(labels, unused, strict=False):
+            self._workspace.edit_info(label, "Recolour block", colour=colour)
+        session.undo_stack.endMacro()
+
+    def _recolour(self, label: int, colour: QColor) -> None:
+        self._workspace.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))

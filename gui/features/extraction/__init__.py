@@ -1,0 +1,1 @@
+"""Extraction of blocks: parameters, the view of its stages, and extraction on request."""

@@ -1,0 +1,211 @@
+"""Shows the parameters of the filter in their panel, and applies changes to the workspace and the selected blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ilf.data.parameters import Parameters
+from ilf.project.frame_state import OwnValues, own_values, parameter_labels
+
+from ...base.commands import Command
+from ...state.session import Session
+from ..context import Context, Feature
+from .panel import FilterPanel, Sharing
+from .sharing import SharingCommands
+
+
+class FilterFeature(Feature):
+    """The parameters of all blocks, or of the selected ones, which are completed again on changes; and which frames
+    share them."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._runs = context.runs
+        actions = context.actions
+        self._live = actions["live"]
+        self.sharing = SharingCommands(workspace)
+        self.sharing.message.connect(context.notes.show_message)
+        actions.add(self._commands())
+        self.panel = FilterPanel(
+            [actions[name] for name in ("run", "run_selected", "pause", "step", "cancel", "live")],
+            [actions[name] for name in ("copy_own", "reset_own")],
+            [actions[name] for name in ("share_parameters", "reset_to_shared")],
+        )
+        self.panel.edited.connect(self.take)
+        self.panel.preset_chosen.connect(self.take_preset)
+        self.panel.frames.chosen.connect(self.sharing.choose)
+        turned, values = workspace.session_changed, workspace.parameters_changed
+        chosen = workspace.infos_changed, workspace.selection_changed
+        context.refresh.add("filter", self.show, (turned, *chosen, values, self.panel.scope_changed))
+        context.refresh.add("sharing", self.show_sharing, (turned, values))
+
+    def _commands(self) -> Sequence[Command]:
+        sharing = self.sharing
+
+        return (
+            Command(
+                "reset_own",
+                "Reset &own parameters",
+                "ph.eraser",
+                "",
+                "Reset the selected blocks to the common parameters",
+                handler=self.reset_own,
+                why_off=self._why_none_own,
+            ),
+            Command(
+                "copy_own",
+                "Copy own para&meters",
+                "ph.copy",
+                "",
+                "Copy the own parameters of the first selected block to the other selected blocks",
+                handler=self.copy_own,
+                why_off=self._why_no_copy,
+            ),
+            Command(
+                "share_parameters",
+                "Use parameters for all &frames",
+                "ph.share-network",
+                "",
+                "Use this frame's filter parameters for all frames in the list, now and after each change",
+                handler=sharing.share,
+                why_off=self._why_all_share,
+            ),
+            Command(
+                "keep_own_parameters",
+                "Use parameters for this frame o&nly",
+                "ph.push-pin",
+                "",
+                "Give this frame its own filter parameters: changes for all frames do not affect them",
+                handler=sharing.keep,
+                why_off=lambda: (
+                    self._why_not_shared()
+                    or ("" if sharing.present is Sharing.ALL else "This frame has its own parameters already.")
+                ),
+            ),
+            Command(
+                "reset_to_shared",
+                "Reset to s&hared parameters",
+                "ph.arrow-u-up-left",
+                "",
+                "Reset this frame to the filter parameters that all frames share",
+                handler=sharing.reset,
+                why_off=lambda: (
+                    self._why_not_shared()
+                    or ("" if sharing.present is Sharing.ALONE else "This frame uses the shared parameters already.")
+                ),
+            ),
+            Command(
+                "separate_parameters",
+                "Separa&te parameters for each frame",
+                "",
+                "",
+                "Set filter parameters for each frame separately; all frames keep their current parameters",
+                handler=sharing.separate,
+                why_off=self._why_not_shared,
+            ),
+        )
+
+    def _why_not_shared(self) -> str:
+        shared = self.sharing.present is not Sharing.EACH
+        return self.context.reasons.no_frame() or ("" if shared else "Every frame has its own parameters.")
+
+    def _why_all_share(self) -> str:
+        shared = self.sharing.present is Sharing.ALL
+        told = "The parameters are shared by all frames already." if shared else ""
+        return self.context.reasons.no_frame() or told
+
+    def _why_none_own(self) -> str:
+        why = self.context.reasons
+        none_selected = why.none_selected()
+        if none_selected or not why.selected.isdisjoint(self._workspace.session.notes.own):
+            return none_selected
+        return "The selected blocks have no parameters of their own."
+
+    def _why_no_copy(self) -> str:
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not None and len(session.selected) > 1 and session.selected[0] in session.notes.own:
+            return ""
+        return "Select a block with parameters of its own first, then other blocks."
+
+    @property
+    def shown(self) -> Parameters:
+        """The parameters that the panel shows: those of all blocks, or of the first selected one."""
+        common = self._workspace.parameters
+        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_selected else common
+
+    def show(self) -> None:
+        """Show the parameters of all blocks, or of the first selected one."""
+        workspace = self._workspace
+        chosen = workspace.session.selected if workspace.has_session else []
+        names = [workspace.session.info(label).name for label in chosen]
+        alone = workspace.shared.on and workspace.has_session and workspace.session.own_parameters
+        of_all = workspace.shared.values if alone else None
+        self.panel.show_parameters(self.shown, workspace.parameters, names, of_all)
+
+    def show_sharing(self) -> None:
+        """Show which frames share the parameters."""
+        self.panel.frames.show_sharing(self.sharing.present)
+        self.panel.frames.setEnabled(self._workspace.has_session)
+
+    def take(self, parameters: Parameters) -> None:
+        """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
+        if self._for_selected:
+            self._workspace.set_own(own_values(parameters, self.shown), self._workspace.session.selected)
+        else:
+            self._workspace.set_parameters(parameters)
+        self._resolve()
+
+    def set_values(self, values: OwnValues, label: int = 0) -> None:
+        """Apply some parameters to all blocks or to one (selected or not), as if they were edited in the form."""
+        workspace = self._workspace
+        if label:
+            workspace.set_own(values, [label])
+            if self._live.isChecked():
+                self._runs.resolve([label])
+        else:
+            workspace.set_parameters(workspace.parameters.replace(**values))
+            self._resolve()
+
+    def take_preset(self, parameters: Parameters) -> None:
+        """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
+        if self._for_selected:
+            self._workspace.set_parameters(parameters, self._workspace.session.selected)
+        else:
+            self._workspace.set_parameters(parameters)
+            left = _describe_own(self._workspace.session) if self._workspace.has_session else ""
+            if left:
+                self.context.notes.show_message(f"Per-block parameters are kept: {left}.")
+        self._resolve()
+
+    def reset_own(self) -> None:
+        """Remove the per-block parameters of the selected blocks."""
+        self._workspace.reset_own(self._workspace.session.selected)
+        self._resolve()
+
+    def copy_own(self) -> None:
+        """Copy the per-block parameters of the first selected block to the others."""
+        first, *others = self._workspace.session.selected
+        self._workspace.copy_own(first, others)
+        self._resolve()
+
+    @property
+    def _for_selected(self) -> bool:
+        return bool(self._workspace.chosen) and self.panel.for_selected
+
+    def _resolve(self) -> None:
+        if self._workspace.chosen and self._live.isChecked():
+            there = self._workspace.session.counts()
+            wanted = [label for label in self._workspace.session.selected if label in there]
+            if wanted:
+                self._runs.resolve(wanted)
+
+
+def _describe_own(session: Session) -> str:
+    """Describe which blocks have which per-block parameters."""
+    there = session.counts()
+    return "; ".join(
+        f"{session.info(label).name} ({', '.join(parameter_labels(values))})"
+        for label, values in sorted(session.notes.own.items())
+        if label in there
+    )

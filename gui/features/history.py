@@ -1,0 +1,38 @@
+"""The undo history of the current frame."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QKeySequence, QUndoGroup
+from PySide6.QtWidgets import QUndoView, QWidget
+
+from ..base.commands import WHY_NOT
+from .context import Context, Feature
+
+
+class HistoryView(QUndoView):
+    """The list of the frame's undo steps, oldest first, with the current state marked."""
+
+    def __init__(self, history: QUndoGroup, parent: QWidget | None = None) -> None:
+        super().__init__(history, parent)
+        self.setEmptyLabel("As opened")
+        self.setAccessibleName("History")
+        self.setToolTip("Click a step to go to the state after it")
+        self.setUniformItemSizes(True)
+
+
+class HistoryFeature(Feature):
+    """The panel *History*, and the commands that undo and redo, whose texts and states come from the history."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        window, history = context.window, context.workspace.undo_group
+        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.triggered.disconnect()  # during a stroke, it cancels the stroke
+        undo.triggered.connect(lambda _=False: context.editor.undo())
+        undo.setShortcut(QKeySequence("Ctrl+Z"))
+        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        icons = "ph.arrow-counter-clockwise", "ph.arrow-clockwise"
+        for name, action, icon in zip(("undo", "redo"), (undo, redo), icons, strict=True):
+            action.setProperty(WHY_NOT, f"Nothing to {name}.")
+            context.actions.adopt(name, action, icon)
+        self.panel = HistoryView(history)

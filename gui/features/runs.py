@@ -1,0 +1,156 @@
+"""Runs of the current frame, also after each edit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSettings
+
+from ..base.commands import Command
+from ..work.frame_runs import RunState
+from ..work.runs import LiveSolver
+from .context import Context, Feature
+
+_LIVE_KEY = "live"
+
+
+class RunsFeature(Feature):
+    """The commands of runs."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._runs = runs = context.runs
+        context.actions.add(self._commands())
+        self._pause, live = context.actions["pause"], context.actions["live"]
+        live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
+        live.toggled.connect(lambda on: QSettings().setValue(_LIVE_KEY, on))
+        self.live = LiveSolver(workspace, runs, live)
+        for signal in (workspace.session_changed, runs.state_changed):
+            signal.connect(lambda *_: self._show_pause())
+        runs.ended.connect(context.notes.show_message)
+        runs.failed.connect(lambda error: context.notes.report("The run failed", error))
+
+    def shutdown(self) -> bool:
+        """Cancel all runs. True if no thread is left."""
+        return self._runs.shutdown()
+
+    def _commands(self) -> Sequence[Command]:
+        runs, why = self._runs, self.context.reasons
+
+        def cannot_run() -> str:
+            return why.no_blocks() or why.busy()
+
+        return (
+            Command(
+                "run",
+                "&Run",
+                "ph.play",
+                "F5",
+                "Complete all blocks that have no up-to-date result",
+                handler=runs.start_changed,
+                why_off=cannot_run,
+            ),
+            Command(
+                "run_all",
+                "Run &all blocks",
+                "",
+                "Ctrl+F5",
+                "Complete all blocks, also those with an up-to-date result",
+                handler=runs.start,
+                why_off=cannot_run,
+            ),
+            Command(
+                "run_selected",
+                "Run selecte&d blocks",
+                "ph.play-circle",
+                "Shift+F5",
+                "Complete the selected blocks only",
+                handler=runs.start_selected,
+                why_off=lambda: why.none_selected() or why.busy(),
+            ),
+            Command(
+                "pause",
+                "&Pause",
+                "ph.pause",
+                "F6",
+                "Pause the run, or resume it",
+                checkable=True,
+                handler=self._set_paused,
+                why_off=self._why_idle,
+            ),
+            Command(
+                "step",
+                "&Step",
+                "ph.skip-forward",
+                "F7",
+                "Run one iteration, then pause",
+                handler=runs.step,
+                why_off=lambda: "" if self._is_paused else cannot_run(),
+            ),
+            Command(
+                "cancel",
+                "&Cancel run",
+                "ph.stop",
+                "Shift+F6",
+                "Cancel the run; completed blocks keep their results",
+                handler=runs.cancel,
+                why_off=self._why_idle,
+            ),
+            Command(
+                "live",
+                "&Live",
+                "ph.lightning",
+                "Ctrl+Shift+L",
+                "Complete blocks again after each edit, and the selected block after each change of a filter parameter",
+                checkable=True,
+            ),
+            Command(
+                "extrapolate",
+                "&Extrapolate the rest",
+                "ph.question",
+                "",
+                "Extrapolate depth where no block could be completed, for programs that need depth everywhere; "
+                "these pixels are marked as extrapolated",
+                handler=runs.extrapolate,
+                why_off=self._why_no_extrapolation,
+            ),
+            Command(
+                "clear_results",
+                "C&lear results",
+                "ph.backspace",
+                "",
+                "Delete the completed depth of this frame",
+                handler=runs.clear_results,
+                why_off=self._why_no_results,
+            ),
+        )
+
+    @property
+    def _is_paused(self) -> bool:
+        return self._runs.state is RunState.PAUSED
+
+    def _set_paused(self, on: bool) -> None:
+        if on != self._is_paused:
+            self._runs.toggle_pause()
+
+    def _show_pause(self) -> None:
+        self._pause.setChecked(self._is_paused)
+        self._pause.setText("Resume" if self._is_paused else "&Pause")
+
+    def _why_idle(self) -> str:
+        going = RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING
+        return "" if self._runs.state in going else "Nothing is running."
+
+    def _why_no_results(self) -> str:
+        no_frame = self.context.reasons.no_frame()
+        return no_frame or ("" if self._workspace.session.results.kept else "There are no results yet.")
+
+    def _why_no_extrapolation(self) -> str:
+        why = self._why_no_results() or self.context.reasons.busy()
+        if why:
+            return why
+        session = self._workspace.session
+        if not session.valid_results():
+            return "Run the blocks first."
+        return "The rest is extrapolated already." if session.extrapolated else ""

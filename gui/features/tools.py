@@ -1,0 +1,206 @@
+"""The tools in the window: their commands, options, keys and messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from PySide6.QtCore import Qt
+
+from ilf._runtime.formatting import counted
+
+from ..base.commands import Command
+from ..tools.keys import ToolKeys
+from ..tools.options_row import OptionsRow
+from ..views.interaction import PointerEvent
+from .context import Context, Feature
+
+
+class ToolsFeature(Feature):
+    """Connects the editor, which hosts the tools, with the window."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._editor = editor = context.editor
+        actions, notes = context.actions, context.notes
+        actions.add(self._commands())
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        self.options.changed.connect(editor.set_option)
+        self.keys = ToolKeys(context.window, editor, context.views)
+        context.views.set_pointer_handler(self._point)
+        context.loader.extracted.connect(editor.edge_data_source.hold)
+        editor.message.connect(notes.show_message)
+        editor.slivers_left.connect(lambda left: notes.offer(f"{counted(left, 'sliver')} left.", actions["clean_up"]))
+        editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        changed = context.workspace.session_changed, editor.tool_changed, editor.options_changed
+        context.refresh.add("tools", self.show, changed)
+
+    def begin(self) -> None:
+        """Connect the keys that switch commands on while held."""
+        actions = self.context.actions
+        for name, command in actions.commands.items():
+            if command.held:
+                self.keys.hold(Qt.Key[f"Key_{command.held}"], actions[name])
+
+    def show(self) -> None:
+        """Show the active tool and its options."""
+        self.context.actions[f"tool_{self._editor.tool_name}"].setChecked(True)
+        self.options.show_options(self._editor.tool.options, self._editor.options)
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the threads have ended."""
+        return self._editor.shutdown()
+
+    def _commands(self) -> Sequence[Command]:
+        editor, no_frame = self._editor, self.context.reasons.no_frame
+        return (
+            Command(
+                "tool_select",
+                "&Select",
+                "ph.cursor",
+                "Ctrl+1",
+                "Select blocks",
+                group="tool",
+                handler=partial(self._choose, "select"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_border",
+                "&Border",
+                "ph.pencil-line",
+                "Ctrl+2",
+                "Redraw a border between two blocks; the blocks on both sides follow",
+                group="tool",
+                handler=partial(self._choose, "border"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_outline",
+                "&Outline",
+                "ph.scribble-loop",
+                "Ctrl+3",
+                "Outline pixels to add to the selected block, or to make a new block",
+                group="tool",
+                handler=partial(self._choose, "outline"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_split",
+                "Sp&lit",
+                "ph.scissors",
+                "Ctrl+4",
+                "Cut a block along a line",
+                group="tool",
+                handler=partial(self._choose, "split"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_paint",
+                "&Paint",
+                "ph.paint-brush",
+                "Ctrl+5",
+                "Add pixels to the selected block",
+                group="tool",
+                handler=partial(self._choose, "paint"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_erase",
+                "&Erase",
+                "ph.eraser",
+                "Ctrl+6",
+                "Remove pixels from the selected block",
+                group="tool",
+                handler=partial(self._choose, "erase"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_give",
+                "&Give",
+                "ph.puzzle-piece",
+                "Ctrl+7",
+                "Give pieces of other blocks to the selected block",
+                group="tool",
+                handler=partial(self._choose, "give"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_mark_invalid",
+                "Mark depth &invalid",
+                "ph.shield-slash",
+                "Ctrl+8",
+                "Mark measured depth as invalid, for example behind glass: it counts as missing",
+                group="tool",
+                handler=partial(self._choose, "mark_invalid"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_profile",
+                "&Profile line",
+                "ph.chart-line-up",
+                "Ctrl+I",
+                "Draw a line across the image and plot the depth along it",
+                group="tool",
+                handler=partial(self._choose, "profile"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_rectangle",
+                "&Rectangle",
+                "ph.bounding-box",
+                "Ctrl+R",
+                "Draw a rectangle for statistics and errors",
+                group="tool",
+                handler=partial(self._choose, "rectangle"),
+                why_off=no_frame,
+            ),
+            Command(
+                "tool_measure",
+                "&Measure",
+                "ph.ruler",
+                "Ctrl+D",
+                "Measure distances, heights and angles between points",
+                group="tool",
+                handler=partial(self._choose, "measure"),
+                why_off=no_frame,
+            ),
+            Command(
+                "cancel_stroke",
+                "Ca&ncel stroke",
+                "",
+                "Esc",
+                "Cancel the stroke or line in progress, or clear the selection",
+                handler=editor.escape,
+            ),
+            Command("brush_smaller", "Smaller brush", "", "[", handler=lambda: editor.step_brush(-1), why_off=no_frame),
+            Command("brush_larger", "Larger brush", "", "]", handler=lambda: editor.step_brush(1), why_off=no_frame),
+            Command(
+                "similar_only",
+                "&Similar only",
+                "ph.eyedropper",
+                "Ctrl+Shift+K",
+                "Limit strokes to pixels of similar colour and depth, up to strong edges",
+                checkable=True,
+                why_off=no_frame,
+            ),
+            Command(
+                "to_no_block",
+                "To &no block",
+                "ph.selection-slash",
+                "Ctrl+Shift+E",
+                "Assign erased pixels to no block instead of the best-fitting neighbour",
+                checkable=True,
+                why_off=no_frame,
+            ),
+        )
+
+    def _choose(self, name: str) -> None:
+        """Make a tool the active one, and show the images, unless it works in the point cloud, too."""
+        self._editor.set_tool(name)
+        if not self._editor.tools[name].points_only:
+            self.context.centre.show_images()
+
+    def _point(self, event: PointerEvent) -> bool:
+        self.context.refresh.now()  # the pointer event refers to what is drawn
+        return self._editor.pointer(event)

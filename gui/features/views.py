@@ -1,0 +1,337 @@
+"""Shows the current frame, its blocks, its completed depth and the expected error in the linked views."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from ilf.completion.confidence.expected_error import expected_error, unsupported
+from ilf.data.blocks import Box
+from ilf.data.results import Completion
+
+from ..base.commands import Command
+from ..state.results import ErrorEstimate
+from ..state.session import Session
+from ..state.workspace import Workspace
+from ..views.linked_views import LinkedViews
+from ..views.view_menus import ViewBar
+from ..work.frame_runs import RunState
+from ..work.latest_request import LatestRequest
+from .context import Context, Feature
+from .menus import entries
+
+
+class ViewsPresenter(QObject):
+    """Presenter of the frame's pictures, the block overlay and lines, and depth out.
+
+    Signals
+    -------
+    names_toggled()
+        Block names were switched on or off: call `show_blocks`.
+    """
+
+    names_toggled = Signal()
+
+    def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
+        super().__init__(views)
+        self._workspace = workspace
+        self._views = views
+        self._shown: Session | None = None
+        self._invalid_mask: NDArray[np.bool_] | None = None
+        self._table: NDArray[np.uint8] | None = None
+        self._boxes: list[Box] = []
+        self._colours_valid = False
+        self._names_valid = False
+        self._shows_names = False
+        self._shows_other = False
+        """Whether the views temporarily show other blocks and depth."""
+        for signal in (workspace.labels_changed, workspace.stroke_changed):
+            signal.connect(self._boxes.append)
+        for doubtful in (workspace.infos_changed, workspace.session_changed):
+            doubtful.connect(self._invalidate_colours)
+            doubtful.connect(self._invalidate_names)
+        workspace.selection_changed.connect(self._invalidate_colours)  # a new block is selected before it is painted
+        workspace.labels_changed.connect(self._invalidate_names)
+
+    def show_frame(self) -> None:
+        """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not self._shown:
+            self._shown, self._table, self._invalid_mask = session, None, None
+            self._shows_other = False
+            if session is None:
+                self._views.clear()
+            else:
+                frame = session.frame
+                self._views.set_frame(frame.rgb, frame.measured, frame.outside_view)
+        if session is not None and session.frame.invalid_mask is not self._invalid_mask:
+            self._invalid_mask = session.frame.invalid_mask
+            self._views.set_invalid_mask(self._invalid_mask)
+
+    def show_blocks(self) -> None:
+        """Show the blocks (all if colours changed, else the changed boxes), the selection and the names."""
+        if self._shows_other:
+            return
+        boxes = self._boxes.copy()
+        self._boxes.clear()
+        if not self._workspace.has_session:
+            return
+        session = self._workspace.session
+        table = self._colour_table(session, boxes)
+        if self._table is None or not np.array_equal(table[: len(self._table)], self._table):
+            self._views.set_blocks(session.labels, table)
+        else:
+            if len(table) > len(self._table):
+                self._views.add_colours(table)
+            for box in boxes:
+                self._views.update_blocks_region(*box, session.labels[box])
+        self._table = table
+        self._views.set_selected(session.selected)
+        self._views.set_to_check(sorted(session.to_check))
+        if not self._names_valid:
+            self._names_valid = True
+            names = {label: session.info(label).name for label in session.counts()} if self._shows_names else None
+            self._views.set_block_names(names)
+
+    def show_names(self, on: bool) -> None:
+        """Show or hide the blocks' names."""
+        self._shows_names = on
+        self._names_valid = False
+        self.names_toggled.emit()
+
+    def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
+        """Colour table; the last one if it cannot have changed, as in a stroke with a block that has a colour."""
+        if self._table is None:
+            top, known = int(session.labels.max()), 0
+        else:
+            top, known = max((int(session.labels[box].max()) for box in boxes), default=0), len(self._table) - 1
+        if self._table is None or not self._colours_valid or top > known:
+            self._colours_valid = True
+            return colour_table(session, max(top, known))
+        return self._table
+
+    def _invalidate_colours(self) -> None:
+        self._colours_valid = False
+
+    def _invalidate_names(self) -> None:
+        self._names_valid = False
+
+    def show_depth(self) -> None:
+        """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
+        being viewed."""
+        if self._workspace.has_session and not self._shows_other:
+            session, viewed_iteration = self._workspace.session, self._workspace.viewed_iteration
+            self._views.set_moment("" if viewed_iteration is None else viewed_iteration.text)
+            if viewed_iteration is not None:
+                self._views.set_result(viewed_iteration.depth)
+                return
+            completion = session.completion()
+            extrapolated = completion.extrapolated if completion is not None and completion.extrapolated.any() else None
+            depth = session.current_depth()
+            self._views.set_result(depth, extrapolated, None if depth is None else session.stale)
+
+    def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
+        """Show other blocks of the current frame, int32 (H, W), and other completed depth [m], None for none,
+        until `show_present`."""
+        self._shows_other = True
+        table = colour_table(self._workspace.session, int(labels.max()))
+        self._views.set_blocks(labels, table)
+        self._views.set_result(depth)
+        self._table = None
+
+    def show_present(self) -> None:
+        """Show the blocks and the depth of the current frame again."""
+        self._shows_other = False
+        self.show_frame()
+        self.show_blocks()
+        self.show_depth()
+
+    def zoom_to_blocks(self) -> None:
+        """Zoom to the selected blocks."""
+        session = self._workspace.session
+        rows, columns = np.nonzero(np.isin(session.labels, session.selected))
+        if rows.size:
+            self._views.zoom_to(
+                slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
+            )
+
+
+def colour_table(session: Session, min_label: int) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, up to a label and any selected one; hidden blocks are transparent."""
+    top = max([*session.selected, min_label])
+    table = np.zeros((top + 1, 4), np.uint8)
+    for label in range(1, top + 1):
+        info = session.info(label)
+        table[label] = (*info.colour, 255 if info.visible else 0)
+    return table
+
+
+class ViewsFeature(Feature):
+    """The linked views with the current frame, and the commands on their display."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        workspace, views = context.workspace, context.views
+        self.presenter = presenter = ViewsPresenter(workspace, views)
+        no_frame = context.reasons.no_frame
+        context.actions.add(
+            (
+                Command(
+                    "zoom_block",
+                    "&Zoom to block",
+                    "ph.magnifying-glass-plus",
+                    "Ctrl+J",
+                    "Zoom to the selected block",
+                    handler=presenter.zoom_to_blocks,
+                    why_off=context.reasons.none_selected,
+                ),
+                Command(
+                    "fit",
+                    "&Fit frame",
+                    "ph.arrows-out",
+                    "Ctrl+0",
+                    "Show the whole frame",
+                    handler=views.fit,
+                    why_off=no_frame,
+                ),
+                Command(
+                    "one_to_one",
+                    "&One to one",
+                    "ph.frame-corners",
+                    "Ctrl+9",
+                    "Show one image pixel per screen pixel",
+                    handler=views.one_to_one,
+                    why_off=no_frame,
+                ),
+                Command(
+                    "contours_only",
+                    "&Contours only",
+                    "ph.polygon",
+                    "Ctrl+Shift+C",
+                    "Show blocks as outlines, without fill",
+                    checkable=True,
+                    handler=views.set_contours_only,
+                ),
+                Command(
+                    "block_names",
+                    "Block &names",
+                    "ph.text-t",
+                    "Ctrl+Shift+T",
+                    "Show the names of the blocks over the images",
+                    checkable=True,
+                    handler=presenter.show_names,
+                ),
+                Command(
+                    "show_missing",
+                    "&Missing depth over colour",
+                    "ph.selection-slash",
+                    "Ctrl+Shift+H",
+                    "Stripe the colour image where depth is missing",
+                    checkable=True,
+                    handler=views.set_missing_shown,
+                ),
+            )
+        )
+        self.bar = ViewBar(views, entries(context.actions, "contours_only block_names show_missing | fit"))
+        context.centre.set_corner(self.bar)
+        turned, blocks, add = workspace.session_changed, workspace.labels_changed, context.refresh.add
+        add("picture", presenter.show_frame, (turned, workspace.invalid_mask_changed))
+        infos, selected = workspace.infos_changed, workspace.selection_changed
+        add(
+            "blocks",
+            presenter.show_blocks,
+            (turned, blocks, workspace.stroke_changed, infos, selected, presenter.names_toggled),
+        )
+        add(
+            "depth",
+            presenter.show_depth,
+            (turned, blocks, workspace.results_changed, workspace.viewed_iteration_changed),
+            (workspace.results_added, workspace.previews_changed),
+        )
+
+
+# The expected error of the completed depth, computed in a worker thread while a view shows it.
+
+
+class _Question(NamedTuple):
+    session: Session
+    completion: Completion
+
+
+class ErrorFeature(Feature):
+    """The expected error. A completion for which it failed is not tried again."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._workspace = workspace = context.workspace
+        self._runs = context.runs
+        self._views = views = context.views
+        self._session: Session | None = None
+        self._shown: NDArray[np.float32] | None = None
+        self._failed_completion: Completion | None = None
+        self._watchers: list[Callable[[], bool]] = []
+        self._questions = LatestRequest[_Question, ErrorEstimate](_find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(self._fail)
+        changed = (
+            workspace.session_changed,
+            workspace.labels_changed,
+            workspace.results_changed,
+            workspace.error_changed,
+        )
+        seen = context.cloud.colours_changed, views.shownChanged, context.centre.turned
+        context.refresh.add("error", self.show, (*changed, context.runs.state_changed, *seen))
+
+    @property
+    def busy(self) -> bool:
+        """Whether an expected error is being computed."""
+        return self._questions.busy
+
+    def watch(self, is_seen: Callable[[], bool]) -> None:
+        """Compute it also while `is_seen()` is true."""
+        self._watchers.append(is_seen)
+
+    def show(self) -> None:
+        """Show the expected error of the current results; compute it if it is visible and no run is changing them."""
+        if not self._workspace.has_session:
+            self._session = self._shown = None
+            return
+        session = self._workspace.session
+        if session is not self._session:
+            self._session, self._shown = session, None
+        completion, error = session.completion(), session.expected_error()
+        # the last error stays until a newer one is available, as the depth does
+        hopeless = completion is not None and completion is self._failed_completion
+        outdated = error is None and session.current_depth() is not None and not hopeless
+        if error is not self._shown and not outdated:
+            self._shown = error
+            self._views.set_expected_error(error, session.unsupported())
+        self._views.mark_error_outdated(outdated)
+        if (
+            completion is not None
+            and error is None
+            and completion is not self._failed_completion
+            and (self._views.shows_expected_error or any(is_seen() for is_seen in self._watchers))
+            and self._runs.state in (RunState.IDLE, RunState.PAUSED)
+        ):
+            self._questions.ask(_Question(session, completion))
+
+    def shutdown(self) -> bool:
+        """Stop permanently before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
+        self._workspace.store_error_estimate(question.session, question.completion, error_estimate)
+
+    def _fail(self, question: _Question, error: Exception) -> None:
+        self._failed_completion = question.completion
+        self.context.notes.report("Expected error", error)
+
+
+def _find(question: _Question) -> ErrorEstimate:
+    """Compute the estimate; runs in a worker thread."""
+    return ErrorEstimate(expected_error(question.completion), unsupported(question.completion))
