@@ -182,9 +182,9 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, side)
 
     def _add_menus(self) -> None:
-        tools = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)
-        self.addToolBar(tools)
-        self.centre.turned.connect(lambda: tools.show_options(not self.centre.shows_cloud_alone))
+        self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)
+        self.addToolBar(self.tool_bar)
+        self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         experiments = self.feature(ExperimentsFeature).menu
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), experiments)
 

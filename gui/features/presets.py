@@ -251,6 +251,6 @@ class PresetsFeature(Feature):
             return False
         self.read()
         if chosen:
-            self.context.filter_panel.set_base_preset(chosen)
+            self._filter.panel.set_base_preset(chosen)
         self.context.notes.show_message(text)
         return True

@@ -30,6 +30,7 @@ from gui.app.error_reporter import exit_soon
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.batch.feature import BatchFeature
+from gui.features.views import ErrorFeature
 from ilf.run.options import ExportOptions
 
 from .responsive import new_window, open_frame, sample
@@ -58,7 +59,7 @@ def _open(window: MainWindow, folder: Path) -> Over:
 def _run(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
     window.runs.start()
-    return lambda: window.runs.free and not window.errors.busy
+    return lambda: window.runs.free and not window.feature(ErrorFeature).busy
 
 
 def _export(window: MainWindow, folder: Path) -> Over:
@@ -71,7 +72,7 @@ def _export(window: MainWindow, folder: Path) -> Over:
 
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
-    (part,) = (part for part in window.parts if isinstance(part, BatchFeature))
+    part = window.feature(BatchFeature)
     # in the same folder no work would be left
     part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
     part.dialog.jobs.setValue(2)

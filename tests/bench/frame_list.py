@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
+from gui.features.frame_list.feature import FramesFeature
 from ilf._runtime.installation import asset_path
 from ilf.sources.listing import list_frames
 
@@ -60,7 +61,7 @@ def linked(folder: Path, count: int) -> Path:
 
 def look(window: MainWindow, folder: Path) -> None:
     """Print the gaps of the window's event loop for actions on the list."""
-    panel, heart = window.frames, EventLoopMonitor()
+    panel, heart = window.feature(FramesFeature).panel, EventLoopMonitor()
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object] = lambda: True) -> None:
         wait(lambda: not window.loader.busy)
@@ -88,7 +89,7 @@ def look(window: MainWindow, folder: Path) -> None:
     entries = window.workspace.entries
     say("a note", lambda: window.workspace.set_note(entries[5000 % len(entries)], "glass"))
     half = list(entries)[1::2]
-    say(f"take {len(half)} out", lambda: window.frames_feature.remove(half))
+    say(f"take {len(half)} out", lambda: window.feature(FramesFeature).remove(half))
 
 
 def turn(window: MainWindow) -> None:
@@ -120,7 +121,7 @@ def turn(window: MainWindow) -> None:
     left = [entry for entry in window.workspace.entries if entry.has_state and entry.session is None][:8]
     say(
         "back to an unloaded frame",
-        [seen(lambda entry=entry: window.frames_feature.open(entry), True) for entry in left],
+        [seen(lambda entry=entry: window.feature(FramesFeature).open(entry), True) for entry in left],
     )
     pause(1500)
     print(f"  open frames: {len(window.workspace.sessions)}")

@@ -66,7 +66,7 @@ def main() -> None:
         window.loader.open(sources[0])
         wait(lambda: window.workspace.has_session and not window.loader.busy)
         pause(500)
-        part = next(part for part in window.parts if isinstance(part, PropagationFeature))
+        part = window.feature(PropagationFeature)
         rest = given.frames - 2
         for what, count, begin in (
             ("to the next, shown", 1, part.propagate_next),

@@ -25,7 +25,9 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.base import theme
 from gui.features.accuracy.feature import AccuracyFeature
+from gui.features.filter.feature import FilterFeature
 from gui.features.sweep.feature import SweepFeature
+from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
 
 from .memory import resident
@@ -99,8 +101,8 @@ def listen(window: MainWindow, folder: Path) -> None:
     """Print the gaps during all kinds of long work."""
     heart = EventLoopMonitor()
     workspace, runs = window.workspace, window.runs
-    accuracy = next(part for part in window.parts if isinstance(part, AccuracyFeature))
-    sweep = next(part for part in window.parts if isinstance(part, SweepFeature))
+    accuracy = window.feature(AccuracyFeature)
+    sweep = window.feature(SweepFeature)
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object]) -> None:
         pause(500)
@@ -112,7 +114,7 @@ def listen(window: MainWindow, folder: Path) -> None:
 
     def drag() -> None:
         for step in range(40):
-            window.filter_panel.edited.emit(workspace.parameters.replace(smoothness=0.5 + 0.02 * step))
+            window.feature(FilterFeature).panel.edited.emit(workspace.parameters.replace(smoothness=0.5 + 0.02 * step))
             pause(20)
 
     def everything() -> None:
@@ -144,7 +146,7 @@ def soak(window: MainWindow, folder: Path, count: int) -> None:
         place = sample(folder, (640, 480), 1 + number)
         open_frame(window, place)
         window.actions_["run_all"].trigger()
-        wait(lambda: window.runs.free and not window.errors.busy)
+        wait(lambda: window.runs.free and not window.feature(ErrorFeature).busy)
         window.actions_["close_frame"].trigger()
         pause(20)
         if number in (0, 4, 9, 19) or number % 50 == 49:

@@ -29,6 +29,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
+from gui.features.views import ErrorFeature
 from gui.widgets.notices import ProblemBox
 from ilf.run.options import ExportOptions
 from ilf.segmentation.editing.painting import brush_stroke, paint
@@ -66,7 +67,7 @@ def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
     if stroke is not None:
         workspace.stroke(paint(session.labels, stroke, max(session.counts()), session.locked))
         workspace.end_stroke("Paint")
-    wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
+    wait(lambda: runs.free and not runs.resolving and not window.feature(ErrorFeature).busy)
     window.documents.export(out, ExportOptions(mesh="ply"))
     wait(lambda: not window.documents.exporting)
     for box in window.findChildren(ProblemBox):  # that some pixels are nobody's word, which is told in a box

@@ -19,6 +19,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.extraction.feature import ExtractionFeature
+from gui.features.filter.feature import FilterFeature
+from gui.features.views import ErrorFeature
 from ilf._runtime.installation import asset_path
 
 from .waiting import pause, wait
@@ -79,7 +82,7 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
     counts = session.counts()
     workspace.select([max(counts, key=lambda label: counts[label].pixels)])
     window.actions_["run"].trigger()
-    _until(lambda: window.runs.free and session.valid_results() and not window.errors.busy)
+    _until(lambda: window.runs.free and session.valid_results() and not window.feature(ErrorFeature).busy)
     news: list[None] = []
     for signal in (workspace.previews_changed, workspace.results_added):
         signal.connect(lambda: news.append(None))
@@ -87,11 +90,11 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
 
     def prepare() -> None:
         pause(900)  # each value is a separate step, with all its consequences finished
-        _until(lambda: not window.errors.busy and window.runs.free and not window.runs.resolving)
+        _until(lambda: not window.feature(ErrorFeature).busy and window.runs.free and not window.runs.resolving)
         news.clear()
 
     def act() -> None:
-        window.filter_panel.edited.emit(session.common.replace(noise=next(values)))
+        window.feature(FilterFeature).panel.edited.emit(session.common.replace(noise=next(values)))
         _until(lambda: news)
 
     _bench(benchmark, act, prepare)
@@ -104,16 +107,16 @@ def test_extraction_slider(benchmark: BenchmarkFixture, window: MainWindow, fold
     window.views.set_layout("grid-extraction")
     values = iter([0.3 + 0.05 * (step % 2) + 0.002 * step for step in range(60)])
     seen: list[object] = []
-    window.stages.described.connect(lambda: seen.append(None))
+    window.feature(ExtractionFeature).described.connect(lambda: seen.append(None))
 
     def prepare() -> None:
         pause(100)
-        _until(lambda: not window.stages.busy)
+        _until(lambda: not window.feature(ExtractionFeature).busy)
         seen.clear()
 
     def act() -> None:
         parameters = window.workspace.extraction_parameters
-        window.extraction_panel.edited.emit(parameters.replace(**{name: next(values)}))
+        window.feature(ExtractionFeature).panel.edited.emit(parameters.replace(**{name: next(values)}))
         _until(lambda: seen)
 
     _bench(benchmark, act, prepare)

@@ -19,6 +19,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.edit_summary import EditSummaryFeature
+from gui.features.views import ErrorFeature
 from gui.state.session import Session
 from gui.work.frame_runs import RunState
 from ilf.completion.completion import CompletionRun
@@ -75,7 +77,7 @@ class Context:
     def settle(self) -> None:
         """Wait for results of other threads, so that they do not count for the next action."""
         deadline = time.perf_counter() + 30
-        while (self.window.errors.busy or not self.window.runs.free) and time.perf_counter() < deadline:
+        while (self.window.feature(ErrorFeature).busy or not self.window.runs.free) and time.perf_counter() < deadline:
             QTest.qWait(10)
         QTest.qWait(30)
 
@@ -287,7 +289,9 @@ def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, context: Context) 
 
     def prepare() -> None:
         nonlocal place
-        while context.window.effect.busy or context.window.runs.state is not RunState.IDLE:
+        while (
+            context.window.feature(EditSummaryFeature).presenter.busy or context.window.runs.state is not RunState.IDLE
+        ):
             QTest.qWait(5)
         context.settle()
         place = next(places)

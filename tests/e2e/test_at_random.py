@@ -15,6 +15,8 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.curves import CurvesFeature
+from gui.features.filter.feature import FilterFeature
 from gui.views.contents import COMPARABLE, DEPTHS, SIDES, TITLES
 from gui.views.layouts import LAYOUTS
 from ilf.data.frame import RGBDFrame
@@ -84,12 +86,12 @@ def test_commands_in_any_order(
 
     others: list[Callable[[], object]] = [
         lambda: workspace.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
-        lambda: window.filter_presenter.set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
+        lambda: window.feature(FilterFeature).set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
         lambda: workspace.compare(workspace.session.run_history[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
-        lambda: window.curves.scrub_bar._slider.setValue(chance.randrange(1, 9)),
+        lambda: window.feature(CurvesFeature).panel.scrub_bar._slider.setValue(chance.randrange(1, 9)),
         *(edit, edit, mark_invalid, evaluate, inspect),
     ]
     for _ in range(STEPS):

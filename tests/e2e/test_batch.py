@@ -29,7 +29,7 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
         window.documents.open_source(FrameSource(str(source)))
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
     window.workspace.set_parameters(window.workspace.parameters.replace(correction=False, max_iterations=5))
-    return next(part for part in window.parts if isinstance(part, BatchFeature))
+    return window.feature(BatchFeature)
 
 
 def _done(part: BatchFeature, qtbot: QtBot) -> str:

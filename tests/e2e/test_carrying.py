@@ -11,8 +11,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.filter.feature import FilterFeature
 from gui.features.filter.panel import Sharing
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation.feature import PropagateDialog, PropagationFeature
+from gui.features.quality_check.feature import QualityCheckFeature
 from gui.state.entries import Entry
 from gui.state.session import Session
 from ilf.data.frame import RGBDFrame
@@ -52,7 +55,7 @@ def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameSource]) -> Mai
 
 @pytest.fixture
 def part(listed: MainWindow) -> PropagationFeature:
-    return next(part for part in listed.parts if isinstance(part, PropagationFeature))
+    return listed.feature(PropagationFeature)
 
 
 def propagate_state(window: MainWindow, part: PropagationFeature, qtbot: QtBot, command: str) -> Session:
@@ -130,10 +133,10 @@ def test_frames_on_the_way_are_put_away_and_come_back(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
-    window.frames_feature.open_frames.max_open = 1
+    window.feature(FramesFeature).open_frames.max_open = 1
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         part.propagate_through(4)
-    window.frames_feature.open_frames.close_surplus()
+    window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: len(workspace.sessions) == 1, timeout=WAIT_MS)
     summaries = [entry.summary for entry in entries]
     assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
@@ -160,8 +163,8 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
     labels[:8, 50:] = 3
     workspace.edit_labels(patch_between(second.labels, labels), "Draw")
     workspace.show_session(first)
-    window.frames_feature.open_frames.max_open = 1
-    window.frames_feature.open_frames.close_surplus()
+    window.feature(FramesFeature).open_frames.max_open = 1
+    window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
         part.propagate_through(2)
@@ -213,9 +216,9 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
     first = workspace.session
     second = propagate_state(window, part, qtbot, "propagate_next")
     workspace.show_session(first)
-    window.frames_feature.open_frames.max_open = 1
+    window.feature(FramesFeature).open_frames.max_open = 1
     busy: list[bool] = []
-    part.propagator.changed.connect(lambda: busy.append(window.frames_feature.open_frames._is_busy(second)))
+    part.propagator.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames._is_busy(second)))
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         part.propagate_through(1, replaces=True)
     assert busy == [False, True, False]
@@ -244,9 +247,9 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
-        qtbot.waitUntil(lambda: not window.review.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not window.feature(QualityCheckFeature).busy, timeout=WAIT_MS)
         window.refresh.now()
-        return window.review_strip.label.text()
+        return window.feature(QualityCheckFeature).strip.label.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")
     assert session.selected == [2]
@@ -266,13 +269,13 @@ def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationF
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
     row.chosen.emit(Sharing.ALL)
-    window.filter_presenter.set_values({"smoothness": 3.0})
+    window.feature(FilterFeature).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL
     assert first.common.smoothness == 3.0
     assert window.actions_["undo"].text() == "Undo Set Smoothness for all frames"
     row.chosen.emit(Sharing.ALONE)
-    window.filter_presenter.set_values({"smoothness": 5.0})
+    window.feature(FilterFeature).set_values({"smoothness": 5.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
     assert (first.common.smoothness, second.common.smoothness) == (3.0, 5.0)

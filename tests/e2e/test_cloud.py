@@ -12,6 +12,8 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.cloud import CloudFeature
+from gui.features.views import ErrorFeature
 from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
 from gui.views.cloud.scene import Scene
@@ -25,9 +27,9 @@ def shown(window: MainWindow, qtbot: QtBot) -> Scene:
     """The cloud, when all that is to come has come."""
     window.refresh.now()
     canvas = window.cloud.canvas
-    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and not window.errors.busy)
+    qtbot.waitUntil(lambda: not window.feature(CloudFeature).busy and not window.feature(ErrorFeature).busy)
     window.refresh.now()
-    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and (canvas.drawing.is_full or not len(canvas.scene)))
+    qtbot.waitUntil(lambda: not window.feature(CloudFeature).busy and (canvas.drawing.is_full or not len(canvas.scene)))
     return canvas.scene
 
 

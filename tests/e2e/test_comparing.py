@@ -12,6 +12,8 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.colour_range import ColourRangeFeature
 from gui.features.compare import CompareFeature
+from gui.features.status import StatusFeature
+from gui.features.views import ErrorFeature
 from ilf import preset
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_source import FrameSource
@@ -22,14 +24,14 @@ Run = Callable[[MainWindow], None]
 
 
 def part(window: MainWindow, kind: type) -> object:
-    return next(part for part in window.parts if isinstance(part, kind))
+    return window.feature(kind)
 
 
 def settle(window: MainWindow, qtbot: QtBot) -> None:
     window.refresh.now()
     looking = part(window, CompareFeature)
     assert isinstance(looking, CompareFeature)
-    qtbot.waitUntil(lambda: not looking.derived.busy and not window.errors.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not looking.derived.busy and not window.feature(ErrorFeature).busy, timeout=WAIT_MS)
     window.refresh.now()
 
 
@@ -70,8 +72,8 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.actions_["swipe"].trigger()
     window.views.sides.swipe.move_to(window.workspace.session.frame.shape[1])
     assert out.painter.value_at(column, row) == kept.completion.depth[row, column]
-    window.readout.point_at((int(column), int(row)))
-    assert "Best" in window.status.readout.text()
+    window.feature(StatusFeature).readout.point_at((int(column), int(row)))
+    assert "Best" in window.feature(StatusFeature).bar.readout.text()
     session = window.workspace.session
     window.workspace.delete_runs(session, list(session.run_history))
     window.refresh.now()

@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.edit_summary import EditSummaryFeature
 from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.patches import patch_between
 
@@ -18,7 +19,10 @@ from .conftest import WAIT_MS
 
 
 def _settle(window: MainWindow, qtbot: QtBot) -> None:
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE and not window.effect.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(
+        lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).presenter.busy,
+        timeout=WAIT_MS,
+    )
     window.refresh.now()
 
 

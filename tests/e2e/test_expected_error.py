@@ -90,7 +90,7 @@ def test_what_cannot_be_found_is_said_once(
         raise MemoryError("no room")
 
     said: list[str] = []
-    monkeypatch.setattr("gui.views.expected_error.expected_error", fail)
+    monkeypatch.setattr("gui.features.views.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)

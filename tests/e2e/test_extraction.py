@@ -15,6 +15,8 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.extraction.feature import ExtractionFeature
+from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
 from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.blocks import block_overlay
@@ -36,7 +38,7 @@ def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
 def _settle(window: MainWindow, qtbot: QtBot) -> None:
     def settled() -> bool:
         window.refresh.now()  # which may ask for a picture
-        return not window.stages.busy and not window.loader.busy
+        return not window.feature(ExtractionFeature).busy and not window.loader.busy
 
     qtbot.waitUntil(settled, timeout=WAIT_MS)
 
@@ -60,12 +62,12 @@ def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list
 
 
 def _slide(window: MainWindow, name: str, value: int) -> None:
-    window.extraction_panel.form.findChild(QSlider, f"slider_{name}").setValue(value)
+    window.feature(ExtractionFeature).panel.form.findChild(QSlider, f"slider_{name}").setValue(value)
     window.refresh.now()
 
 
 def _click(window: MainWindow, text: str) -> None:
-    box = next(box for box in window.extraction_panel.findChildren(QCheckBox) if box.text() == text)
+    box = next(box for box in window.feature(ExtractionFeature).panel.findChildren(QCheckBox) if box.text() == text)
     box.click()
 
 
@@ -77,7 +79,7 @@ def _said(window: MainWindow) -> list[str]:
 
 def _summary(window: MainWindow) -> str:
     window.refresh.now()
-    return window.extraction_panel.findChild(QLabel, "summary").text()
+    return window.feature(ExtractionFeature).panel.findChild(QLabel, "summary").text()
 
 
 def _cut_off_by_hand(window: MainWindow) -> int:
@@ -229,12 +231,12 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
         return find(frame, parameters)
 
     monkeypatch.setattr("gui.work.loading.find", after_the_view_has_been_drawn)
-    monkeypatch.delattr("gui.features.extraction.find")
+    monkeypatch.delattr("gui.features.extraction.panel.find")
     window.views.set_layout("extraction")
     window.loader.open(FrameSource(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
     window.refresh.now()
-    assert window.stages.busy
+    assert window.feature(ExtractionFeature).busy
     assert _picture(window) is None
     may_go_on.set()
     _settle(window, qtbot)
@@ -250,7 +252,7 @@ def test_the_view_says_that_the_first_extraction_failed(
         raise IlfError("no edges")
 
     monkeypatch.setattr("gui.work.loading.find", fail)
-    monkeypatch.setattr("gui.features.extraction.find", fail)
+    monkeypatch.setattr("gui.features.extraction.panel.find", fail)
     monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
     window.views.set_layout("extraction")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
@@ -330,9 +332,9 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWind
 
 
 def test_stages_want_a_frame(window: MainWindow) -> None:
-    layout = window.view_bar.layouts.currentData()
+    layout = window.feature(ViewsFeature).bar.layouts.currentData()
     QTest.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.AltModifier)
-    assert window.view_bar.layouts.currentData() == layout
+    assert window.feature(ViewsFeature).bar.layouts.currentData() == layout
 
 
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
@@ -354,7 +356,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.features.extraction.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.panel.find", waiting)
     return opened
 
 
@@ -411,7 +413,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     def no_dialog(*_: object) -> None:
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.features.extraction.find", broken)
+    monkeypatch.setattr("gui.features.extraction.panel.find", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)

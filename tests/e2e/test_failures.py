@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.blocks.presenter import block_rows
+from gui.features.blocks.feature import block_rows
 from gui.features.documents.export import ExportDialog
 from gui.features.project.saving import SaveAsDialog
 from ilf.run.options import ExportOptions

@@ -13,6 +13,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.recent import RecentFeature, key_of
 from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
@@ -59,7 +60,7 @@ def _present(window: MainWindow) -> Entry:
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     window, workspace = listed, listed.workspace
-    part, entries = window.frames_feature, workspace.entries
+    part, entries = window.feature(FramesFeature), workspace.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.session is not None for entry in entries] == [True, False, False, False, False, False]
     assert _present(window).summary.stage is Stage.EXTRACTED
@@ -98,7 +99,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
     window, entries = listed, listed.workspace.entries
-    part = window.frames_feature
+    part = window.feature(FramesFeature)
     part.open_frames.max_open = 1
     told: list[object] = []
     monkeypatch.setattr(part.open_frames, "_settle", told.append)
@@ -124,7 +125,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     listed: MainWindow, qtbot: QtBot, monkeypatch
 ) -> None:
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
-    panel, part = window.frames, window.frames_feature
+    panel, part = window.feature(FramesFeature).panel, window.feature(FramesFeature)
     workspace.set_note(entries[1], "shiny")
     workspace.set_note(entries[5], "shiny")
     panel.text.setText("shiny")
@@ -235,5 +236,5 @@ def test_work_on_a_folder_is_there_again_the_next_time(
 
 def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     _go(listed, qtbot)
-    recent = next(part for part in listed.parts if isinstance(part, RecentFeature))
+    recent = listed.feature(RecentFeature)
     assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]

@@ -16,6 +16,7 @@ from gui.app.main_window import MainWindow
 from gui.features.palette.palette import PaletteFeature
 from gui.features.project.recent import RecentFeature
 from gui.features.shortcuts import ShortcutsDialog, ShortcutsFeature
+from gui.features.status import StatusFeature
 from tests.gui.naming import unnamed
 
 P = TypeVar("P")
@@ -23,7 +24,7 @@ CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModi
 
 
 def _part(window: MainWindow, kind: type[P]) -> P:
-    return next(part for part in window.parts if isinstance(part, kind))
+    return window.feature(kind)
 
 
 def _dialogs(window: QWidget) -> Iterator[QDialog]:
@@ -90,5 +91,5 @@ def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None
         qtbot.wait(1)
         (toast,) = window.toasts.shown
         assert window.rect().contains(toast.geometry())
-        assert toast.geometry().bottom() < window.status.geometry().top()
+        assert toast.geometry().bottom() < window.feature(StatusFeature).bar.geometry().top()
     window.toasts.clear()

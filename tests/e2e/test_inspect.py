@@ -23,7 +23,7 @@ from .hand import click, drag, hover, key
 
 
 def part_of(window: MainWindow) -> InspectFeature:
-    return next(part for part in window.parts if isinstance(part, InspectFeature))
+    return window.feature(InspectFeature)
 
 
 def numbers(window: MainWindow, qtbot: QtBot) -> str:

@@ -15,8 +15,10 @@ from gui.app.main_window import MainWindow
 from gui.features.accuracy.feature import AccuracyFeature
 from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.accuracy.hold_out import HoldOutDialog
+from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.model import Column
 from gui.features.context import Feature
+from gui.features.filter.feature import FilterFeature
 from gui.features.presets import PresetsFeature
 from gui.features.sweep.feature import SweepFeature
 from gui.views.colours import depth_table
@@ -32,7 +34,7 @@ from .conftest import WAIT_MS, open_frame
 
 
 def part(window: MainWindow, kind: type[Feature]) -> Feature:
-    return next(one for one in window.parts if type(one) is kind)
+    return window.feature(kind)
 
 
 @pytest.fixture
@@ -52,7 +54,7 @@ def settle(window: MainWindow) -> None:
 
 
 def errors_shown(window: MainWindow) -> list[str]:
-    model = window.blocks.view.model()
+    model = window.feature(BlocksFeature).table.view.model()
     return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
 
 
@@ -179,7 +181,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     open_frame(window, qtbot, FrameSource(str(frame_folder), ground_truth=str(ground_truth_file)))
     session = workspace.session
     # from the menu of a parameter in the form
-    row = window.filter_panel.form.findChild(QWidget, "smoothness").parentWidget()
+    row = window.feature(FilterFeature).panel.form.findChild(QWidget, "smoothness").parentWidget()
     row.customContextMenuRequested.emit(QPoint(2, 2))
     menu = QApplication.activePopupWidget()
     assert menu.actions()[0].text() == "Sweep Smoothness…"
@@ -250,7 +252,7 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.state.commands.DRAG_S", 0.0)  # a user takes longer from one choice to the next
     window, presets = opened, part(opened, PresetsFeature)
     assert isinstance(presets, PresetsFeature)
-    box, workspace, actions = window.filter_panel.presets, window.workspace, window.actions_
+    box, workspace, actions = window.feature(FilterFeature).panel.presets, window.workspace, window.actions_
     window.workspace.set_parameters(PRESETS["paper"].replace(padding=3.0))
     settle(window)
     assert not actions["rename_preset"].isEnabled()
@@ -260,7 +262,7 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     assert box.present == "wide"
     assert box.names.currentText() == "wide"
     assert actions["rename_preset"].isEnabled()
-    window.filter_panel.form.changed.emit(PRESETS["paper"].replace(padding=4.0))
+    window.feature(FilterFeature).panel.form.changed.emit(PRESETS["paper"].replace(padding=4.0))
     settle(window)
     assert box.names.currentText() == "wide (changed)"
 

@@ -26,7 +26,7 @@ Run = Callable[[MainWindow], None]
 def part(opened: MainWindow) -> RunHistoryFeature:
     """What keeps the window's runs, with its panel open."""
     opened.actions_["show_runs"].trigger()
-    return next(part for part in opened.parts if isinstance(part, RunHistoryFeature))
+    return opened.feature(RunHistoryFeature)
 
 
 def _cell(

@@ -13,7 +13,8 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.blocks.presenter import block_rows
+from gui.features.blocks.feature import block_rows
+from gui.features.filter.feature import FilterFeature
 from gui.state.session import Session
 from gui.work.frame_runs import RunState
 from ilf.data.frame import RGBDFrame
@@ -32,7 +33,7 @@ def opened(opened: MainWindow) -> MainWindow:
 
 
 def _slider(window: MainWindow, name: str) -> QSlider:
-    return window.filter_panel.form.findChild(QSlider, f"slider_{name}")
+    return window.feature(FilterFeature).panel.form.findChild(QSlider, f"slider_{name}")
 
 
 def _results(window: MainWindow) -> dict[int, BlockResult]:

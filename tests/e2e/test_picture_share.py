@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
 from tests.bench.picture_share import BARS, cut, made_frame, share, show_frame
 
 
@@ -16,4 +17,4 @@ def test_the_picture_is_the_work(window: MainWindow, layout: str, size: tuple[in
     window.actions_["toggle_panels"].trigger()
     if layout == "correct":
         assert window.panels.open
-        assert window.blocks.isVisible()
+        assert window.feature(BlocksFeature).table.isVisible()

@@ -519,7 +519,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened.workspace.undo_group.undo()
     assert not opened.project.present.unsaved
 
-    sweep = next(part for part in opened.parts if isinstance(part, SweepFeature))
+    sweep = opened.feature(SweepFeature)
     opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
     opened.workspace.note_saved(opened.workspace.session, opened.workspace.session.stamp)
     sweep.open("max_iterations")

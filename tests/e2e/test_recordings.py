@@ -10,6 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
@@ -39,7 +40,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
     assert [entry.session is not None for entry in entries] == [True, False, False]
     assert np.array_equal(workspace.session.frame.rgb, COLOUR)
-    pictures = window.frames_feature.panel.thumbnails
+    pictures = window.feature(FramesFeature).panel.thumbnails
     pictures.of(entries[2])
     qtbot.waitUntil(lambda: not pictures.busy, timeout=WAIT_MS)
     picture = pictures.of(entries[2])

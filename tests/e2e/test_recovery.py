@@ -73,7 +73,7 @@ def window(qtbot: QtBot, left: Path) -> Iterator[MainWindow]:
 
 
 def _part(window: MainWindow) -> AutosaveFeature:
-    return next(part for part in window.parts if isinstance(part, AutosaveFeature))
+    return window.feature(AutosaveFeature)
 
 
 def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
@@ -115,7 +115,7 @@ def test_left_work_is_restored_discarded_or_left(
     qtbot.waitUntil(lambda: len(list(left.glob("*.journal"))) == 1, timeout=WAIT_MS)
     (own,) = left.glob("*.journal")
     assert f"-{os.getpid()}-" in own.name
-    assert window.store.is_written
+    assert window.recorder.store.is_written
     window.close()
     assert list(left.iterdir()) == [], "a window that is closed leaves nothing"
 

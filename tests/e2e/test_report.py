@@ -54,7 +54,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    part = next(part for part in opened.parts if isinstance(part, ReportFeature))
+    part = opened.feature(ReportFeature)
     shown: list[str] = []
     monkeypatch.setattr(
         "gui.features.report.feature.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile())

@@ -11,6 +11,9 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.quality_check.feature import QualityCheckFeature
+from gui.features.quality_check.invalid_depth import InvalidDepthFeature
+from gui.features.status import StatusFeature
 from gui.state.results import Doubt
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
@@ -49,20 +52,20 @@ def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
 
 
 def settled(window: MainWindow, qtbot: QtBot) -> str:
-    qtbot.waitUntil(lambda: not window.review.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.feature(QualityCheckFeature).busy, timeout=WAIT_MS)
     window.refresh.now()
-    return window.review_strip.label.text()
+    return window.feature(QualityCheckFeature).strip.label.text()
 
 
 def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    workspace, strip = window.workspace, window.review_strip
+    workspace, strip = window.workspace, window.feature(QualityCheckFeature).strip
     assert not strip.isVisible()
     assert not window.actions_["ignore_check"].isEnabled()
     assert press(window, qtbot, "next_check") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
     assert strip.isVisible()
     assert workspace.session.selected == [1]
-    assert not window.review._marks.path.isEmpty()
+    assert not window.feature(QualityCheckFeature)._marks.path.isEmpty()
     assert "2 of 2" in press(window, qtbot, "next_check")
     assert "1 of 2" in press(window, qtbot, "next_check")
     assert "2 of 2" in press(window, qtbot, "previous_check")
@@ -75,7 +78,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     assert workspace.session.selected == [2]
     window.actions_["undo"].trigger()
     settled(window, qtbot)
-    assert len(window.review.review.places) == 2
+    assert len(window.feature(QualityCheckFeature).review.places) == 2
     window.actions_["redo"].trigger()
     settled(window, qtbot)
 
@@ -87,7 +90,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     assert settled(window, qtbot) == said  # it stays left
     window.actions_["close_checks"].trigger()
     assert not strip.isVisible()
-    assert window.review._marks.path.isEmpty()
+    assert window.feature(QualityCheckFeature)._marks.path.isEmpty()
 
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
@@ -95,7 +98,7 @@ def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, 
     window.workspace.edit_info(1, "Rename", name="Wall")
     assert press(window, qtbot, "next_check").endswith("inside Wall.")
     view = window.views.cells["colour"].view
-    place = window.review.review.present
+    place = window.feature(QualityCheckFeature).review.present
     shown = view.to_image(view.viewport().rect().center().toPointF())
     assert abs(shown.x() - place.point[0]) < 60
 
@@ -119,7 +122,7 @@ def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
     press(window, qtbot, "next_check")
     x, y = seen[-1]
     assert (x, y) == under() != before
-    assert window.status.readout.text().startswith(f"x {x}, y {y}")
+    assert window.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
     window.actions_["layout_correct"].trigger()
     assert seen[-1] == under() != (x, y), "nor does it stay behind when the views stand elsewhere"
 
@@ -145,15 +148,15 @@ def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
     press(window, qtbot, "next_check")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
-    assert not window.review_strip.isVisible()
+    assert not window.feature(QualityCheckFeature).strip.isVisible()
 
 
 def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
-    strip, session = window.invalid_strip, window.workspace.session
+    strip, session = window.feature(InvalidDepthFeature).strip, window.workspace.session
     for taken in (False, True):
         window.actions_["suggest_invalid"].trigger()
-        qtbot.waitUntil(lambda: not window.invalid_depth.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)
         assert strip.label.text().startswith("4 pixels of known depth may be invalid")
         assert session.frame.invalid_mask is None
         window.actions_["mark_suggested" if taken else "ignore_suggested"].trigger()
@@ -165,5 +168,5 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     assert session.frame.invalid_mask is None
     window.actions_["redo"].trigger()
     window.actions_["suggest_invalid"].trigger()
-    qtbot.waitUntil(lambda: not window.invalid_depth.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.feature(InvalidDepthFeature).busy, timeout=WAIT_MS)
     assert not strip.isVisible()

@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.data.results import Status
@@ -192,9 +193,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
 
 
 def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindow) -> None:
-    from gui.base.actions import COMMANDS
-
-    keys = [command.shortcut for command in COMMANDS if command.shortcut]
+    keys = [command.keys for command in window.actions_.commands.values() if command.keys]
     assert len(keys) == len(set(keys))
     assert window.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del"
 
@@ -324,14 +323,14 @@ def test_the_other_way_round_nothing_is_extracted_during_a_run(opened: MainWindo
 
 
 def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: MainWindow, qtbot: QtBot) -> None:
-    before = window.blocks.width()
+    before = window.feature(BlocksFeature).table.width()
     blocks = window.findChild(QDockWidget, "Blocks")
     window.resizeDocks([blocks], [before + 60], Qt.Orientation.Horizontal)
-    qtbot.waitUntil(lambda: window.blocks.width() > before + 30)
-    wide = window.blocks.width()
+    qtbot.waitUntil(lambda: window.feature(BlocksFeature).table.width() > before + 30)
+    wide = window.feature(BlocksFeature).table.width()
     window.hide()
     window.show()
-    assert window.blocks.width() == wide
+    assert window.feature(BlocksFeature).table.width() == wide
 
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:

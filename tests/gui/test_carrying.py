@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gui.features.blocks.presenter import block_rows
+from gui.features.blocks.feature import block_rows
 from gui.features.propagation.propagator import session_of, state_of
 from gui.state.entries import Entry, summary_of
 from gui.state.session import Session

@@ -32,7 +32,8 @@ def scene():
 
 @pytest.fixture
 def view(qtbot, scene):
-    widget = CloudView(*(QAction(name, checkable=True) for name in ("raw", "chosen", "beside")))
+    widget = CloudView()
+    widget.add_switches(*(QAction(name, checkable=True) for name in ("raw", "chosen", "beside")))
     qtbot.addWidget(widget)
     widget.resize(400, 320)
     widget.show()

@@ -7,11 +7,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 import ilf
+from gui.features.curves import CurvesPresenter
 from gui.features.filter.panel import FilterPanel
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.curves.panel import CurvesPanel
-from gui.views.curves.presenter import CurvesPresenter
 from ilf.data.results import BlockResult, IterationRecord
 from ilf.project.run_history import StoredRun
 from ilf.run.run import complete

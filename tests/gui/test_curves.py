@@ -10,12 +10,12 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from gui.features.curves import CurvesPresenter
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
 from gui.views.curves.plot import LengthAxis, SumAxis
-from gui.views.curves.presenter import CurvesPresenter
 from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 from ilf.data.results import EdgeAwareRecord, PassBandRecord

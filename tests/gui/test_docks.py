@@ -15,6 +15,8 @@ from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.curves import CurvesFeature
+from gui.features.status import StatusFeature
 from gui.widgets import docks
 from ilf._runtime.installation import asset_path
 
@@ -74,8 +76,8 @@ def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
     qtbot.addWidget(window)
     window.show()
     qtbot.waitExposed(window)
-    window.status.hint.setText("long " * 200)
-    window.status.readout.setText("long " * 200)
+    window.feature(StatusFeature).bar.hint.setText("long " * 200)
+    window.feature(StatusFeature).bar.readout.setText("long " * 200)
     window.setWindowTitle("long " * 200)
     window.resize(800, 560)
     qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
@@ -136,7 +138,7 @@ def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, 
     if folds_by == "rail":
         _click(shown, "Convergence")
     else:
-        shown.curves.parentWidget().close()
+        shown.feature(CurvesFeature).panel.parentWidget().close()
     shown.panels.offer("Convergence")
     assert "Convergence" not in shown.panels.open
     _click(shown, "Convergence")

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTabWidget
 
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.features.experiments.menu import ExperimentsMenu
+from gui.features.experiments.menu import ExperimentsFeature, ExperimentsMenu
 from gui.features.experiments.result_view import FigureView, RowTable
 from gui.features.experiments.window import ExperimentsWindow
 from ilf.lab.experiments.registry import EXPERIMENTS
@@ -214,7 +214,7 @@ def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path):
     main = MainWindow(persistent=False)
     qtbot.addWidget(main)
     main.show()
-    window = opened(main.experiments, "cylinder")
+    window = opened(main.feature(ExperimentsFeature).menu, "cylinder")
     window.run_button.click()
     main.close()
     question = main.project.closing.dialog

@@ -22,7 +22,7 @@ def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsFeature]:
     window.resize(1280, 800)
     window.show()
     qtbot.waitExposed(window)
-    return window, next(part for part in window.parts if isinstance(part, LayoutsFeature))
+    return window, window.feature(LayoutsFeature)
 
 
 def _key(window: MainWindow, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:

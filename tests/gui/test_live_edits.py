@@ -10,8 +10,8 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
+from gui.features.views import ViewsPresenter
 from gui.views.linked_views import LinkedViews
-from gui.views.presenter import ViewsPresenter
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.results import Completion

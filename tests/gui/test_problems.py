@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMessageBox, QTextEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.app.about import AboutDialog
+from gui.features.about import AboutDialog
 from gui.widgets.notices import LogPanel, Notes, ProblemBox, Toasts
 from ilf._runtime.termination import error_log_path
 from ilf.errors import InputError

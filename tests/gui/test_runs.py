@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.features.blocks.presenter import block_rows
+from gui.features.blocks.feature import block_rows
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset

@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush
 from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.base import theme
-from gui.features.extraction import ExtractionPreview, StageRequest
+from gui.features.extraction.panel import ExtractionPreview, StageRequest
 from gui.views.analysis_painters import StageModel
 from gui.views.cells import Cell, PainterFactory
 from gui.views.painter import Material
@@ -129,7 +129,7 @@ def gate(monkeypatch):
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.features.extraction.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.panel.find", waiting)
     return opened
 
 
@@ -179,7 +179,7 @@ def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_old
             raise MemoryError("no memory")
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.features.extraction.find", broken)
+    monkeypatch.setattr("gui.features.extraction.panel.find", broken)
     failing = StageRequest(small_frame, CANNY.replace(dilation=2), "blocks")
     with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
         preview.ask(failing)

@@ -9,13 +9,13 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
+from gui.features.blocks.commands import BlockCommands
 from gui.features.documents.export import behind
 from gui.features.edit_summary import EditSummaryLine, EditSummaryPresenter
+from gui.features.views import ViewsPresenter
 from gui.state.session import Session
-from gui.tools.block_commands import BlockCommands
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
-from gui.views.presenter import ViewsPresenter
 from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.frame import RGBDFrame

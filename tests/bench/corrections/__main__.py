@@ -89,7 +89,7 @@ def main() -> int:
         print(_row(outcome), flush=True)
         if options.pictures:
             options.pictures.mkdir(parents=True, exist_ok=True)
-            driver.window.picture().save(str(options.pictures / f"{outcome.name}.png"))
+            driver.window.documents.picture().save(str(options.pictures / f"{outcome.name}.png"))
     driver.close()
     application.processEvents()
     if not outcomes:
