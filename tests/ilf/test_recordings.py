@@ -459,7 +459,7 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
         out.compressed("/cut/depth/compressedDepth", b"1234567890123456", "16UC1; compressedDepth png", 0)
     path = tmp_path / "recording.bag"
     wrong = ilf.open_source(path, topics=("/rgb", "/strange/depth"))
-    with pytest.raises(FormatError, match="do not fit"):
+    with pytest.raises(FormatError, match="do not match"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/depth", "/depth"))
     with pytest.raises(FormatError, match="are depth, not colour"):
