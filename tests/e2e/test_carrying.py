@@ -264,7 +264,7 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
 
 
 def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationFeature, qtbot: QtBot) -> None:
-    window, workspace, row = listed, listed.workspace, listed.filter_panel.frames
+    window, workspace, row = listed, listed.workspace, listed.feature(FilterFeature).panel.frames
     first = workspace.session
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH

@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
+from gui.features.status import StatusFeature
 from gui.features.views import ErrorFeature
 from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
@@ -116,7 +117,7 @@ def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
     assert session.selected == [session.labels[20, 50]]
     x, y = canvas._marked or (0, 0)
     assert np.abs(np.subtract((x, y), wanted)).max() <= 1
-    assert opened.status.readout.text().startswith(f"x {x}, y {y}")
+    assert opened.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, qtbot: QtBot) -> None:
@@ -155,14 +156,14 @@ def test_the_cloud_has_hints_of_its_own_and_no_tools(opened: MainWindow, qtbot: 
     options = opened.tool_bar.options
     opened.centre.show_cloud()
     opened.refresh.now()
-    assert opened.status.hint.text() == HINT
+    assert opened.feature(StatusFeature).bar.hint.text() == HINT
     qtbot.waitUntil(lambda: not options.isVisible())
     QTest.keyClick(opened.cloud.canvas, Qt.Key.Key_Tab)
     assert opened.editor.tool_name == "select", "no next tool where there is none to be seen"
     opened.actions_["tool_paint"].trigger()
     opened.refresh.now()
     assert opened.views.isVisible()
-    assert opened.status.hint.text() != HINT
+    assert opened.feature(StatusFeature).bar.hint.text() != HINT
     qtbot.waitUntil(options.isVisible)
     opened.actions_["cloud_beside"].setChecked(True)
     opened.actions_["cloud_beside"].setChecked(False)

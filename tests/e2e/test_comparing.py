@@ -164,9 +164,9 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened:
     cell = opened.views.cells["evaluation"]
     depth = opened.workspace.session.current_depth()
     assert cell.painter.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
-    opened.readout.point_at((4, 5))
-    assert "truth 2.000 m" in opened.status.readout.text()
-    assert "error" in opened.status.readout.text()
+    opened.feature(StatusFeature).readout.point_at((4, 5))
+    assert "truth 2.000 m" in opened.feature(StatusFeature).bar.readout.text()
+    assert "error" in opened.feature(StatusFeature).bar.readout.text()
     opened.actions_["compare_two"].trigger()
     assert opened.views.layout_name == "grid"
 

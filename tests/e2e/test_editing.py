@@ -13,6 +13,8 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.status import StatusFeature
 from ilf import BlockParameters, RGBDFrame, preset
 from ilf.sources.frame_source import FrameSource
 
@@ -35,15 +37,15 @@ def test_clicking_chooses_and_control_adds(editing: MainWindow) -> None:
     click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert len(session.selected) == 2
     editing.refresh.now()
-    assert sorted(editing.blocks.selected()) == sorted(session.selected)
+    assert sorted(editing.feature(BlocksFeature).table.selected()) == sorted(session.selected)
     click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert session.selected == [int(session.labels[24, 50])]
 
 
 def test_choosing_in_the_table_chooses_in_the_views(editing: MainWindow) -> None:
-    editing.blocks.select([])
-    editing.blocks.view.selectRow(1)
-    assert editing.workspace.session.selected == editing.blocks.selected()
+    editing.feature(BlocksFeature).table.select([])
+    editing.feature(BlocksFeature).table.view.selectRow(1)
+    assert editing.workspace.session.selected == editing.feature(BlocksFeature).table.selected()
     assert len(editing.workspace.session.selected) == 1
 
 
@@ -149,13 +151,13 @@ def test_a_new_block_is_painted_with_a_number_of_its_own(editing: MainWindow) ->
     assert session.selected == [3], "the deleted block's number may come back by undo"
     drag(editing, [(5, 5), (20, 40)])
     assert session.labels[5, 5] == 3
-    assert editing.blocks.selected() == [3]
+    assert editing.feature(BlocksFeature).table.selected() == [3]
 
 
 def test_renaming_recolouring_and_locking_are_undoable(editing: MainWindow) -> None:
     workspace, session = editing.workspace, editing.workspace.session
-    editing.blocks.renamed.emit(1, "Wall")
-    editing.blocks.lockChanged.emit(1, True)
+    editing.feature(BlocksFeature).table.renamed.emit(1, "Wall")
+    editing.feature(BlocksFeature).table.lockChanged.emit(1, True)
     assert session.info(1).name == "Wall"
     assert session.locked == {1}
     assert session.undo_stack.undoText() == "Lock Wall"
@@ -186,19 +188,19 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
 
 def test_hidden_blocks_are_transparent_but_still_there(editing: MainWindow) -> None:
     before = editing.workspace.session.labels.copy()
-    editing.blocks.visibilityChanged.emit(1, False)
+    editing.feature(BlocksFeature).table.visibilityChanged.emit(1, False)
     assert not editing.workspace.session.info(1).visible
     assert np.array_equal(editing.workspace.session.labels, before)
     assert editing.workspace.session.undo_stack.count() == 0
 
 
 def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
-    editing.readout.point_at((50, 5))
-    text = editing.status.readout.text()
+    editing.feature(StatusFeature).readout.point_at((50, 5))
+    text = editing.feature(StatusFeature).bar.readout.text()
     assert "x 50, y 5" in text
     assert "in 2.650 m" in text
-    editing.readout.point_at((45, 35))
-    assert "in missing" in editing.status.readout.text()
+    editing.feature(StatusFeature).readout.point_at((45, 35))
+    assert "in missing" in editing.feature(StatusFeature).bar.readout.text()
     session = editing.workspace.session
     rows, columns = session.frame.known.nonzero()
     row, column = int(rows[0]), int(columns[0])
@@ -206,11 +208,11 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     wrong = np.zeros(session.labels.shape, bool)
     wrong[row, column] = True
     editing.workspace.set_invalid_mask(wrong, "Distrust depth")
-    editing.readout.point_at((column, row))
-    assert "invalid " in editing.status.readout.text()
-    assert "(locked)" in editing.status.readout.text()
-    editing.readout.point_at(None)
-    assert editing.status.readout.text() == ""
+    editing.feature(StatusFeature).readout.point_at((column, row))
+    assert "invalid " in editing.feature(StatusFeature).bar.readout.text()
+    assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
+    editing.feature(StatusFeature).readout.point_at(None)
+    assert editing.feature(StatusFeature).bar.readout.text() == ""
 
 
 def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
@@ -300,7 +302,9 @@ def test_commands_are_enabled_by_what_is_chosen(editing: MainWindow) -> None:
     actions["new_block"].trigger()
     assert [actions[name].isEnabled() for name in names] == [False, False, False, False]
     editing.refresh.now()
-    assert editing.blocks.selected() == workspace.session.selected, "a block to be painted has a row"
+    assert editing.feature(BlocksFeature).table.selected() == workspace.session.selected, (
+        "a block to be painted has a row"
+    )
 
 
 def test_numbers_of_blocks_fit_the_export(editing: MainWindow) -> None:

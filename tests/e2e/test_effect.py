@@ -12,6 +12,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.edit_summary import EditSummaryFeature
+from gui.features.filter.feature import FilterFeature
+from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.patches import patch_between
 
@@ -45,7 +47,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     assert session.stale.any() or session.update_depth() is not None
     _settle(opened, qtbot)
     assert session.changed_blocks() == []
-    assert "hold-out" in opened.edit_summary_line.label.text()
+    assert "hold-out" in opened.feature(EditSummaryFeature).line.label.text()
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
     run = session.run(opened.workspace.parameters)
@@ -57,10 +59,10 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyPress(view, Qt.Key.Key_B)
-    assert "Before the edit" in opened.edit_summary_line.label.text()
+    assert "Before the edit" in opened.feature(EditSummaryFeature).line.label.text()
     assert _picture(opened) == former
     QTest.keyRelease(view, Qt.Key.Key_B)
-    assert "Before the edit" not in opened.edit_summary_line.label.text()
+    assert "Before the edit" not in opened.feature(EditSummaryFeature).line.label.text()
     assert _picture(opened) == present
     assert session.undo_stack.index() == 1, "looking changes nothing"
 
@@ -68,21 +70,21 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     opened.actions_["undo"].trigger()
     assert opened.runs.state is RunState.IDLE, "what undo brings back is there"
     np.testing.assert_array_equal(session.current_depth(), depth)
-    opened.history.stack().setIndex(1)
+    opened.feature(HistoryFeature).panel.stack().setIndex(1)
     assert opened.runs.state is RunState.IDLE
     np.testing.assert_array_equal(session.completion().depth, solved.depth)
     opened.actions_["show_before_edit"].trigger()
-    assert "Before the edit" in opened.edit_summary_line.label.text()
+    assert "Before the edit" in opened.feature(EditSummaryFeature).line.label.text()
     opened.actions_["undo"].trigger()
     assert not opened.actions_["show_before_edit"].isChecked(), "no edit is made blindly"
-    assert "Before the edit" not in opened.edit_summary_line.label.text()
+    assert "Before the edit" not in opened.feature(EditSummaryFeature).line.label.text()
 
 
 def test_values_for_chosen_blocks_go_to_all_of_them(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    session, panel = opened.workspace.session, opened.filter_panel
+    session, panel = opened.workspace.session, opened.feature(FilterFeature).panel
     chosen = sorted(session.counts())
     opened.workspace.select(chosen)
     panel.set_scope(True)
@@ -91,11 +93,9 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     assert session.notes.own == {label: {"smoothness": 3.0} for label in chosen}
     _settle(opened, qtbot)
     assert session.changed_blocks() == [], "all of them are solved again"
-    said: list[str] = []
-    opened.filter_presenter.message.connect(said.append)
     panel.set_scope(False)
     panel.preset_chosen.emit(opened.workspace.parameters.replace(noise=0.01))
-    assert "Block 1 (Smoothness)" in said[0]
+    assert "Block 1 (Smoothness)" in opened.toasts.message
     assert session.parameters_of(chosen[0], opened.workspace.parameters).smoothness == 3.0
     panel.set_scope(True)
     opened.workspace.select(chosen[:1])

@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.status import StatusFeature
+from gui.features.views import ErrorFeature
 from gui.state.results import Doubt
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
@@ -26,7 +28,7 @@ def _picture(window: MainWindow) -> np.ndarray | None:
 def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
     assert _picture(opened) is None
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.errors.busy and _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     session = opened.workspace.session
     completion = session.completion()
     assert completion is not None
@@ -34,8 +36,8 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
 
     row, column = (int(places[0]) for places in np.nonzero(completion.filled))
-    opened.readout.point_at((column, row))
-    text = opened.status.readout.text()
+    opened.feature(StatusFeature).readout.point_at((column, row))
+    text = opened.feature(StatusFeature).bar.readout.text()
     assert "\u00b1" in text
     shown, unit = text.rpartition("\u00b1 ")[2].split()
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
@@ -43,22 +45,22 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert "unsupported" not in text
     everything = np.ones(session.frame.shape, bool)
     opened.workspace.store_error_estimate(session, completion, Doubt(expected, everything))
-    opened.readout.point_at((column, row))
-    assert "unsupported" in opened.status.readout.text()
+    opened.feature(StatusFeature).readout.point_at((column, row))
+    assert "unsupported" in opened.feature(StatusFeature).bar.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
-    opened.readout.point_at((known_column, known_row))
-    assert "\u00b1" not in opened.status.readout.text()
+    opened.feature(StatusFeature).readout.point_at((known_column, known_row))
+    assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
     opened.actions_["clear_results"].trigger()
     opened.refresh.now()
     assert _picture(opened) is None
-    opened.readout.point_at((column, row))
-    assert "\u00b1" not in opened.status.readout.text()
+    opened.feature(StatusFeature).readout.point_at((column, row))
+    assert "\u00b1" not in opened.feature(StatusFeature).bar.readout.text()
 
 
 def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.errors.busy and _picture(opened) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None, timeout=WAIT_MS)
     strip = opened.views.cells["expected-error"].strip
     opened.actions_["live"].setChecked(False)
     session = opened.workspace.session
@@ -74,11 +76,11 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindo
 def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
     opened.views.set_layout("grid-difference")
     run_all(opened)
-    assert not opened.errors.busy
+    assert not opened.feature(ErrorFeature).busy
     assert _picture(opened) is None
     opened.centre.show_cloud()
     opened.views.set_layout("expected-error")
-    assert not opened.errors.busy
+    assert not opened.feature(ErrorFeature).busy
     opened.centre.show_images()
     qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
 
@@ -93,12 +95,12 @@ def test_what_cannot_be_found_is_said_once(
     monkeypatch.setattr("gui.features.views.expected_error", fail)
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)
     assert said == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
     opened.views.set_layout("grid-difference")
     opened.views.set_layout("expected-error")
     opened.refresh.now()
-    assert not opened.errors.busy
+    assert not opened.feature(ErrorFeature).busy
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy, timeout=WAIT_MS)
     assert len(said) == 2, "other results, another try"

@@ -99,7 +99,7 @@ def _cut_off_by_hand(window: MainWindow) -> int:
 def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot: QtBot) -> None:
     session = staged.workspace.session
     before, steps = session.labels.copy(), session.undo_stack.count()
-    staged.stages.show_stage("dilated")
+    staged.feature(ExtractionFeature).show_stage("dilated")
     _settle(staged, qtbot)
     pictures = []
     for radius in (0, 1, 4):
@@ -109,8 +109,8 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
         assert staged.workspace.extraction_parameters.dilation == radius
     changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
     assert changes == sorted(set(changes))
-    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
-    staged.stages.show_stage("blocks")
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).show_stage("blocks")
     _settle(staged, qtbot)
     found = extract(session.frame, staged.workspace.extraction_parameters).blocks
     np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, found))
@@ -123,7 +123,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
 ) -> None:
     session = staged.workspace.session
     before = session.labels.copy()
-    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
     monkeypatch.delattr("gui.work.loading.find")
@@ -146,7 +146,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, 
     before, steps, used = session.labels.copy(), session.undo_stack.count(), session.notes.extraction
     stays = before == mine
     for smallest in (48.0, 47.0):
-        opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
+        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest))
         _settle(opened, qtbot)
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
@@ -183,7 +183,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     session = staged.workspace.session
     before = _picture(staged)
     _click(staged, "Preview")
-    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     np.testing.assert_array_equal(_picture(staged), before)
     assert "With other parameters" in _summary(staged)
@@ -192,7 +192,7 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, session.labels))
     assert len(session.counts()) == 1
     assert "With other parameters" not in _summary(staged)
-    staged.extraction_panel.edited.emit(BlockParameters())
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters())
     staged.views.set_layout("grid")
     _click(staged, "Preview")
     assert staged.views.shows_extraction, "switching the preview on shows it"
@@ -206,7 +206,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     session = opened.workspace.session
     first = session.frame
     _click(opened, "Preview")
-    opened.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     opened.views.set_layout("extraction")
@@ -261,7 +261,7 @@ def test_the_view_says_that_the_first_extraction_failed(
 
 
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
-    label = opened.extraction_panel.findChild(QLabel, "summary")
+    label = opened.feature(ExtractionFeature).panel.findChild(QLabel, "summary")
     assert _summary(opened) == ""
     _slide(opened, "dilation", 5)
     assert "Four, extraction" in _summary(opened)
@@ -271,7 +271,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, q
     _slide(opened, "dilation", 4)
     label.linkActivated.emit("view")
     _settle(opened, qtbot)
-    assert opened.view_bar.layouts.currentData() == "grid-extraction"
+    assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
     assert "Preview: " in _summary(opened)
     opened.views.set_layout("grid")
     _slide(opened, "dilation", 3)
@@ -298,14 +298,14 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     for label in (locked, mine):
         opened.workspace.set_lock(label, True)
     for smallest in (48.0, 47.0):
-        opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
+        opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=smallest))
         opened.actions_["extract"].trigger()
         _settle(opened, qtbot)
         assert "Kept: 2 locked." in said[-1]
         assert session.edited, "a locked block is not what these values give"
     for label in (locked, mine):
         opened.workspace.set_lock(label, False)
-    opened.extraction_panel.edited.emit(BlockParameters(min_size=46.0))
+    opened.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
     assert "Kept: 1 made by hand." in said[-1]
@@ -314,7 +314,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
     session, view = staged.workspace.session, staged.views.cells["colour"].view
-    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     before = session.labels.copy()
     staged.actions_["new_block"].trigger()
@@ -339,12 +339,12 @@ def test_stages_want_a_frame(window: MainWindow) -> None:
 
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
     _slide(opened, "dilation", 5)
-    assert not opened.stages.busy
+    assert not opened.feature(ExtractionFeature).busy
     opened.actions_["stage_strength"].trigger()
     assert opened.views.shows_extraction
     _settle(opened, qtbot)
     assert _picture(opened).ndim == 2
-    assert opened.view_bar.layouts.currentData() == "grid-extraction"
+    assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
 
 
 @pytest.fixture
@@ -367,7 +367,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     shown = _pictures_given(staged, monkeypatch)
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
-    assert staged.stages.busy
+    assert staged.feature(ExtractionFeature).busy
     open_frame(staged, qtbot, FrameSource(str(folder)))
     second = staged.workspace.session
     gate.set()
@@ -376,7 +376,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     assert {size for size, _ in shown} == {(40, 64)}, "nothing of the first frame comes after it was left"
     shown.clear()
     gate.clear()
-    staged.stages.show_stage("blocks")
+    staged.feature(ExtractionFeature).show_stage("blocks")
     _slide(staged, "dilation", 4)
     staged.workspace.undo_group.undo()
     staged.actions_["close_frame"].trigger()
@@ -396,7 +396,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
 
 def test_closing_the_window_ends_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
     _slide(staged, "dilation", 5)
-    assert staged.stages.busy
+    assert staged.feature(ExtractionFeature).busy
     gate.set()
     staged.close()
     qtbot.waitUntil(
@@ -429,14 +429,14 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
 
 def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged: MainWindow, qtbot: QtBot) -> None:
     said = _said(staged)
-    staged.extraction_panel.edited.emit(BlockParameters(model="elsewhere"))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(model="elsewhere"))
     _settle(staged, qtbot)
     assert "Canny" in _summary(staged)
     assert "elsewhere" in _summary(staged)
     staged.actions_["extract"].trigger()
     assert "elsewhere" in said[-1]
     staged.views.set_layout("grid")
-    staged.extraction_panel.edited.emit(BlockParameters(model="elsewhere", min_size=1.0))
+    staged.feature(ExtractionFeature).panel.edited.emit(BlockParameters(model="elsewhere", min_size=1.0))
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
     assert "elsewhere" in said[-1]

@@ -13,6 +13,8 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.cloud import CloudFeature
+from gui.features.status import StatusFeature
 from gui.views.cloud.colouring import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
@@ -65,8 +67,8 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     assert not margin.actions_["guess"].isEnabled()
     run_all(margin)
     cell = margin.views.cells["depth-out"]
-    margin.readout.point_at((30, 1))
-    assert "out missing" in margin.status.readout.text()
+    margin.feature(StatusFeature).readout.point_at((30, 1))
+    assert "out missing" in margin.feature(StatusFeature).bar.readout.text()
     before = margin.workspace.session.completion()
     _extrapolation(margin, qtbot)
     completion = margin.workspace.session.completion()
@@ -76,14 +78,14 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
     assert (cell.view.image.image[completion.extrapolated] == 0).all()
     assert (cell.painter._extrapolations.image[completion.extrapolated] > 0).all()
-    assert "(extrapolated)" in margin.status.readout.text()
-    margin.readout.point_at((30, 10))
-    assert "extrapolated" not in margin.status.readout.text()
+    assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
+    margin.feature(StatusFeature).readout.point_at((30, 10))
+    assert "extrapolated" not in margin.feature(StatusFeature).bar.readout.text()
     assert not margin.actions_["guess"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()
     margin.refresh.now()
-    qtbot.waitUntil(lambda: not margin.cloud_presenter.busy and len(margin.cloud.canvas.scene) > 0)
+    qtbot.waitUntil(lambda: not margin.feature(CloudFeature).busy and len(margin.cloud.canvas.scene) > 0)
     legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
     assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
@@ -99,12 +101,12 @@ def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, q
         margin.actions_["guess"].trigger()
         margin.refresh.now()
         assert margin.runs.state is RunState.EXTRAPOLATING
-        assert margin.status.progress.isVisible()
-        assert margin.status.progress.format() == "extrapolating"
+        assert margin.feature(StatusFeature).bar.progress.isVisible()
+        assert margin.feature(StatusFeature).bar.progress.format() == "extrapolating"
         assert margin.actions_["cancel"].isEnabled()
         assert not margin.actions_["run"].isEnabled()
     margin.refresh.now()
-    assert not margin.status.progress.isVisible()
+    assert not margin.feature(StatusFeature).bar.progress.isVisible()
 
 
 def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.filter.feature import FilterFeature
 from gui.features.run_history.feature import RunHistoryFeature
 from gui.features.run_history.model import Column
 from gui.work.frame_runs import RunState
@@ -60,7 +61,7 @@ def test_runs_are_kept_compared_and_come_back_to(
     chosen = next(iter(session.counts()))
     workspace.select([chosen])
     opened.refresh.now()
-    slider = opened.filter_panel.form.findChild(QSlider, "slider_padding")
+    slider = opened.feature(FilterFeature).panel.form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):
         slider.setValue(position)
         qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)

@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import block_rows
+from gui.features.curves import CurvesFeature
 from gui.features.filter.feature import FilterFeature
 from gui.state.session import Session
 from gui.work.frame_runs import RunState
@@ -53,7 +54,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     workspace = opened.workspace
     chosen, other = list(workspace.session.counts())[:2]
     workspace.select([chosen])
-    opened.filter_panel.set_scope(own)
+    opened.feature(FilterFeature).panel.set_scope(own)
     before = _results(opened)
     steps = workspace.undo_group.activeStack().count()
     said: list[str] = []
@@ -68,7 +69,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     opened.refresh.now()
-    assert len(opened.curves.records) == after[chosen].outcome.iterations
+    assert len(opened.feature(CurvesFeature).panel.records) == after[chosen].outcome.iterations
     assert _states(opened)[chosen] == "completed"
     assert (_states(opened)[other] == "values changed") is not own
     assert workspace.undo_group.activeStack().count() == steps + 1
@@ -94,11 +95,11 @@ def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
     chosen = next(iter(workspace.session.counts()))
     workspace.select([chosen])
-    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     assert opened.actions_["run"].isEnabled()
     with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-        opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=5))
+        opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=5))
     assert _results(opened)[chosen].outcome.iterations == 5
 
 
@@ -106,7 +107,7 @@ def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -
     workspace = opened.workspace
     labels = list(workspace.session.counts())
     workspace.select(labels[:1])
-    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     workspace.set_parameters(ilf.preset(max_iterations=4))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
@@ -120,7 +121,7 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
     run_all(opened)
     workspace = opened.workspace
     workspace.select(list(workspace.session.counts())[:1])
-    opened.filter_panel.edited.emit(ilf.preset("paper", max_iterations=3))
+    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("paper", max_iterations=3))
     for thread in threading.enumerate():
         if thread.name == "ilf-worker":
             thread.join()  # the result is there, and waits for the window to take it
@@ -128,14 +129,14 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     assert not _results(opened)
     with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-        opened.filter_panel.edited.emit(ilf.preset("paper", max_iterations=4))
+        opened.feature(FilterFeature).panel.edited.emit(ilf.preset("paper", max_iterations=4))
     assert len(_results(opened)) == 1
 
 
 def test_a_frame_closes_without_a_question_during_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     opened.documents.discard_silently = False
     opened.workspace.select(list(opened.workspace.session.counts())[:1])
-    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     session = opened.workspace.session
     opened.workspace.note_saved(session, session.stamp)
@@ -150,7 +151,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
 ) -> None:
     workspace = opened.workspace
     workspace.select(list(workspace.session.counts())[:1])
-    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    opened.feature(FilterFeature).panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     first = workspace.session
     second = Session.of(ilf.Run(small_frame, first.labels), None, "second")
     workspace.add_session(second)
@@ -164,7 +165,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
             opened.actions_["run"].trigger()
     else:
         with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
-            opened.filter_panel.edited.emit(ilf.preset(max_iterations=5))
+            opened.feature(FilterFeature).panel.edited.emit(ilf.preset(max_iterations=5))
     assert not first.valid_results()
     assert set(second.valid_results()) == (set(second.counts()) if what == "run" else {chosen})
 

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
 from ilf import RGBDFrame
 from ilf.sources.frame_source import FrameSource
 
@@ -46,19 +47,19 @@ def _click(window: MainWindow, x: float, y: float) -> None:
 
 
 def test_one_click_rebuilds_the_table_once(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     _click(opened, 50, 24)
     assert rows.taken() == 1
     _click(opened, 50, 24)
     assert rows.taken() == 0, "it is chosen already"
     _click(opened, 5, 24)
     assert rows.taken() == 1
-    opened.blocks.view.selectRow(0)
+    opened.feature(BlocksFeature).table.view.selectRow(0)
     assert rows.taken() == 1
 
 
 def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     depth = _Count(monkeypatch, opened.views, "set_result")
     opened.actions_["select_all"].trigger()
     assert (rows.taken(), depth.taken()) == (1, 0)
@@ -75,7 +76,7 @@ def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
 ) -> None:
     frame = opened.workspace.session.frame
     folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
-    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     pictures = _Count(monkeypatch, opened.views, "set_frame")
     open_frame(opened, qtbot, FrameSource(str(folder)))
     assert rows.taken() <= 2, "without blocks at first, if these take their time"
@@ -88,7 +89,7 @@ def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monke
     view = opened.views.cells["colour"].view
     _click(opened, 50, 24)
     opened.actions_["tool_paint"].trigger()
-    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    rows = _Count(monkeypatch, opened.feature(BlocksFeature).table, "set_rows")
     whole = _Count(monkeypatch, opened.views, "set_blocks")
     rows.taken()
     boxes: list[tuple[slice, slice]] = []

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.app.main_window import MainWindow
+from gui.features.curves import CurvesFeature
 from gui.work.frame_runs import RunState
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
@@ -28,7 +29,7 @@ def test_the_views_look_back_and_return(
 ) -> None:
     run_all(opened)
     opened.panels._show([*opened.panels.open, "Convergence"])
-    session, bar = opened.workspace.session, opened.curves.scrub_bar
+    session, bar = opened.workspace.session, opened.feature(CurvesFeature).panel.scrub_bar
     opened.refresh.draw_all()
     present = session.current_depth().copy()
     lengths = {label: len(result.history) for label, result in session.valid_results().items()}
@@ -47,20 +48,23 @@ def test_the_views_look_back_and_return(
         expected[missing] = surface[missing].astype(np.float32)
     np.testing.assert_array_equal(_shown(opened), expected)
     assert opened.views.cells["depth-out"].strip._text == "as of iteration 3"
-    assert "i 3 " in opened.curves.readout.text
+    assert "i 3 " in opened.feature(CurvesFeature).panel.readout.text
 
     bar._slider.setFocus()
     QTest.keyClick(bar._slider, Qt.Key.Key_Escape)
     np.testing.assert_array_equal(_shown(opened), present)
     assert opened.views.cells["depth-out"].strip._text == ""
-    assert f"i {lengths[1]} " in opened.curves.readout.text or f"i {lengths[2]} " in opened.curves.readout.text
+    assert (
+        f"i {lengths[1]} " in opened.feature(CurvesFeature).panel.readout.text
+        or f"i {lengths[2]} " in opened.feature(CurvesFeature).panel.readout.text
+    )
 
 
 def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     run_all(opened)
-    workspace, bar = opened.workspace, opened.curves.scrub_bar
+    workspace, bar = opened.workspace, opened.feature(CurvesFeature).panel.scrub_bar
     opened.actions_["live"].setChecked(False)
 
     def view_iteration() -> None:
@@ -90,9 +94,9 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
 def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
     opened.panels._show([*opened.panels.open, "Convergence"])
     opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.curves.records), timeout=WAIT_MS)
-    plot = opened.curves.sigma_plot
-    assert len(opened.curves.records) == 1
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).panel.records), timeout=WAIT_MS)
+    plot = opened.feature(CurvesFeature).panel.sigma_plot
+    assert len(opened.feature(CurvesFeature).panel.records) == 1
     assert plot._points.isVisible()
     assert list(plot._points.getData()[0]) == [1]
     opened.actions_["cancel"].trigger()

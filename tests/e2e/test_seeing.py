@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.curves import CurvesFeature
 from ilf import preset
 
 
@@ -77,6 +78,9 @@ def test_a_run_opens_its_curves_and_a_live_solution_does_not(
     assert "Convergence" not in opened.panels.open
     run_all(opened)
     assert "Convergence" in opened.panels.open
-    assert opened.curves.records
+    assert opened.feature(CurvesFeature).panel.records
     assert opened.views.width() == share, "the curves take no room from the pictures"
-    assert opened.dockWidgetArea(opened.curves.parentWidget()) == Qt.DockWidgetArea.RightDockWidgetArea
+    assert (
+        opened.dockWidgetArea(opened.feature(CurvesFeature).panel.parentWidget())
+        == Qt.DockWidgetArea.RightDockWidgetArea
+    )

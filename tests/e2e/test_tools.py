@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QApplication, QCheckBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
+from gui.features.blocks.feature import BlocksFeature
+from gui.features.status import StatusFeature
 from gui.tools.kinds import TOOL_NAMES
 
 from .conftest import WAIT_MS
@@ -53,7 +55,7 @@ def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
         click(editing, corner)
     assert "Enter" in editing.editor.tool.hint
     editing.refresh.now()
-    assert editing.status.hint.text() == editing.editor.tool.hint
+    assert editing.feature(StatusFeature).bar.hint.text() == editing.editor.tool.hint
     key(editing, _Key.Key_Backspace)
     click(editing, (40, 20))
     key(editing, _Key.Key_Return)
@@ -78,7 +80,7 @@ def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow, qtbot:
     qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"), timeout=WAIT_MS)
     assert session.undo_stack.undoText() == "Merge 2 blocks"
     editing.refresh.now()
-    assert editing.status.hint.text() == editing.editor.tool.hint
+    assert editing.feature(StatusFeature).bar.hint.text() == editing.editor.tool.hint
     key(editing, _Key.Key_Enter)
     assert session.undo_stack.undoText().startswith("Split")
     parts = session.labels == session.labels[5, 5]
@@ -102,8 +104,8 @@ def test_distrusted_depth_is_missing_until_it_is_undone(editing: MainWindow) -> 
     drag(editing, [(45, 6), (55, 6)])
     assert not session.frame.known[5:8, 46:54].any()
     editing.refresh.now()
-    editing.readout.point_at((50, 6))
-    assert "invalid_mask" in editing.status.readout.text()
+    editing.feature(StatusFeature).readout.point_at((50, 6))
+    assert "invalid_mask" in editing.feature(StatusFeature).bar.readout.text()
     drag(editing, [(45, 6), (50, 6)], ALT)
     assert session.frame.known[6, 46]
     editing.actions_["undo"].trigger()
@@ -115,11 +117,11 @@ def test_a_band_chooses_in_picture_and_table(editing: MainWindow) -> None:
     _take(editing, "select")
     drag(editing, [(63, 47), (40, 20), (28, 1)], SHIFT)
     editing.refresh.now()
-    assert editing.workspace.session.selected == editing.blocks.selected()
-    assert len(editing.blocks.selected()) == 1
+    assert editing.workspace.session.selected == editing.feature(BlocksFeature).table.selected()
+    assert len(editing.feature(BlocksFeature).table.selected()) == 1
     click(editing, (5, 5), SHIFT)
     editing.refresh.now()
-    assert len(editing.blocks.selected()) == 2
+    assert len(editing.feature(BlocksFeature).table.selected()) == 2
 
 
 def test_control_and_wheel_change_the_brush_and_zoom_where_there_is_none(editing: MainWindow) -> None:
@@ -160,10 +162,14 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -
 def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing: MainWindow, focus: str) -> None:
     _take(editing, "select")
     spin = editing.tool_bar.options.amount
-    widget = {"views": editing.views.cells["depth-in"].view, "table": editing.blocks.view, "spin box": spin}[focus]
+    widget = {
+        "views": editing.views.cells["depth-in"].view,
+        "table": editing.feature(BlocksFeature).table.view,
+        "spin box": spin,
+    }[focus]
     widget.setFocus()
     assert widget.hasFocus()
-    editing.blocks.view.selectRow(0)
+    editing.feature(BlocksFeature).table.view.selectRow(0)
     key(editing, _Key.Key_Tab)
     assert editing.editor.tool_name == ("select" if focus == "spin box" else "border")
     if focus == "spin box":
@@ -310,18 +316,18 @@ def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot
     before = session.labels.copy()
     left, right = int(before[5, 5]), int(before[5, 50])
     editing.workspace.select([left])
-    menu = editing.context_menu.menu(50, 5)
+    menu = editing.feature(BlocksFeature).menu_at(50, 5)
     texts = {action.text(): action for action in menu.actions()}
     assert session.selected == [right]
     texts[f"Merge Block {right} into Block {left}"].trigger()
     assert (session.labels == left).all()
     editing.actions_["undo"].trigger()
     editing.workspace.select([left])
-    menu = editing.context_menu.menu(50, 5)
+    menu = editing.feature(BlocksFeature).menu_at(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Give this piece")).trigger()
     assert session.selected == [left]
     assert (session.labels == left).all()
-    menu = editing.context_menu.menu(50, 5)
+    menu = editing.feature(BlocksFeature).menu_at(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Split")).trigger()
     qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
     assert session.labels[5, 5] != session.labels[5, 50]

@@ -16,6 +16,8 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.curves import CurvesFeature
+from gui.features.filter.feature import FilterFeature
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 from ilf.data.results import Status
@@ -60,7 +62,9 @@ def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all:
     session = opened.workspace.session
     for label, result in session.valid_results().items():
         opened.workspace.select([label])
-        assert [record.i for record in opened.curves.records] == [record.i for record in result.history]
+        assert [record.i for record in opened.feature(CurvesFeature).panel.records] == [
+            record.i for record in result.history
+        ]
 
 
 def test_edited_blocks_survive_export_replay_and_reopening(
@@ -207,7 +211,7 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
-    presets = opened.filter_panel.presets.names
+    presets = opened.feature(FilterFeature).panel.presets.names
     opened.workspace.set_parameters(ilf.preset("released-code"))
     opened.refresh.now()
     assert presets.currentText() == "released-code"
@@ -228,12 +232,14 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
 
     def note(label: int) -> None:
         opened.refresh.draw_all()
-        shown.append((label, len(opened.curves.records)))
+        shown.append((label, len(opened.feature(CurvesFeature).panel.records)))
 
     opened.runs.records.connect(lambda label, _: note(label))
     run_all(opened)
     assert all(count > 0 for _, count in shown)
-    assert len(opened.curves.records) == workspace.session.valid_results()[second].outcome.iterations
+    assert (
+        len(opened.feature(CurvesFeature).panel.records) == workspace.session.valid_results()[second].outcome.iterations
+    )
     assert first in {label for label, _ in shown}
 
 
@@ -334,7 +340,7 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: Main
 
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
-    workspace, panel = opened.workspace, opened.filter_panel
+    workspace, panel = opened.workspace, opened.feature(FilterFeature).panel
     workspace.set_parameters(ilf.preset("paper"))
     opened.refresh.now()
     workspace.set_parameters(ilf.preset("paper", centred=True))
