@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.cloud import CloudFeature
 from gui.features.status import StatusFeature
+from gui.features.tools import ToolsFeature
 from gui.features.views import ErrorFeature
 from gui.views.cloud.canvas import HINT
 from gui.views.cloud.colouring import ColourBy
@@ -153,7 +154,7 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
 
 
 def test_the_cloud_has_hints_of_its_own_and_no_tools(opened: MainWindow, qtbot: QtBot) -> None:
-    options = opened.tool_bar.options
+    options = opened.feature(ToolsFeature).options
     opened.centre.show_cloud()
     opened.refresh.now()
     assert opened.feature(StatusFeature).bar.hint.text() == HINT

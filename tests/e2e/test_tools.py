@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from gui.app.main_window import MainWindow
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
+from gui.features.tools import ToolsFeature
 from gui.tools.kinds import TOOL_NAMES
 
 from .conftest import WAIT_MS
@@ -132,7 +133,7 @@ def test_control_and_wheel_change_the_brush_and_zoom_where_there_is_none(editing
     assert editing.editor.options.brush_radius > radius
     assert view.transform().m11() == scale
     editing.refresh.now()
-    assert editing.tool_bar.options.brush.value() == editing.editor.options.brush_radius
+    assert editing.feature(ToolsFeature).options.brush.value() == editing.editor.options.brush_radius
     turn_wheel(editing, (30, 20), 1)
     assert view.transform().m11() > scale
     _take(editing, "border")
@@ -142,7 +143,7 @@ def test_control_and_wheel_change_the_brush_and_zoom_where_there_is_none(editing
 
 
 def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -> None:
-    row, options = editing.tool_bar.options, editing.editor.options
+    row, options = editing.feature(ToolsFeature).options, editing.editor.options
     shown = {}
     for name in TOOL_NAMES:
         _take(editing, name)
@@ -161,7 +162,7 @@ def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -
 @pytest.mark.parametrize("focus", ["views", "table", "spin box"])
 def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing: MainWindow, focus: str) -> None:
     _take(editing, "select")
-    spin = editing.tool_bar.options.amount
+    spin = editing.feature(ToolsFeature).options.amount
     widget = {
         "views": editing.views.cells["depth-in"].view,
         "table": editing.feature(BlocksFeature).table.view,
