@@ -73,6 +73,8 @@ class Actions:
         self._icons: dict[str, str] = {}
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
+        self._reasons: dict[str, str] = {}
+        """Why the commands could not be used at the last refresh."""
 
     def __getitem__(self, name: str) -> QAction:
         return self._actions[name]
@@ -114,9 +116,11 @@ class Actions:
         self._prepare()
         for name, command in self.commands.items():
             if command.why_off is not None:
-                why_off = command.why_off()
-                self[name].setEnabled(not why_off)
-                self[name].setProperty(WHY_NOT, why_off)
+                reason = command.why_off()
+                if reason != self._reasons.get(name):
+                    self._reasons[name] = reason
+                    self[name].setEnabled(not reason)
+                    self[name].setProperty(WHY_NOT, reason)
 
     def draw_icons(self) -> None:
         """Redraw the icons in the colours of the window's palette."""
