@@ -465,7 +465,7 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="are depth, not colour"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/rgb", "/rgb"))
-    with pytest.raises(FormatError, match="'rgb8' are no depth"):
+    with pytest.raises(FormatError, match="'rgb8' are not depth"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
     with pytest.raises(FormatError, match="'nv21' are not supported"):
