@@ -47,7 +47,7 @@ class ToolKeys(QObject):
         action.setProperty(HOLD_KEY, QKeySequence(key).toString())
 
     def _focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
-        """Filter the events of the focused widget; a filter of the whole program would be called for each of its events."""
+        """Filter the events of the focused widget; a filter of the program would be called for each of its events."""
         if new is not None:
             new.installEventFilter(self)
 
