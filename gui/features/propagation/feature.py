@@ -198,7 +198,7 @@ def _named(names: list[str]) -> str:
 
 
 _HOW_KEY = "carrying/how"
-_PREFIX = "carry_"
+_PREFIX = "propagate_"
 
 
 class PropagationFeature(Feature):
