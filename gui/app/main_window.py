@@ -190,12 +190,12 @@ class MainWindow(QMainWindow):
 
     def _refresh_commands(self) -> None:
         """Enable commands at once when the state changes: the next one may come before the next turn."""
-        workspace, entries = self.workspace, self.workspace.entries
+        workspace, entries = self.workspace, self.workspace.frames.entries
         for signal in (
-            *(workspace.session_changed, workspace.labels_changed, workspace.infos_changed),
-            *(workspace.selection_changed, workspace.parameters_changed, workspace.guide_changed),
-            *(workspace.results_changed, workspace.results_added, workspace.run_history_changed),
-            *(workspace.ground_truth_changed, entries.added, entries.removed),
+            *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
+            *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.blocks.guide_changed),
+            *(workspace.runs.results_changed, workspace.runs.results_added, workspace.runs.history_changed),
+            *(workspace.blocks.ground_truth_changed, entries.added, entries.removed),
             *(self.runs.state_changed, self.loader.busy_changed),
         ):
             signal.connect(lambda *_: self.actions_.refresh())

@@ -76,9 +76,9 @@ class CloudLinks(QObject):
         label = int(session.labels[y, x])
         if label and adds:
             chosen = [one for one in session.selected if one != label]
-            self._workspace.select(chosen if label in session.selected else [*chosen, label])
+            self._workspace.blocks.select(chosen if label in session.selected else [*chosen, label])
         elif not adds:
-            self._workspace.select([label] if label else [])
+            self._workspace.blocks.select([label] if label else [])
 
 
 _NO_INTRINSICS = (
@@ -159,10 +159,10 @@ class CloudFeature(Feature):
         self._questions.failed.connect(lambda _, error: self._report(error))
         cloud.canvas.failed.connect(self._report)
         for changed in (
-            workspace.session_changed,
-            workspace.labels_changed,
-            workspace.stroke_changed,
-            workspace.infos_changed,
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            workspace.blocks.stroke_changed,
+            workspace.blocks.infos_changed,
         ):
             changed.connect(self._forget_blocks)
         views.cursorMoved.connect(self._show_value)
@@ -170,25 +170,25 @@ class CloudFeature(Feature):
         for signal in (cloud.colours_changed, views.ranges.changed):
             signal.connect(self.changed)
         watched = (
-            workspace.ground_truth_changed,
-            workspace.compared_changed,
-            workspace.error_changed,
-            workspace.invalid_mask_changed,
-            workspace.viewed_iteration_changed,
+            workspace.blocks.ground_truth_changed,
+            workspace.runs.compared_changed,
+            workspace.runs.error_changed,
+            workspace.blocks.invalid_mask_changed,
+            workspace.runs.viewed_iteration_changed,
         )
         for signal in watched:
             signal.connect(self.changed)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
-        blocks = workspace.labels_changed, workspace.infos_changed, workspace.selection_changed
+        blocks = workspace.blocks.labels_changed, workspace.blocks.infos_changed, workspace.blocks.selection_changed
         context.refresh.add(
             "cloud",
             self.show,
             (
-                *(workspace.session_changed, *blocks, workspace.results_changed),
+                *(workspace.frames.session_changed, *blocks, workspace.runs.results_changed),
                 *(self.changed, views.shownChanged, context.centre.turned),
             ),
-            (workspace.results_added,),
+            (workspace.runs.results_added,),
         )
 
     @property
@@ -234,7 +234,7 @@ class CloudFeature(Feature):
         if by in self._unavailable(session):
             by = ColourBy.COLOUR
         raw = completion is not None and self._cloud.raw.isChecked()
-        viewed_iteration = None if raw else self._workspace.viewed_iteration
+        viewed_iteration = None if raw else self._workspace.runs.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
             depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"

@@ -20,7 +20,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import Command
-from ..state.commands import Change, DrawnChange
+from ..state.blocks import Change, DrawnChange
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..work.frame_runs import RunState
@@ -194,13 +194,13 @@ class EditSummaryPresenter(QObject):
         self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
-        workspace.edited.connect(self._take)
-        workspace.session_changed.connect(self._forget)
-        workspace.replaced.connect(self._forget)
-        workspace.guide_changed.connect(self._forget)
-        workspace.invalid_mask_changed.connect(self._take_invalid_mask)
-        workspace.ground_truth_changed.connect(self._ask_again)
-        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+        workspace.blocks.edited.connect(self._take)
+        workspace.frames.session_changed.connect(self._forget)
+        workspace.blocks.replaced.connect(self._forget)
+        workspace.blocks.guide_changed.connect(self._forget)
+        workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
+        workspace.blocks.ground_truth_changed.connect(self._ask_again)
+        for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
 
     @property
@@ -258,7 +258,7 @@ class EditSummaryPresenter(QObject):
         if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
             return  # they are not completed yet
         self._asked = True
-        run = session.run(self._workspace.parameters)
+        run = session.run(self._workspace.parameters.current)
         change = self._change
         self._questions.ask(_Request(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
@@ -304,8 +304,8 @@ class EditSummaryFeature(Feature):
         context.centre.add_strip(self.line)
         views = context.feature(ViewsFeature).presenter
         self.presenter = EditSummaryPresenter(workspace, runs, views, self.line, actions["live"])
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
-        for changed in (workspace.session_changed, *edits):
+        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        for changed in (workspace.frames.session_changed, *edits):
             # an edit shows the current state again
             changed.connect(lambda *_: actions["show_before_edit"].setChecked(False))
         runs.resolved.connect(self._tell_resolved)

@@ -26,7 +26,7 @@ class RunsFeature(Feature):
         live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
         live.toggled.connect(lambda on: QSettings().setValue(_LIVE_KEY, on))
         self.live = LiveSolver(workspace, runs, live)
-        for signal in (workspace.session_changed, runs.state_changed):
+        for signal in (workspace.frames.session_changed, runs.state_changed):
             signal.connect(lambda *_: self._show_pause())
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))

@@ -82,16 +82,16 @@ class StatusFeature(Feature):
         context.window.setStatusBar(self.bar)
         self.readout = ReadoutPresenter(workspace, self.bar.readout)
         context.views.cursorMoved.connect(self.readout.point_at)
-        turned, loading, coming = workspace.session_changed, loader.busy_changed, workspace.results_added
+        turned, loading, coming = workspace.frames.session_changed, loader.busy_changed, workspace.runs.results_added
         hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed
         add = context.refresh.add
         add("hint", self.show_hint, (turned, loading, context.centre.turned, *hinted))
         exporting = documents.exporting_changed
         add("progress", self.show_progress, (turned, runs.state_changed, loading, exporting), (coming,))
-        frame = turned, workspace.labels_changed, workspace.infos_changed, workspace.results_changed
-        shown = workspace.error_changed, workspace.viewed_iteration_changed
-        compared = workspace.compared_changed, workspace.ground_truth_changed
-        add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.previews_changed))
+        frame = turned, workspace.blocks.labels_changed, workspace.blocks.infos_changed, workspace.runs.results_changed
+        shown = workspace.runs.error_changed, workspace.runs.viewed_iteration_changed
+        compared = workspace.runs.compared_changed, workspace.blocks.ground_truth_changed
+        add("readout", self.readout.show, (*frame, *shown, *compared), (coming, workspace.runs.previews_changed))
 
     def show_hint(self) -> None:
         """Show what is being opened or extracted, or else the effect of a click."""
@@ -179,7 +179,7 @@ class ReadoutPresenter(QObject):
             given = "outside the depth camera's view"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        viewed_iteration, error = self._workspace.viewed_iteration, session.expected_error()
+        viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
         depth = session.current_depth() if viewed_iteration is None else viewed_iteration.depth
         if depth is not None:
             depth_out = float(depth[y, x])

@@ -33,7 +33,7 @@ class ToolsFeature(Feature):
         editor.message.connect(notes.show_message)
         editor.slivers_left.connect(lambda left: notes.offer(f"{counted(left, 'sliver')} left.", actions["clean_up"]))
         editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
-        changed = context.workspace.session_changed, editor.tool_changed, editor.options_changed
+        changed = context.workspace.frames.session_changed, editor.tool_changed, editor.options_changed
         context.refresh.add("tools", self.show, changed)
 
     def begin(self) -> None:

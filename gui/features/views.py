@@ -49,13 +49,15 @@ class ViewsPresenter(QObject):
         self._shows_names = False
         self._shows_other = False
         """Whether the views temporarily show other blocks and depth."""
-        for signal in (workspace.labels_changed, workspace.stroke_changed):
+        for signal in (workspace.blocks.labels_changed, workspace.blocks.stroke_changed):
             signal.connect(self._boxes.append)
-        for doubtful in (workspace.infos_changed, workspace.session_changed):
+        for doubtful in (workspace.blocks.infos_changed, workspace.frames.session_changed):
             doubtful.connect(self._invalidate_colours)
             doubtful.connect(self._invalidate_names)
-        workspace.selection_changed.connect(self._invalidate_colours)  # a new block is selected before it is painted
-        workspace.labels_changed.connect(self._invalidate_names)
+        workspace.blocks.selection_changed.connect(
+            self._invalidate_colours
+        )  # a new block is selected before it is painted
+        workspace.blocks.labels_changed.connect(self._invalidate_names)
 
     def show_frame(self) -> None:
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
@@ -124,7 +126,7 @@ class ViewsPresenter(QObject):
         """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
         being viewed."""
         if self._workspace.has_session and not self._shows_other:
-            session, viewed_iteration = self._workspace.session, self._workspace.viewed_iteration
+            session, viewed_iteration = self._workspace.session, self._workspace.runs.viewed_iteration
             self._views.set_moment("" if viewed_iteration is None else viewed_iteration.text)
             if viewed_iteration is not None:
                 self._views.set_result(viewed_iteration.depth)
@@ -238,19 +240,19 @@ class ViewsFeature(Feature):
         )
         self.bar = ViewBar(views, entries(context.actions, "contours_only block_names show_missing | fit"))
         context.centre.set_corner(self.bar)
-        turned, blocks, add = workspace.session_changed, workspace.labels_changed, context.refresh.add
-        add("picture", presenter.show_frame, (turned, workspace.invalid_mask_changed))
-        infos, selected = workspace.infos_changed, workspace.selection_changed
+        turned, blocks, add = workspace.frames.session_changed, workspace.blocks.labels_changed, context.refresh.add
+        add("picture", presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed))
+        infos, selected = workspace.blocks.infos_changed, workspace.blocks.selection_changed
         add(
             "blocks",
             presenter.show_blocks,
-            (turned, blocks, workspace.stroke_changed, infos, selected, presenter.names_toggled),
+            (turned, blocks, workspace.blocks.stroke_changed, infos, selected, presenter.names_toggled),
         )
         add(
             "depth",
             presenter.show_depth,
-            (turned, blocks, workspace.results_changed, workspace.viewed_iteration_changed),
-            (workspace.results_added, workspace.previews_changed),
+            (turned, blocks, workspace.runs.results_changed, workspace.runs.viewed_iteration_changed),
+            (workspace.runs.results_added, workspace.runs.previews_changed),
         )
 
 
@@ -278,10 +280,10 @@ class ErrorFeature(Feature):
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
         changed = (
-            workspace.session_changed,
-            workspace.labels_changed,
-            workspace.results_changed,
-            workspace.error_changed,
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            workspace.runs.results_changed,
+            workspace.runs.error_changed,
         )
         seen = context.cloud.colours_changed, views.shownChanged, context.centre.turned
         context.refresh.add("error", self.show, (*changed, context.runs.state_changed, *seen))
@@ -325,7 +327,7 @@ class ErrorFeature(Feature):
         return self._questions.shutdown()
 
     def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
-        self._workspace.store_error_estimate(question.session, question.completion, error_estimate)
+        self._workspace.runs.store_error_estimate(question.session, question.completion, error_estimate)
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self._failed_completion = question.completion

@@ -184,11 +184,11 @@ class BatchFeature(Feature):
 
     def _settings(self) -> BatchSettings:
         workspace = self.context.workspace
-        configuration = RunConfiguration(workspace.parameters, workspace.extraction_parameters)
+        configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)
         return BatchSettings(configuration, replace(stored_options(), run_record=True))
 
     def _frames(self) -> list[Entry]:
-        return [entry for entry in self.context.workspace.entries if entry.source is not None]
+        return [entry for entry in self.context.workspace.frames.entries if entry.source is not None]
 
     def _chosen(self) -> list[Entry]:
         chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}
@@ -242,5 +242,7 @@ class BatchFeature(Feature):
 
     def _why_no_frames(self) -> str:
         return (
-            "" if any(entry.source is not None for entry in self.context.workspace.entries) else "Open a frame first."
+            ""
+            if any(entry.source is not None for entry in self.context.workspace.frames.entries)
+            else "Open a frame first."
         )

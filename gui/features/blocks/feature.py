@@ -118,11 +118,11 @@ class BlocksFeature(Feature):
         self.commands.message.connect(context.notes.show_message)
         context.actions.add(self._declared())
         self.table = table = BlockTable()
-        table.selectionChanged.connect(workspace.select)
-        table.renamed.connect(lambda label, name: workspace.edit_info(label, "Rename block", name=name))
+        table.selectionChanged.connect(workspace.blocks.select)
+        table.renamed.connect(lambda label, name: workspace.blocks.edit_info(label, "Rename block", name=name))
         table.recoloured.connect(self._recolour)
-        table.visibilityChanged.connect(workspace.set_visible)
-        table.lockChanged.connect(workspace.set_lock)
+        table.visibilityChanged.connect(workspace.blocks.set_visible)
+        table.lockChanged.connect(workspace.blocks.set_lock)
         table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
         table.activated.connect(lambda _: context.feature(ViewsFeature).presenter.zoom_to_blocks())
         context.views.contextMenuRequested.connect(self._show_menu_at)
@@ -130,11 +130,11 @@ class BlocksFeature(Feature):
             "table",
             self.show,
             (
-                *(workspace.session_changed, workspace.labels_changed, workspace.infos_changed),
-                *(workspace.selection_changed, workspace.parameters_changed, workspace.results_changed),
-                *(context.runs.state_changed, workspace.block_errors_changed),
+                *(workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.blocks.infos_changed),
+                *(workspace.blocks.selection_changed, workspace.parameters.changed, workspace.runs.results_changed),
+                *(context.runs.state_changed, workspace.blocks.block_errors_changed),
             ),
-            (workspace.results_added, workspace.records_added),
+            (workspace.runs.results_added, workspace.runs.records_added),
         )
 
     def _declared(self) -> Sequence[Command]:
@@ -324,8 +324,8 @@ class BlocksFeature(Feature):
         unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
         session.undo_stack.beginMacro("Shuffle colours")
         for label, colour in zip(labels, unused, strict=False):
-            self._workspace.edit_info(label, "Recolour block", colour=colour)
+            self._workspace.blocks.edit_info(label, "Recolour block", colour=colour)
         session.undo_stack.endMacro()
 
     def _recolour(self, label: int, colour: QColor) -> None:
-        self._workspace.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))
+        self._workspace.blocks.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))

@@ -66,17 +66,17 @@ class ExtractionFeature(Feature):
         self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
         self._board.stageChanged.connect(self.changed)
         views.layoutChanged.connect(self.changed)
-        panel.edited.connect(workspace.set_extraction_parameters)
-        panel.keeping_switched.connect(workspace.set_keeps_handmade)
+        panel.edited.connect(workspace.parameters.set_extraction)
+        panel.keeping_switched.connect(workspace.parameters.set_keeps_handmade)
         panel.preview_switched.connect(self._switch)
         panel.view_requested.connect(self.show_view)
         loader.extracted.connect(self.hold)
         loader.busy_changed.connect(self.go_on)
         self._mark_stages()
-        turned, extraction = workspace.session_changed, workspace.extraction_changed
+        turned, extraction = workspace.frames.session_changed, workspace.parameters.extraction_changed
         seen = views.shownChanged, context.centre.turned
         context.refresh.add("stages", self.show, (turned, extraction, self.changed, *seen))
-        changed = workspace.labels_changed, workspace.infos_changed, self.described
+        changed = workspace.blocks.labels_changed, workspace.blocks.infos_changed, self.described
         context.refresh.add("extraction", self.describe, changed)
 
     def _commands(self) -> Sequence[Command]:
@@ -163,7 +163,7 @@ class ExtractionFeature(Feature):
 
     def show(self) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
-        self.panel.form.set_parameters(self._workspace.extraction_parameters)
+        self.panel.form.set_parameters(self._workspace.parameters.extraction)
         frame = self._workspace.session.frame if self._workspace.has_session else None
         if frame is not self._frame:
             self._frame = frame
@@ -178,7 +178,7 @@ class ExtractionFeature(Feature):
 
     def _ask(self, frame: RGBDFrame) -> None:
         if self.panel.previews:
-            parameters: BlockParameters | None = self._workspace.extraction_parameters
+            parameters: BlockParameters | None = self._workspace.parameters.extraction
         else:
             parameters = self._preview.cached_parameters(frame) or self._workspace.session.notes.extraction
         if parameters is None:
@@ -206,16 +206,16 @@ class ExtractionFeature(Feature):
 
     def _has_new_values(self) -> bool:
         """Whether the frame's blocks were extracted with other parameters than the panel's."""
-        return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
+        return self._workspace.session.notes.extraction != self._workspace.parameters.extraction
 
     def _summary(self, found: FoundBlocks) -> str:
         if self.panel.previews:
             title = "Preview"
         else:
-            fits = found.parameters == self._workspace.extraction_parameters
+            fits = found.parameters == self._workspace.parameters.extraction
             title = "With these parameters" if fits else "With other parameters"
         blocks = found.extraction.blocks
-        locked, by_hand = self._workspace.staying(self._workspace.session)
+        locked, by_hand = self._workspace.blocks.staying(self._workspace.session)
         around = _describe_around(len(locked), len(by_hand))
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
 
@@ -239,7 +239,7 @@ class ExtractionFeature(Feature):
     def extract(self) -> None:
         """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
         session = self._workspace.session
-        found = self._preview.held(session.frame, self._workspace.extraction_parameters)
+        found = self._preview.held(session.frame, self._workspace.parameters.extraction)
         self._loader.extract(session, found)
 
     def hold(self, found: FoundBlocks) -> None:

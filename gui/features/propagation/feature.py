@@ -349,22 +349,22 @@ class PropagationFeature(Feature):
 
     def _present(self) -> Entry | None:
         workspace = self.context.workspace
-        return workspace.entries.of(workspace.session.id) if workspace.has_session else None
+        return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
         present = self._present()
-        return 0 if present is None else self.context.workspace.entries.row_of(present)
+        return 0 if present is None else self.context.workspace.frames.entries.row_of(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
-        first, entries = self._row() + 1, self.context.workspace.entries
+        first, entries = self._row() + 1, self.context.workspace.frames.entries
         end = len(entries) if most is None else min(first + most, len(entries))
         return [entries[row] for row in range(first, end)]
 
     def _preceding(self) -> Entry | None:
         row = self._row()
-        return self.context.workspace.entries[row - 1] if row > 0 else None
+        return self.context.workspace.frames.entries[row - 1] if row > 0 else None
 
     # why a command cannot be used
 

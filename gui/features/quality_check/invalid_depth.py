@@ -68,8 +68,8 @@ class InvalidDepthFeature(Feature):
         self._questions = LatestRequest[_Request, Mask](_find, self)
         self._questions.answered.connect(self._take_answer)
         self._questions.failed.connect(self._fail)
-        workspace.session_changed.connect(self.leave)
-        workspace.invalid_mask_changed.connect(self.leave)
+        workspace.frames.session_changed.connect(self.leave)
+        workspace.blocks.invalid_mask_changed.connect(self.leave)
 
     @property
     def busy(self) -> bool:
@@ -93,7 +93,7 @@ class InvalidDepthFeature(Feature):
             return
         found, before = self._found, self._workspace.session.frame.invalid_mask
         try:
-            self._workspace.set_invalid_mask(
+            self._workspace.blocks.set_invalid_mask(
                 found if before is None else before | found, "Mark suggested depth as invalid"
             )
         except IlfError as error:
