@@ -14,8 +14,7 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from ..state.parameters import EditParameters
-from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, with_shared_arrays
-from ..state.run_names import run_name
+from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
 from ..state.session import Session
 from ..state.workspace import Workspace
 from .frame_runs import RunOutcome, RunState

@@ -22,8 +22,7 @@ from ilf.io.tables import write_csv
 from ilf.project.run_history import StoredRun
 
 from ...base.commands import Command
-from ...state.run_history import MAX_COMPARED
-from ...state.run_names import title_of
+from ...state.run_history import MAX_COMPARED, title_of
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...work.frame_runs import RunState
