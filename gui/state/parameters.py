@@ -92,7 +92,7 @@ class WorkspaceParameters(QObject):
         self.shared = SharedParameters(self.shared.on, self.of_next_frame)
 
     def start(self, session: Session, recorded: Run | None = None, restored: bool = False) -> None:
-        """Set the parameters of a frame that is about to be opened: those of the next frame, or those of a recorded run.
+        """Set the parameters of a frame that is about to be opened: those of the next frame, or of a recorded run.
 
         A `restored` frame keeps its own, unless it shares them.
         """
