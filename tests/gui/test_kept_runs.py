@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gui.state.parameters import DRAG_S
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
@@ -20,6 +19,7 @@ from pytestqt.qtbot import QtBot
 from gui.features.batch.dialog import OutcomeModel
 from gui.features.run_history.feature import measure, write_runs
 from gui.features.run_history.model import RunModel, best_of, run_rows
+from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
 from gui.state.session import Session
 from gui.state.workspace import Workspace

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import pytest
-from gui.state.parameters import SharedParameters
 
 from gui.project.current_project import apply_settings, project_of
+from gui.state.parameters import SharedParameters
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.data.parameters import Parameters
@@ -151,7 +153,7 @@ def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame,
     workspace = Workspace()
     names: list[str] = []
     for name in SIGNALS:
-        getattr(workspace, name).connect(lambda *_, name=name: names.append(name))
+        attrgetter(name)(workspace).connect(lambda *_, name=name: names.append(name))
     workspace.parameters.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
     assert "parameters.changed" in names
     session = Session.of(Run(small_frame, small_labels), "origin", "key")

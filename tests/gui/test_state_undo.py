@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gui.state.parameters import DRAG_S
 
+from gui.state.parameters import DRAG_S
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.data.parameters import BlockParameters, preset
