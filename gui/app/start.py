@@ -213,7 +213,6 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
 
     from ..base.paths import sort_paths
 
-    reading = ReadingOptions.from_arguments(vars(options))
     if options.frame is not None:
         found = Source.of(options.frames[0], reading).frame_source(options.frame)
         return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])

@@ -50,9 +50,7 @@ def work(tmp_path):
         (
             listed(filed, FrameSource(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
             listed(made),
-            ProjectFrame(
-                "c3", "two", FrameSource(rgb, depth, options=ReadingOptions(depth_units=1000.0, intrinsics=camera))
-            ),
+            ProjectFrame("c3", "two", FrameSource(rgb, depth, options=options)),
         ),
         "b2",
         ilf.preset("paper"),
