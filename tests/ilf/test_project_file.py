@@ -81,7 +81,7 @@ def test_a_project_comes_back_as_it_was(work):
 def test_saving_after_one_edit_takes_the_rest_as_it_is_and_leaves_out_what_nobody_needs(work):
     folder, project, filed, made = work
     path = folder / "room.ilf"
-    changed = replace(made, results={}, runs=(), guess=None, note="new")
+    changed = replace(made, results={}, runs=(), extrapolation=None, note="new")
     with open_project(path) as opened:
         before = {name: opened.parts.read(name) for name in opened.parts.names()}
         save_project(path, project, [changed], base=[opened.parts], places=opened.places)
@@ -239,12 +239,12 @@ def state_json(path, frame_id):
 @pytest.mark.parametrize(
     ("what", "lost"),
     [
-        (lambda state: state["labels"], ("labels", "results", "guess")),
+        (lambda state: state["labels"], ("labels", "results", "extrapolation")),
         (lambda state: state["packs"][0], ("results",)),
         (lambda state: state["invalid_mask"], ("invalid_mask",)),
         (lambda state: state["notes"]["drawn"], ("drawn",)),
         (lambda state: state["notes"]["extracted"], ("extracted",)),
-        (lambda state: state["guess"]["array"], ("guess",)),
+        (lambda state: state["extrapolation"]["array"], ("extrapolation",)),
     ],
 )
 def test_a_damaged_part_costs_that_part_only(work, what, lost):
@@ -264,7 +264,7 @@ def test_a_damaged_part_costs_that_part_only(work, what, lost):
         "invalid_mask": state.frame.invalid_mask is not None,
         "drawn": state.notes.drawn is not None,
         "extracted": state.notes.extracted is not None,
-        "guess": state.guess is not None,
+        "extrapolation": state.extrapolation is not None,
     }
     assert {name for name, there in kept.items() if not there} == set(lost)
 
