@@ -550,7 +550,7 @@ def test_steady_depth_keeps_the_pose(tmp_path, in_this_process, capsys):
 
 def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):
     monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
-    first = replace(frames_in(source)[0], source=replace(frames_in(source)[0].source, intrinsics="30,30,16,12"))
+    first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
     (tmp_path / "out").mkdir()
     settings = BatchSettings(QUICK, ExportOptions(axes="world"))
     task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
