@@ -1,15 +1,16 @@
-"""Checked access to objects of JSON files written by programs or people: every value is checked when it is read."""
+"""Values of JSON files, written by programs or people, as declared types: every value is checked when it is read."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar
 
+import msgspec
 import numpy as np
 
 from ..errors import FormatError
@@ -42,6 +43,84 @@ def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
         )
 
 
+T = TypeVar("T")
+
+PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
+"""A file name without any folder; see `is_plain`."""
+
+_EXPECTED = re.compile(r"Expected (?P<wanted>.+?)(, got (?P<found>.+))?")
+
+
+def converted(value: object, kind: type[T], what: str) -> T:
+    """Convert a value of a JSON file to the type that declares it. Unknown keys are ignored.
+
+    Parameters
+    ----------
+    value : object
+        As parsed.
+    kind : type
+        Any type that msgspec supports. Dataclasses need a value for every field, even for those with a default, unless
+        it is NaN; fields of a `msgspec.Struct` with a default are optional.
+    what : str
+        What the value is, for the message.
+
+    Raises
+    ------
+    FormatError
+        If a value is missing, of another type or not finite, or refused by the dataclass.
+
+    Examples
+    --------
+    >>> converted([1, 2], tuple[float, float], "point")
+    (1.0, 2.0)
+    >>> converted({"at": [1, "2"]}, dict[str, tuple[float, float]], "plan")
+    Traceback (most recent call last):
+    ilf.errors.FormatError: '[...][1]' in the plan must be float, not str.
+    """
+    try:
+        made = msgspec.convert(value, kind, str_keys=True)
+        _check_complete(value, made, "", what)
+    except msgspec.ValidationError as error:
+        raise FormatError(_sentence(str(error), what)) from error
+    except (RecursionError, UnicodeError) as error:
+        raise FormatError(f"The {what} cannot be read ({error}).") from error
+    return made
+
+
+def _check_complete(value: object, made: object, place: str, what: str) -> None:
+    """Raise FormatError if a field of a dataclass has no value, or a number is not finite."""
+    parts: Iterable[tuple[str, object, object]] = ()
+    if isinstance(value, dict) and dataclasses.is_dataclass(made):
+        for field in dataclasses.fields(made):
+            if field.name not in value and field.default == field.default:
+                raise FormatError(f"The {what} has no {f'{place}.{field.name}'.lstrip('.')!r}.")
+        parts = ((f"{place}.{name}", part, getattr(made, name, None)) for name, part in value.items())
+    elif isinstance(value, dict) and isinstance(made, dict):
+        pairs = zip(value.items(), made.values(), strict=False)
+        parts = ((f"{place}.{name}", part, made_part) for (name, part), made_part in pairs)
+    elif isinstance(value, list) and isinstance(made, list | tuple):
+        parts = ((f"{place}[{i}]", *pair) for i, pair in enumerate(zip(value, made, strict=False)))
+    elif isinstance(made, float) and isinstance(value, float) and not math.isfinite(value):
+        raise FormatError(f"{place.lstrip('.')!r} in the {what} must be a finite number, not {value}.")
+    for where, part, made_part in parts:
+        _check_complete(part, made_part, where, what)
+
+
+def _sentence(message: str, what: str) -> str:
+    """Turn a message of msgspec, which ends with a path such as `$.a[2].b`, into a sentence."""
+    problem, _, path = message.partition(" - at `")
+    problem, place = problem.replace("`", ""), path.rpartition("$")[2].rstrip("`").lstrip(".")
+    subject = f"{place!r} in the {what}" if place else f"The {what}"
+    if path.startswith("key"):
+        subject = f"A name in {subject[0].lower()}{subject[1:]}"
+    if missing := re.fullmatch(r"Object missing required field (.+)", problem):
+        return f"The {what} has no {f'{place}.{missing[1]}'.lstrip('.')!r}."
+    if not (expected := _EXPECTED.fullmatch(problem)):
+        return f"{subject} is not valid: {problem.rstrip('.')}."
+    wanted = "a plain file name" if "matching regex" in problem else expected["wanted"].replace(" | ", " or ")
+    return f"{subject} must be {wanted}{', not ' + expected['found'] if expected['found'] else ''}."
+
+
 @dataclass(frozen=True)
 class Section:
     """An object of a JSON file, with clear messages for invalid values."""
@@ -58,36 +137,6 @@ class Section:
     def items(self, key: str, kind: type) -> list[Any]:
         """Return a list of values of one type."""
         return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
-
-    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
-        """Return an object whose values are strings, or of these other types."""
-        section = self.section(key)
-        return {name: section.get(name, str, *kinds) for name in section.values}
-
-    def filename(self, key: str) -> str | None:
-        """Return a plain file name, or None for null."""
-        name = self.get(key, str, type(None))
-        if name is not None and not is_plain(name):
-            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
-        return name
-
-    def fields(self, kind: type) -> dict[str, Any]:
-        """Return values for the fields of a dataclass, each of its declared type."""
-        types = get_type_hints(kind)
-        found: dict[str, Any] = {}
-        for field in dataclasses.fields(kind):
-            declared = types[field.name]
-            if isinstance(declared, type) and issubclass(declared, StrEnum):
-                found[field.name] = self._member(field.name, declared)
-            else:
-                found[field.name] = self.get(field.name, *(get_args(declared) or (declared,)))
-        return found
-
-    def _member(self, key: str, kind: type[StrEnum]) -> StrEnum:
-        value = self.get(key, str)
-        if value not in list(kind):
-            raise FormatError(f"{key!r} in the {self.name} must be {' or '.join(kind)}, not {value!r:.60}.")
-        return kind(value)
 
     def section(self, key: str) -> Section:
         """Return an object inside this one."""

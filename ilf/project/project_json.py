@@ -295,7 +295,7 @@ def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
-        source = FrameSource.of(parsed_inputs(frame.section("inputs")))
+        source = FrameSource.of(parsed_inputs(frame.get("inputs", dict)))
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
     summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))

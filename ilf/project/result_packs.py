@@ -15,7 +15,6 @@ from ..data.blocks import Block, Box
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockResult, CompactHistory, EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
-from ..run.record import outcome_to_dict
 from ..run.record_file import parsed_outcome
 from .packing import MAX_UNPACKED, Npz, npz
 
@@ -50,7 +49,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
             {
                 "label": result.block.label,
                 "box": [int(end) for side in result.block.box for end in (side.start, side.stop)],
-                "outcome": outcome_to_dict(result.outcome),
+                "outcome": dataclasses.asdict(result.outcome),
                 "parameters": parameters.of(result.parameters.to_dict()),
                 "edges": None if result.edges is None else edges.of(result.edges.to_dict()),
                 "network": result.network,
@@ -158,7 +157,7 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
             BlockResult(
                 block,
                 found,
-                parsed_outcome(entry.section("outcome")),
+                parsed_outcome(entry.get("outcome", dict)),
                 histories[place],
                 parameters[entry.get("parameters", int)],
                 entry.get("network", str, type(None)),

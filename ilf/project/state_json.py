@@ -58,7 +58,7 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
         outside = data.get("outside_view", str)
         stated["outside_view"] = mask_from_bytes(outside, array_content(parts, outside), shape)
     if "inputs" in data.values:
-        frame = load_inputs(parsed_inputs(data.section("inputs")), name, camera, parts, places)
+        frame = load_inputs(parsed_inputs(data.get("inputs", dict)), name, camera, parts, places)
         return dataclasses.replace(frame, **stated)
     colour, depth = data.get("rgb", str), data.get("depth", str)
     return RGBDFrame(
@@ -97,7 +97,7 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
     frame = data.section("frame")
     files: list[InputFile] = []
     if "inputs" in frame.values:
-        inputs = parsed_inputs(frame.section("inputs"))
+        inputs = parsed_inputs(frame.get("inputs", dict))
         pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
         files += [file for file in (*pair, inputs.ground_truth) if file is not None]
     runs = [Section("stored run", run).section("run") for run in data.items("runs", dict)]
