@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
+import operator
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +16,6 @@ import msgspec
 import numpy as np
 
 from ..errors import FormatError
-from .formatting import as_float
 from .installation import __version__
 
 
@@ -51,7 +52,7 @@ PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
 _EXPECTED = re.compile(r"Expected (?P<wanted>.+?)(, got (?P<found>.+))?")
 
 
-def converted(value: object, kind: type[T], what: str) -> T:
+def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
     """Convert a value of a JSON file to the type that declares it. Unknown keys are ignored.
 
     Parameters
@@ -62,7 +63,8 @@ def converted(value: object, kind: type[T], what: str) -> T:
         Any type that msgspec supports. Dataclasses need a value for every field, even for those with a default, unless
         it is NaN; fields of a `msgspec.Struct` with a default are optional.
     what : str
-        What the value is, for the message.
+        What the value is, or contains it at `place`, for the message.
+    place : str
 
     Raises
     ------
@@ -79,9 +81,9 @@ def converted(value: object, kind: type[T], what: str) -> T:
     """
     try:
         made = msgspec.convert(value, kind, str_keys=True)
-        _check_complete(value, made, "", what)
+        _check_complete(value, made, place, what)
     except msgspec.ValidationError as error:
-        raise FormatError(_sentence(str(error), what)) from error
+        raise FormatError(_sentence(str(error), what, place)) from error
     except (RecursionError, UnicodeError) as error:
         raise FormatError(f"The {what} cannot be read ({error}).") from error
     return made
@@ -106,10 +108,10 @@ def _check_complete(value: object, made: object, place: str, what: str) -> None:
         _check_complete(part, made_part, where, what)
 
 
-def _sentence(message: str, what: str) -> str:
+def _sentence(message: str, what: str, outer: str) -> str:
     """Turn a message of msgspec, which ends with a path such as `$.a[2].b`, into a sentence."""
     problem, _, path = message.partition(" - at `")
-    problem, place = problem.replace("`", ""), path.rpartition("$")[2].rstrip("`").lstrip(".")
+    problem, place = problem.replace("`", ""), f"{outer}{path.rpartition('$')[2].rstrip('`')}".lstrip(".")
     subject = f"{place!r} in the {what}" if place else f"The {what}"
     if path.startswith("key"):
         subject = f"A name in {subject[0].lower()}{subject[1:]}"
@@ -123,34 +125,25 @@ def _sentence(message: str, what: str) -> str:
 
 @dataclass(frozen=True)
 class Section:
-    """An object of a JSON file, with clear messages for invalid values."""
+    """An object of a JSON file whose values are converted one by one, so that a damaged one costs only itself."""
 
     name: str
     values: dict[str, Any]
 
-    def get(self, key: str, *kinds: type) -> Any:
-        """Return the value of a key, checked to be of one of these types."""
+    def get(self, key: str, *kinds: Any) -> Any:
+        """Return the value of a key, `converted` to one of these types."""
         if key not in self.values:
             raise FormatError(f"The {self.name} has no {key!r}.")
-        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
+        kind: Any = functools.reduce(operator.or_, kinds)
+        return converted(self.values[key], kind, self.name, key)
 
-    def items(self, key: str, kind: type) -> list[Any]:
+    def items(self, key: str, kind: Any) -> list[Any]:
         """Return a list of values of one type."""
-        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
+        return list(self.get(key, list[kind]))
 
     def section(self, key: str) -> Section:
         """Return an object inside this one."""
         return Section(key, self.get(key, dict))
-
-
-def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
-    """Return `value` if it is of one of these types: integers pass as float, true and false never as numbers."""
-    if float in kinds and type(value) is int:
-        value = as_float(value)
-    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
-        return value
-    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
-    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
 
 
 def is_plain(name: str) -> bool:

@@ -212,21 +212,10 @@ def _present(path: str, places: Places) -> str:
 def _summary(row: Section) -> FrameSummary:
     """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
     try:
-        summary = row.section("summary")
-        shape = summary.get("shape", list, type(None))
-        return FrameSummary(
-            Stage(summary.get("stage", str)),
-            summary.get("note", str),
-            None if shape is None else (int(shape[0]), int(shape[1])),
-            summary.get("missing", float, type(None)),
-            summary.get("blocks", int),
-            summary.get("completed", int),
-            summary.get("to_check", int),
-            summary.get("problem", str),
-            summary.get("own_parameters", bool),
-        )
-    except UNREADABLE:
+        summary: FrameSummary = row.get("summary", FrameSummary)
+    except FormatError:
         return FrameSummary()
+    return summary
 
 
 def _source(source: FrameSource) -> dict[str, Any]:

@@ -122,7 +122,7 @@ def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     assert record.blocks_outcome[0].outside == OUTSIDE.sum()
     plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ExportOptions())
     assert b'"outside":' in to_json(record)
-    assert b'"outside":' not in to_json(replace(plain, outcomes=()))
+    assert b'"outside":' not in to_json(replace(plain, blocks_outcome=()))
 
 
 @pytest.fixture

@@ -266,7 +266,7 @@ def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
 
 def test_every_network_is_looked_at(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    own = read_record(path).networks["edges"]
+    own = read_record(path).networks.filter["edges"]
     changed(path, "networks", "filter", {"edges": own, "gone": "0"})
     (difference,) = replay(path).differences
     assert difference == (
