@@ -187,7 +187,7 @@ class MainWindow(QMainWindow):
             workspace, runs, self.view_presenter, self.edit_summary_line, actions["live"]
         )
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["ignore_check"])
-        self.mark_invalid = InvalidDepthPresenter(workspace, self.views, self.invalid_strip)
+        self.invalid_depth = InvalidDepthPresenter(workspace, self.views, self.invalid_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.scrubbing = ScrubPresenter(workspace, runs, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.editor, self.cloud, self.views, self.errors)
@@ -331,7 +331,7 @@ class MainWindow(QMainWindow):
             "merge_blocks": blocks.merge,
             "lock_blocks": blocks.toggle_locks,
             "hide_blocks": blocks.toggle_visibility,
-            "looked_at": blocks.mark_checked,
+            "mark_checked": blocks.mark_checked,
             "grow_blocks": blocks.grow,
             "shrink_blocks": blocks.shrink,
             "smooth_blocks": blocks.smooth,
@@ -360,9 +360,9 @@ class MainWindow(QMainWindow):
             "previous_check": lambda: self.review.go(-1),
             "ignore_check": self.review.leave,
             "close_checks": self.review.close,
-            "suggest_invalid": self.mark_invalid.suggest,
-            "mark_suggested": self.mark_invalid.take,
-            "ignore_suggested": self.mark_invalid.leave,
+            "suggest_invalid": self.invalid_depth.suggest,
+            "mark_suggested": self.invalid_depth.take,
+            "ignore_suggested": self.invalid_depth.leave,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
@@ -417,9 +417,9 @@ class MainWindow(QMainWindow):
         self.runs.failed.connect(lambda error: notes.report("The run failed", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
         self.review.failed.connect(lambda error: notes.report("Quality check", error))
-        self.mark_invalid.failed.connect(lambda error: notes.report("Suggesting invalid depth", error))
+        self.invalid_depth.failed.connect(lambda error: notes.report("Suggesting invalid depth", error))
         self.cloud_presenter.failed.connect(lambda error: notes.report("Point cloud", error))
-        self.mark_invalid.message.connect(notes.show_message)
+        self.invalid_depth.message.connect(notes.show_message)
         self.loader.failed.connect(notes.report)
         self.loader.message.connect(notes.show_message)
         self.editor.message.connect(notes.show_message)
@@ -492,7 +492,7 @@ class MainWindow(QMainWindow):
         if not self.project.may_close():
             event.ignore()
             return
-        reviews = self.review, self.mark_invalid
+        reviews = self.review, self.invalid_depth
         views = self.errors, self.effect, self.stages, self.editor, self.scrubbing, self.cloud_presenter
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()

@@ -199,7 +199,7 @@ COMMANDS = (
         group="tool",
     ),
     Command(
-        "tool_invalid",
+        "tool_mark_invalid",
         "Mark depth &invalid",
         "ph.shield-slash",
         "Ctrl+8",

@@ -65,7 +65,7 @@ class MaskPainter(Painter):
     """Painter of a mask (extrapolated or invalid pixels), with its share of the frame."""
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.uses = frozenset({"frame", "mark_invalid" if content == "invalid_mask" else "result"})
+        self.uses = frozenset({"frame", "invalid_mask" if content == "invalid_mask" else "result"})
         super().__init__(content, cell, material)
         self._drawn: Mask | None = None
 

@@ -151,7 +151,7 @@ class DepthPainter(Painter):
 
 
 _PARTS = {
-    "depth-in": "mark_invalid",
+    "depth-in": "invalid_mask",
     "result": "result",
     "ground_truth": "ground_truth",
     "guide": "guide",
@@ -334,7 +334,7 @@ _ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
 class ExpectedErrorPainter(Painter):
     """Painter of the expected error. Neither depth in nor the error is changed in place."""
 
-    uses = frozenset({"mark_invalid", "expected-error", "levels", "moment"})
+    uses = frozenset({"invalid_mask", "expected-error", "levels", "moment"})
     range_kind = "expected"
     unit = "mm"
 

@@ -30,7 +30,7 @@ from .screen_layers import ScreenLayers
 from .side_comparison import SideComparison
 
 _ALL = (
-    *("frame", "mark_invalid", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
+    *("frame", "invalid_mask", "result", "moment", "expected-error", "ground_truth", "guide", "runs"),
     *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material (names for `uses` of painters)."""
@@ -223,7 +223,7 @@ class LinkedViews(QWidget):
             material.depth_in = np.where(wrong, np.float32(np.nan), measured)
         material.invalid_mask = wrong
         self._layers.set_invalid_mask(wrong)
-        self._changed("mark_invalid")
+        self._changed("invalid_mask")
         self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:

@@ -153,7 +153,7 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     strip, session = window.invalid_strip, window.workspace.session
     for taken in (False, True):
         window.actions_["suggest_invalid"].trigger()
-        qtbot.waitUntil(lambda: not window.mark_invalid.busy, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not window.invalid_depth.busy, timeout=WAIT_MS)
         assert strip.label.text().startswith("4 pixels of known depth may be invalid")
         assert session.frame.invalid_mask is None
         window.actions_["mark_suggested" if taken else "ignore_suggested"].trigger()
@@ -165,5 +165,5 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     assert session.frame.invalid_mask is None
     window.actions_["redo"].trigger()
     window.actions_["suggest_invalid"].trigger()
-    qtbot.waitUntil(lambda: not window.mark_invalid.busy, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not window.invalid_depth.busy, timeout=WAIT_MS)
     assert not strip.isVisible()

@@ -459,13 +459,13 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
         out.compressed("/cut/depth/compressedDepth", b"1234567890123456", "16UC1; compressedDepth png", 0)
     path = tmp_path / "recording.bag"
     wrong = ilf.open_source(path, topics=("/rgb", "/strange/depth"))
-    with pytest.raises(FormatError, match="do not fit"):
+    with pytest.raises(FormatError, match="do not match"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/depth", "/depth"))
     with pytest.raises(FormatError, match="are depth, not colour"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/rgb", "/rgb"))
-    with pytest.raises(FormatError, match="'rgb8' are no depth"):
+    with pytest.raises(FormatError, match="'rgb8' are not depth"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
     with pytest.raises(FormatError, match="'nv21' are not supported"):
