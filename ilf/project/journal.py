@@ -204,7 +204,8 @@ class JournalHeader:
     @classmethod
     def from_json(cls, text: str) -> Self:
         """Decode the JSON of `to_json`; raises FormatError, ValueError or TypeError for anything else."""
-        return converted(json.loads(text), cls, "journal's note")
+        values = json.loads(text)
+        return cls(**values | vars(converted(values, cls, "journal's note")))  # refuses unknown names
 
 
 class Journal:

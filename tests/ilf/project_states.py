@@ -87,7 +87,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         ),
         common=quick,
         results=results,
-        guess=Extrapolation.of(late_result),
+        extrapolation=Extrapolation.of(late_result),
         runs=runs,
         compared=(4, 1),
         next_number=6,

@@ -80,7 +80,7 @@ def test_a_project_comes_back_as_it_was(work):
 def test_saving_after_one_edit_takes_the_rest_as_it_is_and_leaves_out_what_nobody_needs(work):
     folder, project, filed, made = work
     path = folder / "room.ilf"
-    changed = replace(made, results={}, runs=(), guess=None, note="new")
+    changed = replace(made, results={}, runs=(), extrapolation=None, note="new")
     with open_project(path) as opened:
         before = {name: opened.parts.read(name) for name in opened.parts.names()}
         save_project(path, project, [changed], base=[opened.parts], places=opened.places)
@@ -238,12 +238,12 @@ def state_json(path, frame_id):
 @pytest.mark.parametrize(
     ("what", "lost"),
     [
-        (lambda state: state["labels"], ("labels", "results", "guess")),
+        (lambda state: state["labels"], ("labels", "results", "extrapolation")),
         (lambda state: state["packs"][0], ("results",)),
         (lambda state: state["invalid_mask"], ("invalid_mask",)),
         (lambda state: state["notes"]["drawn"], ("drawn",)),
         (lambda state: state["notes"]["extracted"], ("extracted",)),
-        (lambda state: state["guess"]["array"], ("guess",)),
+        (lambda state: state["extrapolation"]["array"], ("extrapolation",)),
     ],
 )
 def test_a_damaged_part_costs_that_part_only(work, what, lost):
@@ -263,7 +263,7 @@ def test_a_damaged_part_costs_that_part_only(work, what, lost):
         "invalid_mask": state.frame.invalid_mask is not None,
         "drawn": state.notes.drawn is not None,
         "extracted": state.notes.extracted is not None,
-        "guess": state.guess is not None,
+        "extrapolation": state.extrapolation is not None,
     }
     assert {name for name, there in kept.items() if not there} == set(lost)
 
@@ -419,7 +419,8 @@ def test_what_claims_to_be_huge_is_not_unpacked(work, monkeypatch):
 def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
     """Bits and zeros take hardly any room as long as they are packed."""
     measured = np.full((1000, 1000), 2.0, np.float32)
-    row = {"box": [0, 1000, 0, 1000], "drawn": False, "history": None}
+    row = {"label": 1, "box": [0, 1000, 0, 1000], "outcome": {}, "parameters": 0, "edges": None, "network": None}
+    row |= {"correction": None, "notes": [], "drawn": False, "history": None}
     head = {"results": [row] * 69, "parameters": [], "edges": []}
     content = npz({"masks": np.zeros(69 * 125_000, np.uint8)}, {"results.json": json.dumps(head).encode()})
     assert len(content) < 50_000
