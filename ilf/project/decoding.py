@@ -219,7 +219,7 @@ class _Decoding:
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
         """Read an array; all references to the same part share one array."""
-        name = data.get(key, str, type(None))
+        name = data.get(key, str, None)
         if name is None:
             return None
         if (name, read) not in self.arrays:
@@ -257,7 +257,7 @@ class _Decoding:
         key = json.dumps(section.values, sort_keys=True)
         if key not in self.guides:
             values, confidence = (self._array(section, name, _depth) for name in ("values", "confidence"))
-            guide = Guide(values, confidence, section.get("path", str, type(None)))
+            guide = Guide(values, confidence, section.get("path", str, None))
             for array, name in ((guide.values, "values"), (guide.confidence, "confidence")):
                 if array is not None:
                     self.origins.append((array, section.get(name, str)))
@@ -278,7 +278,7 @@ class _Decoding:
 
     def _with_ground_truth(self, data: Section) -> RGBDFrame:
         """Return the frame with the ground truth of `data`."""
-        if data.get("ground_truth", dict, type(None)) is None:
+        if data.get("ground_truth", dict, None) is None:
             return self.frame if self.frame.ground_truth is None else self.frame.with_ground_truth(None)
         ground_truth = data.section("ground_truth")
         if "array" in ground_truth.values:
@@ -299,7 +299,7 @@ class _Decoding:
             "own": lambda: own_values_of(data),
             "drawn": lambda: self._mask(data, "drawn"),
             "extraction": lambda: self._extraction(data),
-            "network": lambda: data.get("network", str, type(None)),
+            "network": lambda: data.get("network", str, None),
             "extracted": lambda: self._labels(data, "extracted"),
             "kept": lambda: data.get("kept", frozenset[int]),
             "handmade": lambda: data.get("handmade", frozenset[int]),
@@ -309,7 +309,7 @@ class _Decoding:
         return BlockNotes(**self._readable_fields(readers))
 
     def _extraction(self, data: Section) -> BlockParameters | None:
-        values = data.get("extraction", dict, type(None))
+        values = data.get("extraction", dict, None)
         return None if values is None else BlockParameters.from_dict(values)
 
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
@@ -337,7 +337,7 @@ class _Decoding:
         return unpack_results(name, self._content(name), self.frame.measured)
 
     def _extrapolation(self, data: Section, key: str) -> Extrapolation | None:
-        if data.get(key, dict, type(None)) is None:
+        if data.get(key, dict, None) is None:
             return None
         extrapolation = data.section(key)
         name, count = extrapolation.get("array", str), extrapolation.get("count", int)
@@ -352,7 +352,7 @@ class _Decoding:
         depth.setflags(write=False)
         self.origins.append((depth, name))
         return Extrapolation(
-            pixels, depth, extrapolation.get("notes", tuple[str, ...]), extrapolation.get("network", str, type(None))
+            pixels, depth, extrapolation.get("notes", tuple[str, ...]), extrapolation.get("network", str, None)
         )
 
     def _run_history(self, data: Section) -> tuple[StoredRun, ...]:
@@ -389,7 +389,7 @@ class _Decoding:
         )
 
     def _run(self, data: Section) -> Run:
-        only = data.get("only", list, type(None))
+        only = data.get("only", list, None)
         labels = self._labels(data, "blocks")
         if labels is None:
             raise FormatError("It has no blocks.")
@@ -404,7 +404,7 @@ class _Decoding:
             extrapolate=data.get("extrapolate", bool),
             extraction=self._extraction(data),
             edited=data.get("edited", bool),
-            network=data.get("network", str, type(None)),
+            network=data.get("network", str, None),
             notes=data.get("notes", tuple[str, ...]),
             drawn=self._mask(data, "drawn"),
         )

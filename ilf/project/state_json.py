@@ -147,7 +147,7 @@ def number_or_none(data: Section, key: str) -> float | None:
     """Return an error; None if it was not computed, NaN if it is undefined."""
     if key not in data.values:
         return None
-    number: float | None = data.get(key, float, type(None))
+    number: float | None = data.get(key, float, None)
     return math.nan if number is None else number
 
 

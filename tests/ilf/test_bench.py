@@ -402,7 +402,10 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     warnings = captured.err.splitlines()
     assert len(warnings) == 2
     assert warnings[0].startswith("ilf: warning: skipped: broken. ")
-    assert warnings[1] == "ilf: warning: skipped for pattern ground-truth: first. There is no measured or exact ground truth."
+    assert (
+        warnings[1]
+        == "ilf: warning: skipped for pattern ground-truth: first. There is no measured or exact ground truth."
+    )
     tables = [part.splitlines() for part in captured.out.split("\n\n")]
     whats = ("", ", frame by frame", ", expected error")
     assert [lines[0].split(":")[0] for lines in tables] == [
