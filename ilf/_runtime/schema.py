@@ -60,8 +60,9 @@ def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
     value : object
         As parsed.
     kind : type
-        Any type that msgspec supports. Dataclasses need a value for every field, even for those with a default, unless
-        it is NaN; fields of a `msgspec.Struct` with a default are optional.
+        Any type that msgspec supports; nothing in a bare `dict` or `list` is checked. Dataclasses need a value for
+        every field, even for those with a default, unless it is NaN; fields of a `msgspec.Struct` with a default are
+        optional.
     what : str
         What the value is, or contains it at `place`, for the message.
     place : str
@@ -81,7 +82,8 @@ def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
     """
     try:
         made = msgspec.convert(value, kind, str_keys=True)
-        _check_complete(value, made, place, what)
+        if kind not in (dict, list):
+            _check_complete(value, made, place, what)
     except msgspec.ValidationError as error:
         raise FormatError(_sentence(str(error), what, place)) from error
     except (RecursionError, UnicodeError) as error:
@@ -96,7 +98,11 @@ def _check_complete(value: object, made: object, place: str, what: str) -> None:
         for field in dataclasses.fields(made):
             if field.name not in value and field.default == field.default:
                 raise FormatError(f"The {what} has no {f'{place}.{field.name}'.lstrip('.')!r}.")
-        parts = ((f"{place}.{name}", part, getattr(made, name, None)) for name, part in value.items())
+        names = [field.name for field in dataclasses.fields(made) if field.name in value]
+        parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)
+    elif isinstance(value, dict) and isinstance(made, msgspec.Struct):
+        names = [name for name in made.__struct_fields__ if name in value]
+        parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)
     elif isinstance(value, dict) and isinstance(made, dict):
         pairs = zip(value.items(), made.values(), strict=False)
         parts = ((f"{place}.{name}", part, made_part) for (name, part), made_part in pairs)
@@ -139,7 +145,8 @@ class Section:
 
     def items(self, key: str, kind: Any) -> list[Any]:
         """Return a list of values of one type."""
-        return list(self.get(key, list[kind]))
+        values = self.get(key, list)
+        return [converted(value, kind, self.name, f"{key}[{place}]") for place, value in enumerate(values)]
 
     def section(self, key: str) -> Section:
         """Return an object inside this one."""

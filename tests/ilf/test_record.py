@@ -115,7 +115,13 @@ def test_hashes_of_arrays_do_not_depend_on_their_form():
 
 def test_what_a_record_does_not_know_is_passed_over_but_not_unknown_parameters(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    for keys in (["mood"], ["blocks", "outline"], ["export", "colour"], ["blocks_outcome", 0, "note"]):
+    for keys in (
+        ["mood"],
+        ["own_parameters"],
+        ["blocks", "outline"],
+        ["export", "colour"],
+        ["blocks_outcome", 0, "defect_rate"],
+    ):
         changed(path, *keys, "good")
     read_record(path)
     with pytest.raises(FormatError, match="There is no parameter 'prior'"):
