@@ -25,7 +25,7 @@ from .conftest import open_frame, write_frame
 
 STEPS = 120
 GIVEN = (
-    *("run", "run_all", "cancel", "pause", "step", "guess", "clear_results", "undo", "undo", "redo", "extract"),
+    *("run", "run_all", "cancel", "pause", "step", "extrapolate", "clear_results", "undo", "undo", "redo", "extract"),
     *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
     *("swipe", "blink", "show_before_edit", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
     *(

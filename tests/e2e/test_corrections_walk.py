@@ -45,7 +45,7 @@ def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame,
         with pytest.raises(ValueError, match="There is no brush"):
             driver.do([brush], "brush")
     with pytest.raises(ValueError, match="has no key"):
-        driver.do([Command("guess")], "guess")
+        driver.do([Command("extrapolate")], "extrapolate")
 
 
 @pytest.mark.skipif(not frames_folder().is_dir(), reason="there are no frames")

@@ -45,7 +45,7 @@ def margin(window: MainWindow, qtbot: QtBot, small_frame: ilf.RGBDFrame, tmp_pat
 
 def _extrapolation(window: MainWindow, qtbot: QtBot) -> None:
     with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
-        window.actions_["guess"].trigger()
+        window.actions_["extrapolate"].trigger()
     window.refresh.now()
 
 
@@ -62,7 +62,7 @@ def _open_run(window: MainWindow, qtbot: QtBot, record: Path) -> None:
 
 
 def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot, run_all: Run) -> None:
-    assert not margin.actions_["guess"].isEnabled()
+    assert not margin.actions_["extrapolate"].isEnabled()
     run_all(margin)
     cell = margin.views.cells["depth-out"]
     margin.readout.point_at((30, 1))
@@ -79,7 +79,7 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     assert "(extrapolated)" in margin.status.readout.text()
     margin.readout.point_at((30, 10))
     assert "extrapolated" not in margin.status.readout.text()
-    assert not margin.actions_["guess"].isEnabled()
+    assert not margin.actions_["extrapolate"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()
     margin.refresh.now()
@@ -96,7 +96,7 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
 def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, qtbot: QtBot, run_all: Run) -> None:
     run_all(margin)
     with qtbot.waitSignal(margin.runs.ended, timeout=WAIT_MS):
-        margin.actions_["guess"].trigger()
+        margin.actions_["extrapolate"].trigger()
         margin.refresh.now()
         assert margin.runs.state is RunState.EXTRAPOLATING
         assert margin.status.progress.isVisible()

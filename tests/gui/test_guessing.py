@@ -42,11 +42,11 @@ def _run_with_a_gap(bench: Bench, until: Until) -> None:
 
 
 def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Bench, until: Until) -> None:
-    bench.runs.guess()
+    bench.runs.extrapolate()
     assert bench.states == [], "nothing has been run"
     _run_with_a_gap(bench, until)
     missing = np.isnan(bench.session.completion().depth)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     assert bench.runs.state is RunState.EXTRAPOLATING
     assert bench.runs.running == [bench.session]
     until(lambda: bool(bench.said))
@@ -58,7 +58,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
     assert bench.finished == [bench.session]
     assert bench.runs.state is RunState.IDLE
-    bench.runs.guess()
+    bench.runs.extrapolate()
     assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
     bench.runs.resolve([1])
     until(lambda: bool(bench.resolved))
@@ -76,7 +76,7 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
     monkeypatch.setattr(runs_module, "extrapolation_steps", nothing)
     bench.session.notes.extraction = BlockParameters(depth_jump=0.3)
     _run_with_a_gap(bench, until)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert asked == [BlockParameters(depth_jump=0.3)]
 
@@ -85,7 +85,7 @@ def test_clearing_during_a_guess_leaves_nothing(
     bench: Bench, until: Until, endless_extrapolation: threading.Event
 ) -> None:
     _run_with_a_gap(bench, until)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     bench.runs.clear_results()
     endless_extrapolation.set()
     until(lambda: bench.runs.state is RunState.IDLE)
@@ -95,7 +95,7 @@ def test_clearing_during_a_guess_leaves_nothing(
 
 def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     until(lambda: bench.session.extrapolated)
     assert bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
     assert not bench.session.extrapolated
@@ -106,7 +106,7 @@ def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: U
 def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolation: threading.Event) -> None:
     _run_with_a_gap(bench, until)
     before = bench.session.completion()
-    bench.runs.guess()
+    bench.runs.extrapolate()
     bench.runs.cancel()
     assert bench.runs.state is RunState.STOPPING
     endless_extrapolation.set()
@@ -122,7 +122,7 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolat
 
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     bench.workspace.edit_labels(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
     assert "extrapolate again" in bench.said[0]
@@ -147,7 +147,7 @@ def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, unt
 def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.resolve([1])
-    bench.runs.guess()
+    bench.runs.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.session.extrapolated
 
@@ -157,7 +157,7 @@ def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytes
     monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
     for begin, word in (
         (lambda: bench.runs.start({1}), "1 block in 1.5 s."),
-        (bench.runs.guess, "extrapolated in 1.5 s ("),
+        (bench.runs.extrapolate, "extrapolated in 1.5 s ("),
     ):
         begin()
         clock[0] += 1.5
@@ -181,6 +181,6 @@ def test_what_a_guess_did_without_is_said_once(bench: Bench, until: Until, monke
         )
 
     monkeypatch.setattr(runs_module, "extrapolation_steps", noted)
-    bench.runs.guess()
+    bench.runs.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")
