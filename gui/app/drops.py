@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QRectF, Qt
-from PySide6.QtGui import QColor, QDragEnterEvent, QDropEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QDragEnterEvent, QDropEvent, QPainter, QPaintEvent, QPen, QWindow
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ilf._runtime.formatting import counted
@@ -39,8 +39,8 @@ class FileDrops(QWidget):
         self.hide()
         window.setAcceptDrops(True)
         application = QApplication.instance()
-        if application is not None:
-            application.installEventFilter(self)
+        if isinstance(application, QApplication):
+            application.focusWindowChanged.connect(self._focus_window_changed)
 
     def enter(self, event: QDragEnterEvent) -> None:
         """Show whether dragged content would be accepted."""
@@ -71,9 +71,22 @@ class FileDrops(QWidget):
             event.ignore()
         return paths
 
+    def _focus_window_changed(self, window: QWindow | None) -> None:
+        """Filter the events of a window of the system, which drags enter before its widgets."""
+        if window is not None:
+            window.installEventFilter(self)
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Reject files on all other widgets, so that the window gets them."""
-        if not isinstance(event, QDropEvent) or not watched.isWidgetType() or watched is self._window:
+        """Reject files on all other widgets, so that the window gets them.
+
+        The widgets are filtered from the first drag on: a filter of the whole program would be called for each event.
+        """
+        if not isinstance(event, QDropEvent):
+            return False
+        if not watched.isWidgetType():
+            for widget in QApplication.allWidgets():
+                if widget.acceptDrops() and widget is not self._window:
+                    widget.installEventFilter(self)
             return False
         if not event.mimeData().hasUrls():
             return False

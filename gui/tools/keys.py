@@ -36,21 +36,30 @@ class ToolKeys(QObject):
         self._views = views
         self._keyboard_focus = False
         """Whether the focus was last moved by keys."""
+        window.installEventFilter(self)
         application = QApplication.instance()
-        if application is not None:
-            application.installEventFilter(self)
+        if isinstance(application, QApplication):
+            application.focusChanged.connect(self._focus_changed)
 
     def hold(self, key: Qt.Key, action: QAction) -> None:
         """Check an action while a key is held."""
         self._held[key] = action
         action.setProperty(HOLD_KEY, QKeySequence(key).toString())
 
+    def _focus_changed(self, _old: QWidget | None, new: QWidget | None) -> None:
+        """Filter the events of the focused widget; a filter of the program would be called for each of its events."""
+        if new is not None:
+            new.installEventFilter(self)
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the keys of the tools. Called for every event of the program, so it must be fast."""
+        """Handle the keys of the tools. Called for every event of the widgets that have had the focus."""
         if isinstance(event, QKeyEvent):
             return self._take(watched, event)
-        if isinstance(event, QFocusEvent) and event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
-            self._keyboard_focus = event.reason() in _BY_KEYS
+        if isinstance(event, QFocusEvent):
+            if event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
+                self._keyboard_focus = event.reason() in _BY_KEYS
+            elif event.reason() == Qt.FocusReason.PopupFocusReason:
+                self._views.set_space(False)  # the key will be released in the popup
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._views.set_space(False)
             for action in self._held.values():

@@ -23,8 +23,8 @@ from ilf.evaluation.edit_summary import summarise_edit
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between, redrawn
 
-from .suspects.__main__ import EVALUATION_FRAMES
-from .suspects.faults import KINDS, Mask, make_faults, with_holes
+from .quality_checks.__main__ import EVALUATION_FRAMES
+from .quality_checks.faults import KINDS, Mask, make_faults, with_holes
 
 MIN_CHANGE, MIN_TRUE_CHANGE = 0.02, 0.03
 """Smaller relative changes are ignored: of the hold-out error, and of the true error."""

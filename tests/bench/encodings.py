@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.io.depth import read_depth_values
-from ilf.io.depth_reading import Doubt, plausibility_warnings_of
+from ilf.io.depth_reading import PlausibilityWarning, plausibility_warnings_of
 from ilf.io.encodings import DepthEncoding, encoding_of
 from ilf.sources.frames import frame_folder
 
@@ -62,11 +62,11 @@ def main(folders: list[str]) -> None:
     print(", ".join(f"{name} {count} of {frames}" for name, count in right.items()))
 
 
-def _doubts(values: NDArray[Any], encoding: DepthEncoding) -> tuple[Doubt, ...]:
+def _doubts(values: NDArray[Any], encoding: DepthEncoding) -> tuple[PlausibilityWarning, ...]:
     return plausibility_warnings_of(values, encoding.metres(values), encoding, is_named=False)
 
 
-def _proposed(plausibility_warnings: tuple[Doubt, ...]) -> str:
+def _proposed(plausibility_warnings: tuple[PlausibilityWarning, ...]) -> str:
     return ",".join(
         doubt.encoding or ("?" if doubt.invalid is None else f"{doubt.invalid:.9g}") for doubt in plausibility_warnings
     )

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QApplication
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.project.saving import Wish
+from gui.features.project.saving import SaveRequest
 from ilf._runtime.installation import asset_path
 from ilf.data.results import BlockResult
 from ilf.project.file import save_project
@@ -119,7 +119,7 @@ def main() -> None:
             workspace.edit_info(1, "Rename", name=f"Wall {attempt}")
             pause(500)
             done: list[bool] = []
-            wish = Wish(path, then=done.append)
+            wish = SaveRequest(path, then=done.append)
             took, held = timed(lambda wish=wish: project.saving.save(wish), lambda done=done: done)
             print(f"save after one edit: {took:.2f} s (blocked for up to {held * 1000:.0f} ms), {done[0]}")
         row = workspace.entries.row_of(workspace.entries.of(workspace.session.id)) + 1

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.state.results import Doubt
+from gui.state.results import ErrorEstimate
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
 
@@ -42,7 +42,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
     assert "unsupported" not in text
     everything = np.ones(session.frame.shape, bool)
-    opened.workspace.store_error_estimate(session, completion, Doubt(expected, everything))
+    opened.workspace.store_error_estimate(session, completion, ErrorEstimate(expected, everything))
     opened.readout.point_at((column, row))
     assert "unsupported" in opened.status.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
-from gui.state.results import Doubt
+from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
 from ilf.sources.frame_source import FrameSource
 
@@ -136,7 +136,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     session = window.workspace.session
     qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
-    window.workspace.store_error_estimate(session, session.completion(), Doubt(error, np.zeros(error.shape, bool)))
+    window.workspace.store_error_estimate(session, session.completion(), ErrorEstimate(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
     assert "Expected error 300 mm" in press(window, qtbot, "next_check")
 

@@ -260,7 +260,7 @@ def test_colours_come_in_turn(session: Session) -> None:
 def test_the_oldest_without_a_note_goes_when_there_are_too_many(
     bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.work.run_recorder.MOST_KEPT", 3)
+    monkeypatch.setattr("gui.work.run_recorder.MAX_STORED", 3)
     said: list[str] = []
     keeper.message.connect(said.append)
     for count in range(1, 6):
@@ -357,7 +357,7 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
     assert second["note"] == "'=1+1", "no formula"
     assert (second["preset"], second["values"], second["max_iterations"]) == (
         "paper",
-        "paper, iterations at most 3",
+        "paper, max. iterations 3",
         "3",
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")

@@ -74,7 +74,7 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
 
 
 def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.widgets.notices._LEFT_ALONE_MS", 50)
+    monkeypatch.setattr("gui.widgets.notices._MIN_STAY_MS", 50)
     toasts.show_message("read me", 30)
     (toast,) = toasts.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))

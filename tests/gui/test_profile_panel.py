@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.inspect.profile_panel import ProfilePanel
 from gui.features.inspect.profile_plot import ProfileData, profile_data
-from gui.state.results import Doubt, ViewedIteration
+from gui.state.results import ErrorEstimate, ViewedIteration
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion.confidence.expected_error import expected_error
@@ -34,7 +34,7 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     completion = session.completion()
     assert completion is not None
     error = expected_error(completion)
-    workspace.store_error_estimate(session, completion, Doubt(error, np.zeros(error.shape, bool)))
+    workspace.store_error_estimate(session, completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
     kept = StoredRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
     workspace.keep_run(session, kept)
     workspace.compare([kept])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.state.results import BlockCounts, Doubt, FrameResults
+from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
 from gui.state.workspace_blocks import KeptBlocks
@@ -190,7 +190,7 @@ def test_of_other_frames_only_the_list_is_told(
     workspace.end_run(other)
     assert told == ["sessions_changed"] * 2
     workspace.store_error_estimate(
-        other, other.completion(), Doubt(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool))
+        other, other.completion(), ErrorEstimate(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool))
     )
     assert told == ["sessions_changed"] * 2
     assert other.expected_error() is not None
@@ -199,7 +199,7 @@ def test_of_other_frames_only_the_list_is_told(
 def test_an_expected_error_is_that_of_the_present_completion(
     workspace: Workspace, session: Session, results: list[BlockResult], told: list[str]
 ) -> None:
-    doubt = Doubt(np.ones(session.frame.shape, np.float32), np.zeros(session.frame.shape, bool))
+    doubt = ErrorEstimate(np.ones(session.frame.shape, np.float32), np.zeros(session.frame.shape, bool))
     session.add_results(results[:1])
     early = session.completion()
     session.add_results(results[1:])

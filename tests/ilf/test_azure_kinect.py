@@ -129,7 +129,7 @@ def test_calibrations_that_make_no_cameras() -> None:
             cameras_of(json.dumps(bad).encode(), "NFOV_UNBINNED", "MJPG_720P")
     with pytest.raises(FormatError, match="damaged"):
         cameras_of(b"{", "NFOV_UNBINNED", "MJPG_720P")
-    with pytest.raises(FormatError, match="depth mode 'PASSIVE_IR' is not known"):
+    with pytest.raises(FormatError, match="depth mode 'PASSIVE_IR' is unknown"):
         cameras_of(json.dumps(good).encode(), "PASSIVE_IR", "MJPG_720P")
 
 

@@ -474,7 +474,7 @@ def test_every_frame_is_in_one_shard(count, shards):
 def test_settings_hold_what_their_files_do(source, tmp_path):
     mask = tmp_path / "mask.png"
     cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
-    settings = replace(SETTINGS, mark_invalid=str(mask), hidden=HoldOutTest("areas", (0,)))
+    settings = replace(SETTINGS, invalid_mask=str(mask), hidden=HoldOutTest("areas", (0,)))
     before = settings.facts()
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()

@@ -43,12 +43,12 @@ _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
 from ilf._runtime.termination import terminating_on_signal
-from ilf._runtime.temporary_files import unfinished
+from ilf._runtime.temporary_files import removed_on_exit
 from ilf._runtime.processes import process_pool
 
 half = Path(sys.argv[1])
 half.touch()
-with terminating_on_signal(), unfinished(half), process_pool(1) as pool:
+with terminating_on_signal(), removed_on_exit(half), process_pool(1) as pool:
     helper = pool.submit(os.getpid).result()
     pool.submit(time.sleep, 600)
     while True:

@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -52,8 +53,26 @@ def tiny():
 
 
 @pytest.fixture(scope="module")
-def sphere_result(tiny):
-    return run_experiment("sphere", Settings(quick=True))
+def results(tiny):
+    """The quick runs of seed 0 by name; each is run once."""
+    return cache(lambda name: run_experiment(name, Settings(quick=True)))
+
+
+@pytest.fixture
+def already_run(results, monkeypatch):
+    """Makes the command take the results that there are."""
+
+    def take(name):
+        result = results(name)
+        known = replace(EXPERIMENTS[name], run=lambda settings, on_progress: result)
+        monkeypatch.setitem(registry.EXPERIMENTS, name, known)
+
+    return take
+
+
+@pytest.fixture(scope="module")
+def sphere_result(results):
+    return results("sphere")
 
 
 @pytest.fixture(scope="module")
@@ -247,18 +266,24 @@ def test_without_data_the_sample_is_taken_and_named_as_such():
 # running, writing, reporting
 
 
-def test_the_same_seed_gives_the_same_numbers(tiny):
+def test_the_same_seed_gives_the_same_numbers_and_progress_counts_to_the_end(results):
     for name in ("cylinder", "limits"):
-        first, again = (run_experiment(name, Settings(quick=True, seed=3)) for _ in range(2))
-        assert timeless(first.rows) == timeless(again.rows)
-        assert timeless(first.rows) != timeless(run_experiment(name, Settings(quick=True, seed=4)).rows)
+        seen = []
+        again = run_experiment(name, Settings(quick=True), seen.append)
+        assert timeless(results(name).rows) == timeless(again.rows)
+        assert [progress.done for progress in seen] == list(range(seen[0].total + 1))
 
 
-def test_progress_counts_to_the_end_and_can_stop_the_run(tiny):
-    seen = []
-    run_experiment("cylinder", Settings(quick=True), seen.append)
-    assert [progress.done for progress in seen] == list(range(seen[0].total + 1))
+def test_another_seed_gives_other_numbers(results, monkeypatch):
+    monkeypatch.setattr(cylinder, "_QUICK_RATES", (0.4,))
+    monkeypatch.setattr(limits, "_QUICK_RATES", (0.2,))
+    for name in ("cylinder", "limits"):
+        other = run_experiment(name, Settings(quick=True, seed=4))
+        rows, own = (result.tables.get("steps", result.rows) for result in (other, results(name)))
+        assert not {row["rmse_mm"] for row in rows} <= {row["rmse_mm"] for row in own}
 
+
+def test_progress_can_stop_the_run(tiny):
     def stop(progress):
         if progress.done == 1:
             raise Cancelled("stopped")
@@ -288,9 +313,9 @@ def test_results_are_written_and_read_again(sphere_result, sphere_files, tmp_pat
         read_result(tmp_path / "sphere.json")
 
 
-def test_the_report_stands_alone(tiny, tmp_path):
+def test_the_report_stands_alone(results, tmp_path):
     for name in ("cylinder", "limits"):
-        write_result(run_experiment(name, Settings(quick=True)), EXPERIMENTS[name], tmp_path)
+        write_result(results(name), EXPERIMENTS[name], tmp_path)
     (tmp_path / "docs").mkdir()
     page, text = write_report(tmp_path, markdown_file=tmp_path / "docs" / "experiments.md")
     html = page.read_text()
@@ -342,7 +367,8 @@ def test_all_experiments_are_there_by_name():
 # the command
 
 
-def test_the_command_runs_lists_and_reports(tiny, tmp_path, capsys):
+def test_the_command_runs_lists_and_reports(tiny, already_run, tmp_path, capsys):
+    already_run("cylinder-noise")
     assert main(["experiments", "list"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == NAMES
     out = str(tmp_path / "out")
@@ -352,7 +378,9 @@ def test_the_command_runs_lists_and_reports(tiny, tmp_path, capsys):
     assert (tmp_path / "out" / "report.html").is_file()
 
 
-def test_interrupting_leaves_what_is_finished(tiny, tmp_path, capsys, monkeypatch):
+def test_interrupting_leaves_what_is_finished(already_run, tmp_path, capsys, monkeypatch):
+    already_run("cylinder")
+
     def interrupted(settings, on_progress):
         raise KeyboardInterrupt
 

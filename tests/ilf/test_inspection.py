@@ -77,7 +77,7 @@ def test_a_profile_keeps_to_the_image() -> None:
     assert profile.metres is None
     with pytest.raises(InputError, match="Draw it across"):
         depth_profile(depth, (-9.0, -9.0), (-2.0, 30.0))
-    with pytest.raises(InputError, match="'truth'"):
+    with pytest.raises(InputError, match="'ground_truth'"):
         depth_profile(depth, (0.0, 0.0), (5.0, 0.0), others={"ground_truth": np.zeros((4, 8))})
 
 

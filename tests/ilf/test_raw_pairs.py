@@ -25,8 +25,8 @@ from .two_cameras import calibration, write_pair
 
 @pytest.mark.parametrize("colour", ["colour.png", "color.png", "rgb.png"])
 def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) -> None:
-    pair = write_pair(tmp_path / "context", colour, "depth.png")
-    source = ilf.open_source(tmp_path / "context")
+    pair = write_pair(tmp_path / "desk", colour, "depth.png")
+    source = ilf.open_source(tmp_path / "desk")
     assert source.keys == ("1",)
     assert not source.is_registered
     frame, wanted = source.read("1"), register(pair)
@@ -39,12 +39,12 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) ->
 
 
 def test_what_is_doubted_of_a_pair_is_told(tmp_path: Path) -> None:
-    write_pair(tmp_path / "context", "rgb.png", "depth.png")
+    write_pair(tmp_path / "desk", "rgb.png", "depth.png")
     path = str(tmp_path / "desk/depth.png")
     values = cv2.imread(path, cv2.IMREAD_UNCHANGED)
     values[: len(values) // 4] = 65535
     cv2.imwrite(path, values)
-    source = ilf.open_source(tmp_path / "context")
+    source = ilf.open_source(tmp_path / "desk")
     with pytest.warns(DepthWarning, match="65535 fills"):
         assert "65535 fills" in source.read("1").plausibility_warnings[0]
     with pytest.warns(DepthWarning, match="65535 fills"):
@@ -65,22 +65,22 @@ def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.Captu
 
 
 def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path) -> None:
-    write_pair(tmp_path / "context", "colour.png", "depth.png")
-    frame = ilf.load_frame(tmp_path / "context", frame="1")
+    write_pair(tmp_path / "desk", "colour.png", "depth.png")
+    frame = ilf.load_frame(tmp_path / "desk", frame="1")
     run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
     run.complete().save(tmp_path / "done")
     assert ilf.replay(tmp_path / "done" / "run.json").differences == ()
-    stated = json.loads((tmp_path / "context" / "calibration.json").read_text())
+    stated = json.loads((tmp_path / "desk" / "calibration.json").read_text())
     stated["depth_to_colour"][0][3] += 0.01
-    (tmp_path / "context" / "calibration.json").write_text(json.dumps(stated))
+    (tmp_path / "desk" / "calibration.json").write_text(json.dumps(stated))
     with pytest.raises(InputError, match="is different"):
         ilf.replay(tmp_path / "done" / "run.json")
 
 
 def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
     for name in ("a", "b"):
-        write_pair(tmp_path / "context", f"colour/{name}.png", f"depth/{name}.png")
-    frame, other = (ilf.load_frame(tmp_path / "context", frame=name) for name in ("a", "b"))
+        write_pair(tmp_path / "desk", f"colour/{name}.png", f"depth/{name}.png")
+    frame, other = (ilf.load_frame(tmp_path / "desk", frame=name) for name in ("a", "b"))
     known = frame.outside_view.copy()
     known[:36] = False  # a neighbour knows what lies in the lower half
     knowing = RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))

@@ -1,6 +1,6 @@
 """What README, commands.md and library.md show runs as it stands there; links between documents lead somewhere.
 
-The sample that they write is thinned to every second pixel for what comes after, and the surface of a quick experiment
+The sample that they write is thinned to every fourth pixel for what comes after, and the surface of a quick experiment
 is small: how large frames are is not what the documents are about.
 Left out are the window's lines and those that set up an environment, of which `.ci/run` runs that of the tests.
 """
@@ -17,7 +17,9 @@ import pytest
 
 from ilf.cli import main
 from ilf.data.parameters import PRESETS
-from ilf.lab.experiments import cylinder
+from ilf.lab.bench.frames import load_bench_frame
+from ilf.lab.experiments import convergence, cylinder
+from ilf.lab.experiments.sources import _subsampled
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "assets" / "docs"
@@ -105,13 +107,13 @@ def python(text: str) -> str:
 
 
 def thin(room: Path) -> None:
-    """Keep every second row and column of a frame's files."""
+    """Keep every fourth row and column of a frame's files."""
     for name in ("rgb.jpg", "depth.png", "gt.png"):
         picture = cv2.imread(str(room / name), cv2.IMREAD_UNCHANGED)
-        cv2.imwrite(str(room / name), picture[::2, ::2])
+        cv2.imwrite(str(room / name), picture[::4, ::4])
     meta = json.loads((room / "meta.json").read_text(encoding="utf-8"))
-    meta["size"] = [number // 2 for number in meta["size"]]
-    meta["K"] = [number / 2 for number in meta["K"]]
+    meta["size"] = [number // 4 for number in meta["size"]]
+    meta["K"] = [number / 4 for number in meta["K"]]
     (room / "meta.json").write_text(json.dumps(meta), encoding="utf-8")
 
 
@@ -165,6 +167,8 @@ def test_readme_sets_up_and_tests_by_one_line_each():
 @pytest.mark.timeout(300)
 def test_the_command_runs_and_writes_its_files(beginning, shell, capsys, monkeypatch):
     monkeypatch.setattr(cylinder, "_QUICK_SHAPE", (24, 32))
+    monkeypatch.setattr(convergence, "load_bench_frame", lambda path: _subsampled(load_bench_frame(path), 4))
+    monkeypatch.setattr(convergence, "_SOFA", (350 // 4, 560 // 4))
     shell.run(beginning)
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("ilf: ")]
     assert all(line.startswith(TOLD_OF_THE_SAMPLE) for line in told), "there is nothing else to warn of"

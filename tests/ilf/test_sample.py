@@ -43,16 +43,15 @@ def capture(make_room):
     return make_room.capture(make_room.room.build(7), (640, 480), 7)
 
 
-def run_script(out: Path, *options: str) -> dict[str, bytes]:
-    command = [sys.executable, str(SAMPLES / "make_room.py"), "--size", "80x60", "--out", str(out), *options]
-    subprocess.run(command, check=True, capture_output=True, timeout=100)
-    return {path.name: path.read_bytes() for path in out.iterdir()}
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 @pytest.fixture(scope="module")
-def small(tmp_path_factory):
+def small(make_room, tmp_path_factory):
     folder = tmp_path_factory.mktemp("small")
-    return folder, run_script(folder)
+    make_room.main(["--size", "80x60", "--out", str(folder)])
+    return folder, contents(folder)
 
 
 def test_files_fit_together(files):
@@ -124,12 +123,13 @@ def test_measured_depth_has_disparity_steps(files):
 
 
 def test_script_is_deterministic(small, make_room, tmp_path):
-    assert run_script(tmp_path / "again") == small[1]
-    other = tmp_path / "other"
-    make_room.main(["--size", "40x30", "--out", str(tmp_path / "same")])
-    make_room.main(["--size", "40x30", "--out", str(other), "--seed", "8"])
+    again, other = tmp_path / "again", tmp_path / "other"
+    command = [sys.executable, str(SAMPLES / "make_room.py"), "--size", "80x60", "--out", str(again)]
+    subprocess.run(command, check=True, capture_output=True, timeout=100)
+    assert contents(again) == small[1]
+    make_room.main(["--size", "80x60", "--out", str(other), "--seed", "8"])
     for name in ("rgb.jpg", "depth.png"):
-        assert (other / name).read_bytes() != (tmp_path / "same" / name).read_bytes()
+        assert (other / name).read_bytes() != small[1][name]
 
 
 def test_exact_depth_agrees_with_the_planes_of_floor_and_wall(small):

@@ -100,7 +100,7 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
 
     limit = 4  # the old seal and the old a out, the new a and b in
     monkeypatch.setattr(os, "replace", dies)
-    monkeypatch.setattr("ilf._runtime.staging._take_back", lambda *_: None)
+    monkeypatch.setattr("ilf._runtime.staging._roll_back", lambda *_: None)
     left.mkdir()
     for name in NAMES:
         (left / name).write_text("new " + name)

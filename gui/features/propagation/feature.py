@@ -31,7 +31,7 @@ from .propagator import PropagatedFrame, PropagationRun, Propagator
 # Commands of the propagation.
 
 HOW = "propagate_auto", "propagate_copied", "propagate_flow"
-"""Commands that choose the propagation method; the part after `carry_` is its name in the library."""
+"""Commands that choose the propagation method; the part after `propagate_` is its name in the library."""
 
 COMMANDS = (
     Command(
@@ -250,7 +250,7 @@ def _named(names: list[str]) -> str:
 
 
 _HOW_KEY = "carrying/how"
-_PREFIX = "carry_"
+_PREFIX = "propagate_"
 
 
 class PropagationFeature(Feature):

@@ -24,7 +24,7 @@ def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
         try:
             faulthandler.disable()  # the tests' handler; the parent reports a crash
             os.close(reading)
-            answer = ilf._runtime.sandbox.answered(work)
+            answer = ilf._runtime.sandbox.run_work(work)
             while answer:
                 answer = answer[os.write(writing, answer) :]
             status = 0

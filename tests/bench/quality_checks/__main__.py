@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ilf import load_frame
 
-from .spoiling import KINDS
+from .faults import KINDS
 from .trials import Trial, try_frame
 
 TUNING_FRAMES = ("0035", "0057", "0119", "0153", "0172", "0211", "0273", "0334", "0390", "0462")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.data.frame import RGBDFrame
-from ilf.data.pixel_grids import apart, mark
+from ilf.data.pixel_grids import different_labels, mark
 from ilf.segmentation.edges.relief import find_relief
 
 Labels = NDArray[np.int32]
@@ -164,7 +164,7 @@ def _border(
 ) -> tuple[int, int, Mask] | None:
     """Return two neighbouring blocks, and the part of their border along which true depth jumps: 40 px or more."""
     height, width = labels.shape
-    lines = mark(apart(labels)) & (labels > 0)
+    lines = mark(different_labels(labels)) & (labels > 0)
     rows, columns = np.nonzero(lines)
     pick = int(rng.integers(rows.size))
     row, column = rows[pick], columns[pick]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ilf import BlockParameters, edge_strength, extract_blocks
 from ilf.data.frame import RGBDFrame
-from ilf.data.pixel_grids import apart, long_lines, mark
+from ilf.data.pixel_grids import different_labels, long_lines, mark
 from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.ranking import find_places
 from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
@@ -64,5 +64,5 @@ def try_frame(ground_truth: RGBDFrame, faults: int, seed: int) -> Trial:
 def _true_jumps(ground_truth: RGBDFrame, labels: Labels) -> Mask:
     """Return pixels around true depth jumps inside a block."""
     right, below = find_relief(ground_truth.depth, _JUMP, _JUMP).jumps
-    inside = ~widened(mark(apart(labels)), _RIM)
+    inside = ~widened(mark(different_labels(labels)), _RIM)
     return widened(mark(long_lines((right & inside[:, :-1], below & inside[:-1]), JUMP_LENGTH)), _NEAR)
