@@ -189,7 +189,7 @@ def tell(tour: Tour) -> None:
 
     # which block
     window.panels.reveal("Accuracy")
-    workspace.select([BLOCK])
+    workspace.blocks.select([BLOCK])
     window.blocks.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
     tour.save(PICTURES / "1-which.jpg")
@@ -197,7 +197,7 @@ def tell(tour: Tour) -> None:
     # why
     tour.do("layout_inspect")
     tour.settle()
-    workspace.select([BLOCK])
+    workspace.blocks.select([BLOCK])
     tour.do("zoom_block", "tool_profile")
     pause(300)
     tour.drag("colour", *PROFILE)
@@ -205,7 +205,7 @@ def tell(tour: Tour) -> None:
     tour.save(PICTURES / "2-why.jpg")
 
     # what helps
-    workspace.select([BLOCK])
+    workspace.blocks.select([BLOCK])
     window.panels.reveal("Parameters")
     sweep = tour.part(SweepPart)
     assert isinstance(sweep, SweepPart)
@@ -227,10 +227,10 @@ def tell(tour: Tour) -> None:
     tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
-    workspace.compare([session.kept_runs[0]])
+    workspace.runs.compare([session.kept_runs[0]])
     tour.do("compare_two")
     tour.settle()
-    workspace.select([BLOCK])
+    workspace.blocks.select([BLOCK])
     tour.do("zoom_block")
     tour.settle()
     tour.save(PICTURES / "5-compare.jpg")
@@ -239,7 +239,7 @@ def tell(tour: Tour) -> None:
     tour.do("layout_tune")
     tour.settle()
     tour.do("fit")
-    workspace.select([BLOCK])
+    workspace.blocks.select([BLOCK])
     accuracy = tour.part(AccuracyPart)
     assert isinstance(accuracy, AccuracyPart)
     tour.do("test_hidden")

@@ -257,24 +257,34 @@ class MainWindow(QMainWindow):
     def _connect_refresh(self) -> None:
         """Connect signals with the parts of the window that they make stale, in drawing order."""
         add, workspace, runs, views = self.refresh.add, self.workspace, self.runs, self.views
-        turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
-        infos, values = workspace.infos_changed, workspace.parameters_changed
-        results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
+        turned, blocks, selected = (
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            workspace.blocks.selection_changed,
+        )
+        infos, values = workspace.blocks.infos_changed, workspace.parameters.changed
+        results, coming, depth = (
+            workspace.runs.results_changed,
+            workspace.runs.results_added,
+            workspace.runs.previews_changed,
+        )
         turned_to = self.centre.turned
         looked_at = views.shownChanged, turned_to
         named = self.view_presenter.names_toggled
         running, loading = runs.state_changed, self.loader.busy_changed
-        add("picture", self.view_presenter.show_frame, (turned, workspace.invalid_mask_changed))
+        add("picture", self.view_presenter.show_frame, (turned, workspace.blocks.invalid_mask_changed))
         add(
             "blocks",
             self.view_presenter.show_blocks,
-            (turned, blocks, workspace.stroke_changed, infos, selected, named),
+            (turned, blocks, workspace.blocks.stroke_changed, infos, selected, named),
         )
-        viewed_iteration = workspace.viewed_iteration_changed
+        viewed_iteration = workspace.runs.viewed_iteration_changed
         add("depth", self.view_presenter.show_depth, (turned, blocks, results, viewed_iteration), (coming, depth))
         coloured = self.cloud.colours_changed
         add(
-            "error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, coloured, *looked_at)
+            "error",
+            self.errors.show,
+            (turned, blocks, results, workspace.runs.error_changed, running, coloured, *looked_at),
         )
         add(
             "cloud",
@@ -285,17 +295,21 @@ class MainWindow(QMainWindow):
         add(
             "table",
             self.block_presenter.show,
-            (turned, blocks, infos, selected, values, results, running, workspace.block_errors_changed),
-            (coming, workspace.records_added),
+            (turned, blocks, infos, selected, values, results, running, workspace.blocks.block_errors_changed),
+            (coming, workspace.runs.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         add("sharing", self.sharing.show, (turned, values))
         shown_records = turned, blocks, infos, selected, values, results
-        shown_also = workspace.compared_changed, self.curves.shown
-        going_on = coming, workspace.records_added  # drawing at each batch would slow down the run
+        shown_also = workspace.runs.compared_changed, self.curves.shown
+        going_on = coming, workspace.runs.records_added  # drawing at each batch would slow down the run
         add("curves", self.curve_presenter.show, (*shown_records, *shown_also), going_on)
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
-        add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
+        add(
+            "stages",
+            self.stages.show,
+            (turned, workspace.parameters.extraction_changed, self.stages.changed, *looked_at),
+        )
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not deferred: the next command may come before the next turn, and must be enabled or disabled by then
         for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
@@ -305,11 +319,11 @@ class MainWindow(QMainWindow):
         add("hint", self.status_presenter.show_hint, (turned, loading, turned_to, *hinted))
         exporting = self.documents.exporting_changed
         add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
-        compared = workspace.compared_changed, workspace.ground_truth_changed
+        compared = workspace.runs.compared_changed, workspace.blocks.ground_truth_changed
         add(
             "readout",
             self.readout.show,
-            (turned, blocks, infos, results, workspace.error_changed, viewed_iteration, *compared),
+            (turned, blocks, infos, results, workspace.runs.error_changed, viewed_iteration, *compared),
             (coming, depth),
         )
 
@@ -376,8 +390,8 @@ class MainWindow(QMainWindow):
         look = self.actions_["show_before_edit"]
         look.toggled.connect(self.effect.look)
         workspace = self.workspace
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
-        for changed in (workspace.session_changed, *edits):
+        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        for changed in (workspace.frames.session_changed, *edits):
             changed.connect(lambda *_: look.setChecked(False))  # an edit shows the current state again
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
         self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
@@ -403,7 +417,7 @@ class MainWindow(QMainWindow):
                 self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
         self.actions_["cloud_beside"].toggled.connect(self.centre.set_side_by_side)
         self.runs.state_changed.connect(self._open_curves)
-        self.workspace.sessions_changed.connect(self._open_frames)
+        self.workspace.frames.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
@@ -448,7 +462,7 @@ class MainWindow(QMainWindow):
             self.panels.offer("Convergence")
 
     def _open_frames(self) -> None:
-        if len(self.workspace.entries) > 1:
+        if len(self.workspace.frames.entries) > 1:
             self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:

@@ -76,9 +76,9 @@ class CloudLinks(QObject):
         label = int(session.labels[y, x])
         if label and adds:
             chosen = [one for one in session.selected if one != label]
-            self._workspace.select(chosen if label in session.selected else [*chosen, label])
+            self._workspace.blocks.select(chosen if label in session.selected else [*chosen, label])
         elif not adds:
-            self._workspace.select([label] if label else [])
+            self._workspace.blocks.select([label] if label else [])
 
 
 _NO_INTRINSICS = (
@@ -128,10 +128,10 @@ class CloudPresenter(QObject):
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
         cloud.canvas.failed.connect(self.failed)
         for changed in (
-            workspace.session_changed,
-            workspace.labels_changed,
-            workspace.stroke_changed,
-            workspace.infos_changed,
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            workspace.blocks.stroke_changed,
+            workspace.blocks.infos_changed,
         ):
             changed.connect(self._forget_blocks)
         views.cursorMoved.connect(self._show_value)
@@ -141,11 +141,11 @@ class CloudPresenter(QObject):
         for switch in (cloud.raw, cloud.chosen_only):
             switch.toggled.connect(lambda _: self.changed.emit())
         watched = (
-            workspace.ground_truth_changed,
-            workspace.compared_changed,
-            workspace.error_changed,
-            workspace.invalid_mask_changed,
-            workspace.viewed_iteration_changed,
+            workspace.blocks.ground_truth_changed,
+            workspace.runs.compared_changed,
+            workspace.runs.error_changed,
+            workspace.blocks.invalid_mask_changed,
+            workspace.runs.viewed_iteration_changed,
         )
         for signal in watched:
             signal.connect(self.changed)
@@ -188,7 +188,7 @@ class CloudPresenter(QObject):
         if by in self._unavailable(session):
             by = ColourBy.COLOUR
         raw = completion is not None and self._cloud.raw.isChecked()
-        viewed_iteration = None if raw else self._workspace.viewed_iteration
+        viewed_iteration = None if raw else self._workspace.runs.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
             depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"

@@ -306,9 +306,14 @@ class ColourRangeFeature(Feature):
         self._lock = actions["lock_range"]
         self.panel = RangePanel(self._lock)
         context.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.chart-bar", 1.8)
-        changed = workspace.session_changed, workspace.results_changed, workspace.error_changed
-        shown = views.rangeChanged, views.shownChanged, workspace.compared_changed, workspace.ground_truth_changed
-        later = workspace.results_added, workspace.previews_changed
+        changed = workspace.frames.session_changed, workspace.runs.results_changed, workspace.runs.error_changed
+        shown = (
+            views.rangeChanged,
+            views.shownChanged,
+            workspace.runs.compared_changed,
+            workspace.blocks.ground_truth_changed,
+        )
+        later = workspace.runs.results_added, workspace.runs.previews_changed
         context.refresh.add("range", self.show, (*changed, *shown, self.panel.shown), later)
         actions["show_range"].triggered.connect(lambda: context.panels.reveal(_TITLE))
         self._lock.toggled.connect(self._set_lock)

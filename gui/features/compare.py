@@ -286,7 +286,7 @@ class DerivedPresenter(QObject):
             self._ask_spectrum(session)
 
     def _ask_spectrum(self, session: Session) -> None:
-        label = self._workspace.chosen
+        label = self._workspace.blocks.chosen
         result = session.valid_results().get(label)
         if not label:
             self._spectrum.request(None, "Select a block")
@@ -337,8 +337,12 @@ class CompareFeature(Feature):
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
         self.derived.failed.connect(lambda error: context.notes.report("View content", error))
-        compared = workspace.run_history_changed, workspace.compared_changed, workspace.ground_truth_changed
-        results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
+        compared = (
+            workspace.runs.history_changed,
+            workspace.runs.compared_changed,
+            workspace.blocks.ground_truth_changed,
+        )
+        results = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
         turned, *later = results
         context.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
         context.refresh.add(
@@ -347,10 +351,10 @@ class CompareFeature(Feature):
             (
                 *results,
                 *compared,
-                *(workspace.invalid_mask_changed, workspace.guide_changed),
-                *(workspace.selection_changed, views.shownChanged),
+                *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
+                *(workspace.blocks.selection_changed, views.shownChanged),
             ),
-            (workspace.results_added,),
+            (workspace.runs.results_added,),
         )
         handlers: dict[str, Callable[[], object]] = {
             "view_content": views.choose_content,
@@ -363,10 +367,10 @@ class CompareFeature(Feature):
         actions["swipe"].toggled.connect(self._swipe)
         actions["blink"].toggled.connect(self.comparison.show_a_as_result)
         views.layoutChanged.connect(self._follow_layout)
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
-        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
+        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # an edit must show its effect on the result
-        workspace.session_changed.connect(self._allow)
+        workspace.frames.session_changed.connect(self._allow)
         self._allow()
 
     def _allow(self) -> None:

@@ -19,7 +19,7 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
-from ..state.commands import Change, DrawnChange
+from ..state.blocks import Change, DrawnChange
 from ..state.session import Session
 from ..state.workspace import Workspace
 from ..views.presenter import ViewsPresenter
@@ -192,13 +192,13 @@ class EditSummaryPresenter(QObject):
         self._questions = LatestRequest[_Request, EditSummary](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not evaluated: {error}"))
-        workspace.edited.connect(self._take)
-        workspace.session_changed.connect(self._forget)
-        workspace.replaced.connect(self._forget)
-        workspace.guide_changed.connect(self._forget)
-        workspace.invalid_mask_changed.connect(self._take_invalid_mask)
-        workspace.ground_truth_changed.connect(self._ask_again)
-        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+        workspace.blocks.edited.connect(self._take)
+        workspace.frames.session_changed.connect(self._forget)
+        workspace.blocks.replaced.connect(self._forget)
+        workspace.blocks.guide_changed.connect(self._forget)
+        workspace.blocks.invalid_mask_changed.connect(self._take_invalid_mask)
+        workspace.blocks.ground_truth_changed.connect(self._ask_again)
+        for changed in (workspace.parameters.changed, workspace.runs.results_changed, runs.state_changed):
             changed.connect(self._go_on)
 
     @property
@@ -256,7 +256,7 @@ class EditSummaryPresenter(QObject):
         if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
             return  # they are not completed yet
         self._asked = True
-        run = session.run(self._workspace.parameters)
+        run = session.run(self._workspace.parameters.current)
         change = self._change
         self._questions.ask(_Request(change.patch, change.forward, change.drawn, run, self._before, self._present))
 

@@ -274,8 +274,8 @@ class StagePresenter(QObject):
         self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
         self._board.stageChanged.connect(self.changed)
         views.layoutChanged.connect(self.changed)
-        panel.edited.connect(workspace.set_extraction_parameters)
-        panel.keeping_switched.connect(workspace.set_keeps_handmade)
+        panel.edited.connect(workspace.parameters.set_extraction)
+        panel.keeping_switched.connect(workspace.parameters.set_keeps_handmade)
         panel.preview_switched.connect(self._switch)
         panel.view_requested.connect(self.show_view)
 
@@ -286,7 +286,7 @@ class StagePresenter(QObject):
 
     def show(self) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
-        self._panel.form.set_parameters(self._workspace.extraction_parameters)
+        self._panel.form.set_parameters(self._workspace.parameters.extraction)
         frame = self._workspace.session.frame if self._workspace.has_session else None
         if frame is not self._frame:
             self._frame = frame
@@ -301,7 +301,7 @@ class StagePresenter(QObject):
 
     def _ask(self, frame: RGBDFrame) -> None:
         if self._panel.previews:
-            parameters: BlockParameters | None = self._workspace.extraction_parameters
+            parameters: BlockParameters | None = self._workspace.parameters.extraction
         else:
             parameters = self._preview.cached_parameters(frame) or self._workspace.session.notes.extraction
         if parameters is None:
@@ -327,16 +327,16 @@ class StagePresenter(QObject):
 
     def _has_new_values(self) -> bool:
         """Whether the frame's blocks were extracted with other parameters than the panel's."""
-        return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
+        return self._workspace.session.notes.extraction != self._workspace.parameters.extraction
 
     def _summary(self, found: FoundBlocks) -> str:
         if self._panel.previews:
             title = "Preview"
         else:
-            fits = found.parameters == self._workspace.extraction_parameters
+            fits = found.parameters == self._workspace.parameters.extraction
             title = "With these parameters" if fits else "With other parameters"
         blocks = found.extraction.blocks
-        locked, by_hand = self._workspace.staying(self._workspace.session)
+        locked, by_hand = self._workspace.blocks.staying(self._workspace.session)
         around = _describe_around(len(locked), len(by_hand))
         return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
 
@@ -360,7 +360,7 @@ class StagePresenter(QObject):
     def extract(self) -> None:
         """Extract the blocks again with the panel's parameters; at once if the preview has the result."""
         session = self._workspace.session
-        found = self._preview.held(session.frame, self._workspace.extraction_parameters)
+        found = self._preview.held(session.frame, self._workspace.parameters.extraction)
         self.extraction_requested.emit(session, found)
 
     def hold(self, found: FoundBlocks) -> None:

@@ -125,7 +125,7 @@ class GuideFeature(Feature):
         self._reader = LatestRequest[GuideSource, GuidedFrame](read_guided_frame, self)
         actions["load_guide"].triggered.connect(lambda _=False: self.ask())
         actions["remove_guide"].triggered.connect(lambda _=False: self.remove())
-        for changed in (workspace.session_changed, workspace.guide_changed):
+        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed):
             changed.connect(self._allow)
         self._reported: WeakSet[Session] = WeakSet()
         """Frames whose guide has been reported, or loaded here."""
@@ -152,7 +152,7 @@ class GuideFeature(Feature):
 
     def remove(self) -> None:
         """Complete the current frame without a guide."""
-        self.context.workspace.set_guide(None, "Remove guide")
+        self.context.workspace.blocks.set_guide(None, "Remove guide")
         self.context.notes.show_message("Guide removed.")
 
     def shutdown(self) -> bool:
@@ -161,11 +161,11 @@ class GuideFeature(Feature):
 
     def _take(self, session: Session, found: GuidedFrame) -> None:
         workspace, guide = self.context.workspace, found.frame.guide
-        if session not in workspace.sessions or guide is None:
+        if session not in workspace.frames.sessions or guide is None:
             return
-        workspace.show_session(session)  # another frame may have been opened meanwhile
+        workspace.frames.show(session)  # another frame may have been opened meanwhile
         self._reported.add(session)
-        workspace.set_guide(guide, "Load guide")
+        workspace.blocks.set_guide(guide, "Load guide")
         name = "" if guide.path is None else f" {Path(guide.path).name}"
         self.context.notes.show_message(f"Guide{name}: {describe_guide(found.fitted)}")
 

@@ -211,14 +211,14 @@ class PresetsFeature(Feature):
     def _shown(self, name: str, with_extraction: bool = False) -> UserPreset:
         present = self._box.present
         base = self._own[present].base if present in self._own else present
-        extraction = self.context.workspace.extraction_parameters if with_extraction else None
+        extraction = self.context.workspace.parameters.extraction if with_extraction else None
         return UserPreset(name, self.context.filter_presenter.shown, base=base, extraction=extraction)
 
     def _choose(self, name: str) -> None:
         """Apply the preset's parameters of the extraction; the filter panel applies those of the filter."""
         preset = self._own.get(name)
         if preset is not None and preset.extraction is not None:
-            self.context.workspace.set_extraction_parameters(preset.extraction)
+            self.context.workspace.parameters.set_extraction(preset.extraction)
             self.context.notes.show_message(
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )

@@ -262,7 +262,7 @@ class ReadoutPresenter(QObject):
             given = "outside the depth camera's view"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        viewed_iteration, error = self._workspace.viewed_iteration, session.expected_error()
+        viewed_iteration, error = self._workspace.runs.viewed_iteration, session.expected_error()
         depth = session.current_depth() if viewed_iteration is None else viewed_iteration.depth
         if depth is not None:
             depth_out = float(depth[y, x])

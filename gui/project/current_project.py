@@ -14,8 +14,8 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame
 from ilf.sources.frame_source import FrameSource
 
 from ..state.entries import Entry
+from ..state.parameters import SharedParameters
 from ..state.session import Session
-from ..state.sharing import SharedParameters
 from ..state.workspace import Workspace
 
 # Content of a project apart from its frames' states.
@@ -27,15 +27,15 @@ def project_of(workspace: Workspace) -> Project:
         ProjectFrame(
             entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or has_content(entry.session)
         )
-        for entry in workspace.entries
+        for entry in workspace.frames.entries
     )
     return Project(
         frames,
         workspace.session.id if workspace.has_session else "",
-        workspace.next_parameters,
-        workspace.shared.on,
-        workspace.extraction_parameters,
-        workspace.keeps_handmade,
+        workspace.parameters.of_next_frame,
+        workspace.parameters.shared.on,
+        workspace.parameters.extraction,
+        workspace.parameters.keeps_handmade,
     )
 
 
@@ -54,9 +54,9 @@ def source_of(entry: Entry) -> FrameSource | None:
 
 def apply_settings(workspace: Workspace, project: Project) -> None:
     """Apply the shared settings of a project, before its frames are opened with them."""
-    workspace.set_shared(SharedParameters(project.for_all, project.common))
-    workspace.set_extraction_parameters(project.extraction)
-    workspace.set_keeps_handmade(project.keeps_handmade)
+    workspace.parameters.set_shared(SharedParameters(project.for_all, project.common))
+    workspace.parameters.set_extraction(project.extraction)
+    workspace.parameters.set_keeps_handmade(project.keeps_handmade)
 
 
 class ProjectSettings(NamedTuple):
@@ -112,7 +112,7 @@ class CurrentProject(QObject):
         self._is_new = False
         self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
         """The frames; None if the list has changed."""
-        for signal in (workspace.entries.added, workspace.entries.removed):
+        for signal in (workspace.frames.entries.added, workspace.frames.entries.removed):
             signal.connect(lambda *_: self._forget_frames())
         self._saved = self.current_settings()
         self._missing: dict[str, FrameSummary] = {}
@@ -127,7 +127,7 @@ class CurrentProject(QObject):
     @property
     def unsaved(self) -> bool:
         """Whether there are changes that are not in the file."""
-        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
+        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.frames.entries)
 
     def words(self) -> str:
         """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
@@ -143,9 +143,11 @@ class CurrentProject(QObject):
         """Return the current settings apart from frames' states."""
         workspace = self._workspace
         if self._frames is None:
-            self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
-        shared = workspace.shared.values if workspace.shared.on else None
-        return ProjectSettings(self._frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
+            self._frames = tuple((entry.id, entry.source) for entry in workspace.frames.entries)
+        shared = workspace.parameters.shared.values if workspace.parameters.shared.on else None
+        return ProjectSettings(
+            self._frames, shared, workspace.parameters.extraction, workspace.parameters.keeps_handmade
+        )
 
     def _forget_frames(self) -> None:
         self._frames = None
@@ -191,7 +193,7 @@ class CurrentProject(QObject):
 
     def mark_extraction_saved(self) -> None:
         """Mark the extraction parameters as saved: they came with a frame."""
-        self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
+        self._saved = self._saved._replace(extraction=self._workspace.parameters.extraction)
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
         """Return the summary of a frame in the file; None if the file has no state of it."""

@@ -180,7 +180,7 @@ class Recorder(QObject):
         super().__init__(parent)
         self.project = ""
         """Path of the project file; "" if there is none yet."""
-        self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.sessions)
+        self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.frames.sessions)
         """Whether there are changes that are not in the project file."""
         self._workspace = workspace
         self._store = store
@@ -195,8 +195,8 @@ class Recorder(QObject):
         self._begun = JournalHeader()
         self._taken = 0.0
         self._automatic = False
-        workspace.touched.connect(self._note_touched)
-        workspace.project_touched.connect(self.note_project)
+        workspace.frames.touched.connect(self._note_touched)
+        workspace.frames.project_touched.connect(self.note_project)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._take)
         self._worker = Worker(self, must_finish=True)
@@ -255,17 +255,17 @@ class Recorder(QObject):
             self._timer.start(wait)
 
     def _end_stroke(self) -> None:
-        if self._workspace.stroke_in_progress:
-            self._workspace.prepare_change(self._workspace.session)
+        if self._workspace.blocks.stroke_in_progress:
+            self._workspace.blocks.prepare_change(self._workspace.session)
 
     def _take(self) -> None:
         """Take a snapshot of all changes; it is stored after the previous one."""
-        if self._workspace.stroke_in_progress:  # a stroke is stored completely or not at all
+        if self._workspace.blocks.stroke_in_progress:  # a stroke is stored completely or not at all
             self._timer.start(_STROKE_MS)
             return
         self._timer.stop()
         self._taken = time.monotonic()
-        batch, there = self._waiting, self._workspace.sessions
+        batch, there = self._waiting, self._workspace.frames.sessions
         self._captures = {session: capture for session, capture in self._captures.items() if session in there}
         for session in there:
             if session in self._touched:
@@ -286,7 +286,7 @@ class Recorder(QObject):
             return
         self._current_batch, self._waiting = self._waiting, _Batch()
         batch, frames = self._current_batch, self._frames
-        unsaved = tuple(entry.id for entry in self._workspace.entries if entry.unsaved)
+        unsaved = tuple(entry.id for entry in self._workspace.frames.entries if entry.unsaved)
         note = replace(self._begun, project=self.project, unsaved=self.is_unsaved(), frames=unsaved)
 
         def job() -> Generator[None, None, _Outcome]:
@@ -304,7 +304,7 @@ class Recorder(QObject):
             then(outcome.encoding)
         error = outcome.encoding or outcome.writing
         if self._store.take_lost() or outcome.encoding is not None:
-            self._touched.update(self._workspace.sessions)
+            self._touched.update(self._workspace.frames.sessions)
             self._schedule()
         if error is not None:
             self._waiting.needs_retry = True

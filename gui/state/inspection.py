@@ -31,7 +31,7 @@ class Measurements(QObject):
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        workspace.session_changed.connect(self.changed)
+        workspace.frames.session_changed.connect(self.changed)
 
     @property
     def chains(self) -> list[tuple[Point, ...]]:
@@ -114,7 +114,7 @@ class Measurements(QObject):
         return self._workspace.session.chains if self._workspace.has_session else Chains()
 
     def _changed(self) -> None:
-        self._workspace.touch(self._workspace.session)
+        self._workspace.frames.touch(self._workspace.session)
         self.changed.emit()
 
 
@@ -141,7 +141,7 @@ class Inspection(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self.measurements = Measurements(workspace, self)
-        workspace.session_changed.connect(self.line_changed)
+        workspace.frames.session_changed.connect(self.line_changed)
 
     @property
     def line(self) -> Line | None:
@@ -154,7 +154,7 @@ class Inspection(QObject):
             return
         session = self._workspace.session
         session.line = line
-        self._workspace.touch(session, viewing=True)
+        self._workspace.frames.touch(session, viewing=True)
         self.line_changed.emit()
 
     @property
@@ -164,4 +164,4 @@ class Inspection(QObject):
 
     def set_region(self, box: Box | None) -> None:
         """Set the rectangle; None removes it."""
-        self._workspace.set_region(box)
+        self._workspace.blocks.set_region(box)

@@ -1,15 +1,20 @@
-"""Limits, memory and colours of a frame's run history. No widgets."""
+"""Limits, memory and colours of a frame's run history, and names of its runs. No widgets."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from functools import lru_cache
 from zlib import crc32
 
 import numpy as np
 
+from ilf.data.parameters import Parameters, nearest_preset, to_text
+from ilf.project.frame_state import own_values
 from ilf.project.run_history import Colour, StoredRun
 from ilf.run.run import Run
+
+from .session import Session
 
 MAX_COMPARED = 4
 """Maximum number of runs that are compared at a time."""
@@ -22,6 +27,9 @@ MAX_MEMORY = 400 * 1024**2
 
 _RECORD = 82
 """Approximate memory [bytes] of an iteration's record."""
+
+_IN_NAMES = 2
+"""Maximum number of parameters in a name."""
 
 COLOURS: tuple[Colour, ...] = (
     (230, 119, 34),
@@ -64,3 +72,39 @@ def next_colour(kept: Collection[StoredRun]) -> Colour:
     """Return a colour that none of the latest runs has."""
     latest = [one.colour for one in kept][-len(COLOURS) + 1 :]
     return next(colour for colour in COLOURS if colour not in latest)
+
+
+def parameters_text(session: Session, run: Run, max_values: int | None = None) -> str:
+    """Return the nearest preset, the parameters that differ from it and own parameters of blocks; `max_values` of
+    each."""
+    texts = [_likeness_text(run.parameters, max_values)]
+    own = {label: _own_words(parameters, run.parameters, max_values) for label, parameters in run.own.items()}
+    own = {label: words for label, words in own.items() if words}
+    if max_values is not None and len(own) > 1:
+        return f"{texts[0]}; {len(own)} blocks with own parameters"
+    texts += [f"{session.info(label).name}: {words}" for label, words in own.items()]
+    return "; ".join(texts)
+
+
+def run_name(session: Session, number: int, run: Run, edit: str = "", live: bool = False) -> str:
+    """Return the default name of a run: its number, the edit that started it if any, and its parameters."""
+    what = "; ".join(([edit] if edit else []) + [parameters_text(session, run, _IN_NAMES)])
+    return f"{'Live' if live else 'Run'} {number}: {what}"
+
+
+def title_of(name: str, session: Session, run: Run) -> str:
+    """Return a name without the parameters of its default name; unchanged if they are not in it."""
+    return name.removesuffix(parameters_text(session, run, _IN_NAMES)).rstrip(":; ") or name
+
+
+# cached: every row needs these whenever the list changes
+
+
+@lru_cache(maxsize=512)
+def _likeness_text(parameters: Parameters, max_values: int | None) -> str:
+    return nearest_preset(parameters).text(max_values)
+
+
+@lru_cache(maxsize=2048)
+def _own_words(parameters: Parameters, common: Parameters, max_values: int | None) -> str:
+    return ", ".join(to_text(own_values(parameters, common), max_values))

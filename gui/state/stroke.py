@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import Box
+from ilf.data.blocks import Box, union
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
@@ -18,7 +18,7 @@ class StrokeInProgress:
 
     def reach(self, box: Box) -> None:
         """Note that the stroke changed pixels in a box."""
-        self._box = box if self._box is None else around(self._box, box)
+        self._box = box if self._box is None else union(self._box, box)
 
     def patch(self, labels: NDArray[np.int32]) -> LabelPatch | None:
         """Return what the stroke has changed so far; None for nothing."""
@@ -32,9 +32,3 @@ class StrokeInProgress:
             for whole, part in zip(self._box, inside.box, strict=True)
         )
         return LabelPatch((rows, columns), inside.before, inside.after)
-
-
-def around(box: Box, other: Box) -> Box:
-    """Return the smallest box around two boxes."""
-    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(box, other, strict=True))
-    return rows, columns

@@ -40,7 +40,7 @@ class BlockCommands(QObject):
         if self._warn_if_locked("delete"):
             return
         if self._edit(lambda: delete(session.labels, session.selected, session.locked), self._text("Delete")):
-            self._workspace.select([])
+            self._workspace.blocks.select([])
 
     def merge(self) -> None:
         """Merge the selected blocks into the largest of them."""
@@ -56,7 +56,7 @@ class BlockCommands(QObject):
             return
         apart = not parts_touch(session.labels, chosen)
         if self._edit(lambda: merge(session.labels, chosen, session.locked), self._text("Merge")):
-            self._workspace.select(chosen[:1])
+            self._workspace.blocks.select(chosen[:1])
             if apart:
                 name = session.info(chosen[0]).name
                 self.message.emit(f"{name} now has parts that do not touch: each part is completed separately.")
@@ -68,11 +68,11 @@ class BlockCommands(QObject):
         changed = [label for label in session.selected if session.info(label).locked != lock]
         if changed:
             text = self._text("Lock" if lock else "Unlock")
-            self._workspace.edit_infos({label: {"locked": lock} for label in changed}, text)
+            self._workspace.blocks.edit_infos({label: {"locked": lock} for label in changed}, text)
 
     def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
-        self._workspace.mark_checked(self._workspace.session.selected)
+        self._workspace.blocks.mark_checked(self._workspace.session.selected)
 
     def toggle_visibility(self) -> None:
         """Show the selected blocks in the overlay if any of them is hidden, otherwise hide them."""
@@ -80,15 +80,15 @@ class BlockCommands(QObject):
         show = not all(session.info(label).visible for label in session.selected)
         for label in list(session.selected):
             if session.info(label).visible != show:
-                self._workspace.set_visible(label, show)
+                self._workspace.blocks.set_visible(label, show)
 
     def select_all(self) -> None:
         """Select all blocks."""
-        self._workspace.select(list(self._workspace.session.counts()))
+        self._workspace.blocks.select(list(self._workspace.session.counts()))
 
     def new(self) -> None:
         """Start a new block, and switch to a tool that can draw it."""
-        label = self._workspace.start_block()
+        label = self._workspace.blocks.start()
         if self._editor.tool_name != "outline":
             self._editor.set_tool("paint")
         verb = "Outline" if self._editor.tool_name == "outline" else "Paint"
@@ -130,13 +130,13 @@ class BlockCommands(QObject):
         """Edit the selected blocks one after another, as one undo step."""
         self._editor.cancel()
         for label in list(self._workspace.session.selected):
-            self._workspace.stroke(edit(label))
-        return self._workspace.end_stroke(text) is not None
+            self._workspace.blocks.stroke(edit(label))
+        return self._workspace.blocks.end_stroke(text) is not None
 
     def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
         """Edit the label map after cancelling a stroke in progress."""
         self._editor.cancel()
-        return self._workspace.edit_labels(edit(), text)
+        return self._workspace.blocks.edit(edit(), text)
 
     def _warn_if_locked(self, verb: str) -> bool:
         session = self._workspace.session
@@ -202,7 +202,7 @@ class ContextMenu(QObject):
         session = self._workspace.session
         before, label = list(session.selected), session.label_at(x, y)
         if label not in before:
-            self._workspace.select([label] if label else [])
+            self._workspace.blocks.select([label] if label else [])
         if label == 0:
             return []
         name = session.info(label).name
@@ -218,7 +218,7 @@ class ContextMenu(QObject):
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         session = self._workspace.session
         source = session.label_at(x, y)
-        self._workspace.select(chosen)
+        self._workspace.blocks.select(chosen)
         give_piece(self._editor, piece_at(session.labels, x, y), source)
 
     def _merge(self, taker: int, other: int) -> None:
@@ -230,4 +230,4 @@ class ContextMenu(QObject):
         self._editor.commit(
             merge(session.labels, [taker, other], session.locked), f"Merge into {session.info(taker).name}"
         )
-        self._workspace.select([taker])
+        self._workspace.blocks.select([taker])

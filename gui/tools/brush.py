@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
-from ilf.data.blocks import Box
+from ilf.data.blocks import Box, union
 from ilf.segmentation.editing.painting import Stroke, brush_stroke, erase, paint
 from ilf.segmentation.editing.snapping import Similar
 
-from ..state.stroke import around
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Tool, edges_ready, line_path, warn_if_any_locked, warn_if_locked
 
@@ -28,7 +27,7 @@ class Swept:
     def add(self, stroke: Stroke) -> None:
         """Add a stroke's pixels."""
         self.mask[stroke.box] |= stroke.mask
-        self._box = stroke.box if self._box is None else around(self._box, stroke.box)
+        self._box = stroke.box if self._box is None else union(self._box, stroke.box)
 
     @property
     def stroke(self) -> Stroke | None:

@@ -73,8 +73,8 @@ class Editor(QObject):
         self._active = "select"
         self._hint = ""
         self._pointer: PointerEvent | None = None
-        workspace.about_to_change.connect(self.cancel)
-        workspace.session_changed.connect(self._turn)
+        workspace.blocks.about_to_change.connect(self.cancel)
+        workspace.frames.session_changed.connect(self._turn)
 
     # the tools
 
@@ -195,39 +195,39 @@ class Editor(QObject):
     @property
     def edge_data(self) -> EdgeData | None:
         """Edges and regions of the current frame; None while they are being computed."""
-        parameters = self.session.notes.extraction or self._workspace.extraction_parameters
+        parameters = self.session.notes.extraction or self._workspace.parameters.extraction
         return self.edge_data_source.of(self.session, parameters)
 
     def select(self, labels: list[int]) -> None:
         """Select blocks."""
-        self._workspace.select(labels)
+        self._workspace.blocks.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str) -> bool:
         """Make a change of the label map one undo step."""
-        done = self._workspace.edit_labels(patch, text)
+        done = self._workspace.blocks.edit(patch, text)
         if done and patch is not None:
             self._count_slivers(patch)
         return done
 
     def stroke(self, patch: LabelPatch | None) -> None:
         """Change the label map as part of a stroke."""
-        self._workspace.stroke(patch)
+        self._workspace.blocks.stroke(patch)
 
     def end_stroke(self, text: str) -> bool:
         """Make the stroke one undo step."""
-        patch = self._workspace.end_stroke(text)
+        patch = self._workspace.blocks.end_stroke(text)
         if patch is not None:
             self._count_slivers(patch)
         return patch is not None
 
     def drop_stroke(self) -> bool:
         """Cancel the stroke."""
-        return self._workspace.drop_stroke()
+        return self._workspace.blocks.drop_stroke()
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Set the invalid mask, as one undo step."""
         try:
-            return self._workspace.set_invalid_mask(mask, text)
+            return self._workspace.blocks.set_invalid_mask(mask, text)
         except InputError as error:
             self.show_message(str(error))
             return False

@@ -89,7 +89,7 @@ class ErrorPresenter(QObject):
         return self._questions.shutdown()
 
     def _take(self, question: _Question, error_estimate: ErrorEstimate) -> None:
-        self._workspace.store_error_estimate(question.session, question.completion, error_estimate)
+        self._workspace.runs.store_error_estimate(question.session, question.completion, error_estimate)
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self._failed_completion = question.completion

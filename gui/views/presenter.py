@@ -37,13 +37,15 @@ class ViewsPresenter(QObject):
         self._shows_names = False
         self._shows_other = False
         """Whether the views temporarily show other blocks and depth."""
-        for signal in (workspace.labels_changed, workspace.stroke_changed):
+        for signal in (workspace.blocks.labels_changed, workspace.blocks.stroke_changed):
             signal.connect(self._boxes.append)
-        for doubtful in (workspace.infos_changed, workspace.session_changed):
+        for doubtful in (workspace.blocks.infos_changed, workspace.frames.session_changed):
             doubtful.connect(self._invalidate_colours)
             doubtful.connect(self._invalidate_names)
-        workspace.selection_changed.connect(self._invalidate_colours)  # a new block is selected before it is painted
-        workspace.labels_changed.connect(self._invalidate_names)
+        workspace.blocks.selection_changed.connect(
+            self._invalidate_colours
+        )  # a new block is selected before it is painted
+        workspace.blocks.labels_changed.connect(self._invalidate_names)
 
     def show_frame(self) -> None:
         """Show colour and depth in of a new frame; this clears the pictures of the frame before."""
@@ -112,7 +114,7 @@ class ViewsPresenter(QObject):
         """Show the completed depth, including running blocks, with stale pixels marked; or the depth of the iteration
         being viewed."""
         if self._workspace.has_session and not self._shows_other:
-            session, viewed_iteration = self._workspace.session, self._workspace.viewed_iteration
+            session, viewed_iteration = self._workspace.session, self._workspace.runs.viewed_iteration
             self._views.set_moment("" if viewed_iteration is None else viewed_iteration.text)
             if viewed_iteration is not None:
                 self._views.set_result(viewed_iteration.depth)

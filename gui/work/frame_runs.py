@@ -186,7 +186,7 @@ class FrameRuns(QObject):
             return
         self._run = self.session.run(self.session.common, only)
         threads = 1 if stepwise else spare_cores()
-        self._steps = steps = self._run.steps(threads, self._workspace.watch(self.session, self._run))
+        self._steps = steps = self._run.steps(threads, self._workspace.runs.watch(self.session, self._run))
         self._start(lambda: steps, stepwise)
 
     def start_changed(self) -> None:
@@ -241,7 +241,7 @@ class FrameRuns(QObject):
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
         self._run = run = self.session.run(self.session.common, self._resolving)
-        watch = self._workspace.watch(self.session, run)
+        watch = self._workspace.runs.watch(self.session, run)
         self._start(lambda: run.steps(1, watch))
 
     def _start(self, make: Callable[[], RunSteps], paused: bool = False) -> None:
@@ -323,7 +323,7 @@ class FrameRuns(QObject):
         if self._resolving or self._extrapolating is not None:
             self._abandoned = self._extrapolating is None
             self.cancel()
-        self._workspace.clear_results()
+        self._workspace.runs.clear_results()
 
     def shutdown(self) -> bool:
         """Stop permanently. True if the thread has ended."""
@@ -341,16 +341,16 @@ class FrameRuns(QObject):
                 fresh.setdefault(progress.label, []).append(progress.record)
         self._begun.update(fresh)
         for label, records in fresh.items():
-            self._workspace.add_records(self.session, label, records)
+            self._workspace.runs.add_records(self.session, label, records)
             self.records.emit(label, records)
         for _, previews in batch:
             if previews is not None:
-                self._workspace.add_previews(self.session, previews)
+                self._workspace.runs.add_previews(self.session, previews)
                 self._preview_time = time.perf_counter() + _PREVIEWS_S
         if results:
             self._done.update(result.block.label for result in results)
             # the invalid mask may have changed since the run started
-            self._workspace.store_results(self.session, results, run.frame)
+            self._workspace.runs.store_results(self.session, results, run.frame)
 
     def _end(self, how: str, found: Completion | None = None) -> None:
         if self._extrapolating is not None:
@@ -364,14 +364,14 @@ class FrameRuns(QObject):
         seconds = time.perf_counter() - self._started
         if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
             # blocks that were iterated keep their results, though they are not corrected yet
-            self._workspace.store_results(self.session, list(steps.uncorrected.values()), run.frame)
+            self._workspace.runs.store_results(self.session, list(steps.uncorrected.values()), run.frame)
             done.update(steps.uncorrected)
         self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
         # another re-solve follows: the previews stay until then
         again = following is not None and following.action is None
-        self._workspace.end_run(self.session, keep_previews=again)
+        self._workspace.runs.end(self.session, keep_previews=again)
         if following is None:
             self.state_changed.emit()
         elif following.action is not None:
@@ -423,7 +423,7 @@ class FrameRuns(QObject):
         holds = found is not None and session.completion() is base
         if base is not None and found is not None:
             if holds:
-                self._workspace.store_extrapolation(session, base, found)
+                self._workspace.runs.store_extrapolation(session, base, found)
             seconds = time.perf_counter() - self._started
             count = int(np.count_nonzero(found.extrapolated))
             pixels = counted(count, "pixel")

@@ -213,8 +213,8 @@ class FrameLoader(QObject):
         """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
             line.changed.connect(self._emit_busy)
-        workspace.session_changed.connect(self._resume_postponed)
-        workspace.sessions_changed.connect(self._cancel_closed)
+        workspace.frames.session_changed.connect(self._resume_postponed)
+        workspace.frames.sessions_changed.connect(self._cancel_closed)
 
     @property
     def busy(self) -> bool:
@@ -242,7 +242,7 @@ class FrameLoader(QObject):
         A frame that is already open is only shown; if it is open with other units or intrinsics, it is read again and
         replaced.
         """
-        entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.extraction_parameters
+        entry, parameters = self._workspace.frames.entries.of_key(source.key), self._workspace.parameters.extraction
         if entry is not None and entry.session is None and entry.source == source:
             self.open_entry(entry)
         elif not self._shown_already(source, source.key):
@@ -251,7 +251,7 @@ class FrameLoader(QObject):
     def open_run(self, record: Path) -> None:
         """Open a run.json: its frame, blocks and parameters. Run the frame to get its completed depth."""
         record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        entry = self._workspace.entries.of_key(str(record))
+        entry = self._workspace.frames.entries.of_key(str(record))
         if entry is not None and entry.session is None:
             self.open_entry(entry)
         elif not self._shown_already(record, str(record)):
@@ -269,18 +269,18 @@ class FrameLoader(QObject):
         If another frame is selected before, it is not opened. A frame that cannot be opened is marked in the list.
         """
         if entry.session is not None:
-            self._workspace.show_session(entry.session)
+            self._workspace.frames.show(entry.session)
             return
         stored = self.stored
         if entry.has_state and stored is not None and stored.has(entry.id):
             do: Callable[[], object] = lambda: stored.read(entry.id, entry.source)  # noqa: E731
             take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
         else:
-            source, parameters = entry.source or FrameSource(entry.key), self._workspace.extraction_parameters
+            source, parameters = entry.source or FrameSource(entry.key), self._workspace.parameters.extraction
             do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
 
         def wanted() -> bool:
-            return entry.session is None and self._workspace.entries.of(entry.id) is entry
+            return entry.session is None and self._workspace.frames.entries.of(entry.id) is entry
 
         self._reading.add(
             Job(
@@ -306,10 +306,10 @@ class FrameLoader(QObject):
         self._reading.add(Job(what, do, take, report))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
-        session = self._workspace.session_of(key)
+        session = self._workspace.frames.session_of(key)
         if session is None or session.origin != origin:
             return False
-        self._workspace.show_session(session)
+        self._workspace.frames.show(session)
         return True
 
     def _take_entry(self, entry: Entry, opened: _Opened) -> None:
@@ -323,9 +323,9 @@ class FrameLoader(QObject):
         if self._shown_already(opened.origin, opened.key):
             return
         session = Session.of(opened.run, opened.origin, opened.key, opened.record_replay)
-        replaced = self._workspace.entries.of_key(opened.key)
+        replaced = self._workspace.frames.entries.of_key(opened.key)
         if replaced is not None:
-            self._workspace.remove_entries([replaced])
+            self._workspace.frames.remove_entries([replaced])
         if opened.record_replay is None:
             self._workspace.add_session(session)
             self._extract_first(session)
@@ -341,8 +341,8 @@ class FrameLoader(QObject):
             self.incomplete.emit(session, decoded.problems)
 
     def _take_listing(self, how: FrameSource, listing: Listing, found: Sequence[Entry], show: bool) -> None:
-        entries = self._workspace.entries
-        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        entries = self._workspace.frames.entries
+        self._workspace.frames.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
         self.listed.emit(how, listing)
         first = entries.of_key(found[0].key)
         if show and first is not None:
@@ -350,7 +350,7 @@ class FrameLoader(QObject):
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
-        self._workspace.note_problem(entry, str(error))
+        self._workspace.frames.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
 
     # extracting
@@ -363,7 +363,7 @@ class FrameLoader(QObject):
         if found is not None:
             self._take_extraction(session, found)
             return
-        frame, parameters = session.frame, self._workspace.extraction_parameters
+        frame, parameters = session.frame, self._workspace.parameters.extraction
         self._add_extraction(
             session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
         )
@@ -379,12 +379,12 @@ class FrameLoader(QObject):
     def _extract_first(self, session: Session, transient: bool = False) -> None:
         """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
         one."""
-        frame, parameters = session.frame, self._workspace.extraction_parameters
+        frame, parameters = session.frame, self._workspace.parameters.extraction
 
         def wanted() -> bool:
             if session.notes.propagated_from:
                 return False
-            if not transient or self._workspace.is_current(session):
+            if not transient or self._workspace.frames.is_current(session):
                 return True
             self._postponed.add(session)
             return False
@@ -400,7 +400,7 @@ class FrameLoader(QObject):
         take: Callable[[FoundBlocks], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
-        what, sessions = f"Extract blocks of {session.name}", self._workspace.sessions
+        what, sessions = f"Extract blocks of {session.name}", self._workspace.frames.sessions
         self._extracting.add(
             Job(
                 what,
@@ -421,21 +421,21 @@ class FrameLoader(QObject):
 
     def _cancel_closed(self) -> None:
         """Cancel extractions of closed frames."""
-        self._extracting.cancel_if(lambda session: session not in self._workspace.sessions)
+        self._extracting.cancel_if(lambda session: session not in self._workspace.frames.sessions)
 
     def _take_first(self, session: Session, found: FoundBlocks) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
         if session.notes.propagated_from:
             return
-        if self._workspace.is_current(session):
+        if self._workspace.frames.is_current(session):
             self.extracted.emit(found)
-        self._workspace.set_first_blocks(session, found.extraction, found.parameters)
+        self._workspace.blocks.set_first(session, found.extraction, found.parameters)
         beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
         self._report_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
 
     def _take_extraction(self, session: Session, found: FoundBlocks) -> None:
-        kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
-        if self._workspace.is_current(session):
+        kept = self._workspace.blocks.set_extracted(session, found.extraction, found.parameters)
+        if self._workspace.frames.is_current(session):
             self.extracted.emit(found)
         self._report_blocks(session, _describe_kept(*kept), *found.extraction.notes)
 

@@ -13,9 +13,8 @@ from ilf.data.results import BlockResult
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
-from ..state.commands import EditParameters
-from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, with_shared_arrays
-from ..state.run_names import run_name
+from ..state.parameters import EditParameters
+from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
 from ..state.session import Session
 from ..state.workspace import Workspace
 from .frame_runs import RunOutcome, RunState
@@ -83,7 +82,7 @@ class RunRecorder(QObject):
 
     def _take(self, ended: RunOutcome) -> None:
         session = ended.session
-        if session not in self._workspace.sessions:
+        if session not in self._workspace.frames.sessions:
             self._waiting.pop(session, None)
             return
         if ended.done and ended.resolved:
@@ -99,7 +98,7 @@ class RunRecorder(QObject):
 
     def _keep_rested(self) -> None:
         for session, solved in list(self._waiting.items()):
-            if session not in self._workspace.sessions:
+            if session not in self._workspace.frames.sessions:
                 del self._waiting[session]
             elif self._runs.of(session).state is RunState.IDLE:  # else `run_ended` follows
                 del self._waiting[session]
@@ -112,7 +111,7 @@ class RunRecorder(QObject):
         same = next((kept for kept in reversed(session.run_history) if kept.equals(results)), None)
         if same is not None:
             same.results = dict(results)  # the current objects, so that the equal ones can be freed
-            self._workspace.note_run_changed(session, same)
+            self._workspace.runs.note_changed(session, same)
             return
         ended, step, edit = solved
         run = session.run(session.common)
@@ -123,7 +122,7 @@ class RunRecorder(QObject):
             kept.seconds, kept.done = ended.seconds, kept.done | ended.done
             name = run_name(session, kept.number, run, edit, live=True)
             kept.name = name if kept.name == former else kept.name
-            self._workspace.note_run_changed(session, kept)
+            self._workspace.runs.note_changed(session, kept)
         else:
             kept = self._keep(run, dict(results), ended, edit, live=True)
             name = kept.name
@@ -144,7 +143,7 @@ class RunRecorder(QObject):
             done=ended.done,
             how=ended.how,
         )
-        self._workspace.keep_run(session, kept)
+        self._workspace.runs.keep(session, kept)
         self._drop_oldest(session)
         return kept
 
@@ -155,7 +154,7 @@ class RunRecorder(QObject):
             if len(session.run_history) <= MAX_STORED and memory_of(session.run_history) <= MAX_MEMORY:
                 break
             if not kept.note and kept not in session.compared:
-                self._workspace.drop_run(session, kept)
+                self._workspace.runs.drop(session, kept)
                 dropped += 1
         if dropped and session not in self._warned:
             self._warned.add(session)
@@ -172,7 +171,7 @@ class RunRecorder(QObject):
         kept = next((kept for kept in reversed(session.run_history) if kept.is_of(results)), None)
         if kept is not None:
             kept.take_extrapolation(completion)
-            self._workspace.note_run_changed(session, kept)
+            self._workspace.runs.note_changed(session, kept)
 
 
 def _last_step(session: Session) -> QUndoCommand | None:

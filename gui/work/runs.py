@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 
-from ..state.commands import Change
+from ..state.blocks import Change
 from ..state.session import Session
 from ..state.workspace import Workspace
 from .frame_runs import FrameRuns, RunOutcome, RunState
@@ -43,8 +43,8 @@ class RunController(QObject):
         self._all: dict[Session, FrameRuns] = {}
         self._closed: list[FrameRuns] = []
         """Runs of closed frames that have not ended."""
-        workspace.sessions_changed.connect(self._cancel_closed)
-        workspace.session_changed.connect(self.state_changed)
+        workspace.frames.sessions_changed.connect(self._cancel_closed)
+        workspace.frames.session_changed.connect(self.state_changed)
 
     def of(self, session: Session) -> FrameRuns:
         """Return the runs of a frame."""
@@ -57,11 +57,11 @@ class RunController(QObject):
         return self._all[session]
 
     def _pass_records(self, session: Session, label: int, records: list[object]) -> None:
-        if self._workspace.is_current(session):
+        if self._workspace.frames.is_current(session):
             self.records.emit(label, records)
 
     def _pass_resolved(self, session: Session, text: str) -> None:
-        if self._workspace.is_current(session):
+        if self._workspace.frames.is_current(session):
             self.resolved.emit(text)
 
     @property
@@ -159,7 +159,7 @@ class RunController(QObject):
 
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""
-        for session in [session for session in self._all if session not in self._workspace.sessions]:
+        for session in [session for session in self._all if session not in self._workspace.frames.sessions]:
             runs = self._all.pop(session)
             self._closed.append(runs)
             runs.cancel()
@@ -196,10 +196,10 @@ class LiveSolver(QObject):
         """Blocks to re-solve, also of frames that are not shown."""
         self._requested: set[int] = set()
         """Blocks of the current frame that were requested since they were last edited."""
-        workspace.edited.connect(self._take)
-        workspace.invalid_mask_changed.connect(self._take_all)
-        workspace.guide_changed.connect(self._take_all)
-        workspace.session_changed.connect(self._turn)
+        workspace.blocks.edited.connect(self._take)
+        workspace.blocks.invalid_mask_changed.connect(self._take_all)
+        workspace.blocks.guide_changed.connect(self._take_all)
+        workspace.frames.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
 
     def _take(self, change: Change) -> None:
@@ -224,7 +224,7 @@ class LiveSolver(QObject):
         runs, workspace = self._runs, self._workspace
         if not workspace.has_session or runs.state not in (RunState.IDLE, RunState.RESOLVING):
             return
-        session, chosen = workspace.session, workspace.chosen
+        session, chosen = workspace.session, workspace.blocks.chosen
         touched = self._touched.get(session, set())
         if runs.state is RunState.IDLE:  # requested blocks are solved or cancelled
             touched -= self._requested

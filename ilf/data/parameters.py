@@ -456,7 +456,7 @@ def nearest_preset(parameters: Parameters, presets: Mapping[str, Parameters] = P
     --------
     >>> from ilf import preset
     >>> nearest_preset(preset("paper", mode="fill+denoise"))
-    Likeness(preset='paper', differs={'mode': 'fill+denoise'})
+    NearestPreset(preset='paper', differs={'mode': 'fill+denoise'})
     """
     found = [NearestPreset(name, _differing(parameters, values)) for name, values in presets.items()]
     return min(found, key=lambda one: len(one.differs))

@@ -13,7 +13,7 @@ def name_from_path(rgb: Path) -> str:
 
     Examples
     --------
-    >>> name_from_path(Path("/data/context/rgb.png")), name_from_path(Path("/data/0001_rgb.png"))
+    >>> name_from_path(Path("/data/desk/rgb.png")), name_from_path(Path("/data/0001_rgb.png"))
     ('desk', '0001_rgb')
     """
     return rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
@@ -24,7 +24,7 @@ def recorded_frame_name(path: Path, key: str) -> str:
 
     Examples
     --------
-    >>> recorded_frame_name(Path("/data/context.bag"), "12.033000000")
+    >>> recorded_frame_name(Path("/data/desk.bag"), "12.033000000")
     'desk 12.033000000'
     """
     return f"{path.stem} {key.rpartition('/')[2]}"

@@ -111,9 +111,9 @@ def _measure(window: MainWindow, folder: Path, strokes: int, clock: _Clock, kept
         for one, next_one in itertools.pairwise(points):
             stroke = brush_stroke(session.frame.shape, np.array([one, next_one]), _RADIUS)
             if stroke is not None:
-                workspace.stroke(paint(session.labels, stroke, block))
+                workspace.blocks.stroke(paint(session.labels, stroke, block))
         begun = time.perf_counter()
-        if workspace.end_stroke("Paint") is None:
+        if workspace.blocks.end_stroke("Paint") is None:
             continue
         wait(lambda: kept)
         late.append((kept[0] - begun) * 1000)

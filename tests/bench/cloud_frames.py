@@ -98,7 +98,7 @@ def measure(window: MainWindow, frame: ilf.RGBDFrame, view: tuple[int, int]) -> 
     coloured = wait(lambda: canvas.scene is not before and canvas.drawing.is_full)
     cloud.set_colour_by(ColourBy.COLOUR)
     median, most = (1000 * float(np.percentile(times, share)) for share in (50, 95))
-    window.workspace.close_session(window.workspace.session)
+    window.workspace.frames.close(window.workspace.session)
     return (
         f"{frame.name:>12}  {view[0]:>4} x {view[1]:<4}  {median:6.1f} {most:6.1f}  {1000 * settled:6.0f}  "
         f"{1000 * appeared:6.0f}  {1000 * coloured:6.0f}  {1000 * held.longest:6.0f}"

@@ -85,8 +85,8 @@ def look(window: MainWindow, folder: Path) -> None:
     panel.show_all()
     for order in ("name", "state", "missing", "list"):
         say(f"sort by {order}", lambda order=order: panel.order.choose(order))
-    entries = window.workspace.entries
-    say("a note", lambda: window.workspace.set_note(entries[5000 % len(entries)], "glass"))
+    entries = window.workspace.frames.entries
+    say("a note", lambda: window.workspace.frames.set_note(entries[5000 % len(entries)], "glass"))
     half = list(entries)[1::2]
     say(f"take {len(half)} out", lambda: window.frames_feature.remove(half))
 
@@ -96,11 +96,11 @@ def turn(window: MainWindow) -> None:
 
     def seen(begin: Callable[[], object], rest: bool) -> float:
         drawn: list[float] = []
-        told = window.workspace.session_changed.connect(lambda: drawn.append(0.0))
+        told = window.workspace.frames.session_changed.connect(lambda: drawn.append(0.0))
         begun = time.perf_counter()
         begin()
         wait(lambda: drawn)
-        window.workspace.session_changed.disconnect(told)
+        window.workspace.frames.session_changed.disconnect(told)
         window.refresh.now()
         window.views.repaint()
         taken = time.perf_counter() - begun
@@ -117,13 +117,13 @@ def turn(window: MainWindow) -> None:
     say("next frame, in quick succession", [seen(forward, False) for _ in range(12)])
     wait(lambda: not window.loader.busy)
     pause(1500)
-    left = [entry for entry in window.workspace.entries if entry.has_state and entry.session is None][:8]
+    left = [entry for entry in window.workspace.frames.entries if entry.has_state and entry.session is None][:8]
     say(
         "back to an unloaded frame",
         [seen(lambda entry=entry: window.frames_feature.open(entry), True) for entry in left],
     )
     pause(1500)
-    print(f"  open frames: {len(window.workspace.sessions)}")
+    print(f"  open frames: {len(window.workspace.frames.sessions)}")
 
 
 if __name__ == "__main__":

@@ -111,19 +111,19 @@ def main() -> None:
         pause(2500)
         workspace, project = window.workspace, window.project
         drawn: list[bool] = []
-        window.refresh.add("bench", lambda: drawn.append(workspace.has_session), (workspace.session_changed,))
+        window.refresh.add("bench", lambda: drawn.append(workspace.has_session), (workspace.frames.session_changed,))
         took, held = timed(lambda: project.open(path), lambda: drawn and drawn[-1] and window.views.isVisible())
         print(f"open, to the first picture: {took:.2f} s (window blocked for up to {held * 1000:.0f} ms)")
         pause(3000)
         for attempt in range(3):
-            workspace.edit_info(1, "Rename", name=f"Wall {attempt}")
+            workspace.blocks.edit_info(1, "Rename", name=f"Wall {attempt}")
             pause(500)
             done: list[bool] = []
             wish = SaveRequest(path, then=done.append)
             took, held = timed(lambda wish=wish: project.saving.save(wish), lambda done=done: done)
             print(f"save after one edit: {took:.2f} s (blocked for up to {held * 1000:.0f} ms), {done[0]}")
-        row = workspace.entries.row_of(workspace.entries.of(workspace.session.id)) + 1
-        entry = workspace.entries[row]
+        row = workspace.frames.entries.row_of(workspace.frames.entries.of(workspace.session.id)) + 1
+        entry = workspace.frames.entries[row]
         took, held = timed(lambda: window.loader.open_entry(entry), lambda: entry.session is not None)
         print(f"switch to the next frame: {took:.2f} s (blocked for up to {held * 1000:.0f} ms)")
         window.documents.discard_silently = True

@@ -62,7 +62,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         sources = frames(Path(folder), (width, height), given.frames)
         window = new_window()
-        window.workspace.add_entries([Entry.of(source) for source in sources])
+        window.workspace.frames.add_entries([Entry.of(source) for source in sources])
         window.loader.open(sources[0])
         wait(lambda: window.workspace.has_session and not window.loader.busy)
         pause(500)

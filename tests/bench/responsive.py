@@ -112,7 +112,7 @@ def listen(window: MainWindow, folder: Path) -> None:
 
     def drag() -> None:
         for step in range(40):
-            window.filter_panel.edited.emit(workspace.parameters.replace(smoothness=0.5 + 0.02 * step))
+            window.filter_panel.edited.emit(workspace.parameters.current.replace(smoothness=0.5 + 0.02 * step))
             pause(20)
 
     def everything() -> None:
@@ -127,11 +127,11 @@ def listen(window: MainWindow, folder: Path) -> None:
     say("opening", lambda: open_frame(window, folder), lambda: True)
     say("run, best", window.actions_["run_all"].trigger, lambda: runs.free)
     counts = workspace.session.counts()
-    workspace.select([max(counts, key=lambda label: counts[label].pixels)])
+    workspace.blocks.select([max(counts, key=lambda label: counts[label].pixels)])
     say("a value dragged, live", drag, lambda: runs.free and not runs.resolving)
-    workspace.set_parameters(ilf.preset("released-code", max_iterations=40))
+    workspace.parameters.set(ilf.preset("released-code", max_iterations=40))
     say("run, released-code", window.actions_["run_all"].trigger, lambda: runs.free)
-    workspace.set_parameters(ilf.preset())
+    workspace.parameters.set(ilf.preset())
     sweep.open("noise")
     say("sweep", sweep.start, lambda: not sweep.worker.busy)
     window.actions_["live"].setChecked(True)

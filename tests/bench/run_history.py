@@ -40,7 +40,7 @@ def main() -> None:
     workspace.add_session(session)
     preset = PRESETS[options.preset]
     _run(app, workspace, runs, preset)  # edges etc. are computed once
-    workspace.drop_run(session, session.run_history[0])
+    workspace.runs.drop(session, session.run_history[0])
     gc.collect()
     before = resident()
     for number in range(options.runs):
@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def _run(app: QCoreApplication, workspace: Workspace, runs: RunController, parameters: Parameters) -> None:
-    workspace.set_parameters(parameters)
+    workspace.parameters.set(parameters)
     count = len(workspace.session.run_history)
     runs.start()
     while len(workspace.session.run_history) == count:

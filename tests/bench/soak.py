@@ -64,8 +64,8 @@ def one_frame(window: MainWindow, folder: Path, out: Path) -> None:
     line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
     stroke = brush_stroke((height, width), line, 5.0)
     if stroke is not None:
-        workspace.stroke(paint(session.labels, stroke, max(session.counts()), session.locked))
-        workspace.end_stroke("Paint")
+        workspace.blocks.stroke(paint(session.labels, stroke, max(session.counts()), session.locked))
+        workspace.blocks.end_stroke("Paint")
     wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
     window.documents.export(out, ExportOptions(mesh="ply"))
     wait(lambda: not window.documents.exporting)

@@ -77,11 +77,11 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
     workspace = window.workspace
     session = workspace.session
     counts = session.counts()
-    workspace.select([max(counts, key=lambda label: counts[label].pixels)])
+    workspace.blocks.select([max(counts, key=lambda label: counts[label].pixels)])
     window.actions_["run"].trigger()
     _until(lambda: window.runs.free and session.valid_results() and not window.errors.busy)
     news: list[None] = []
-    for signal in (workspace.previews_changed, workspace.results_added):
+    for signal in (workspace.runs.previews_changed, workspace.runs.results_added):
         signal.connect(lambda: news.append(None))
     values = iter(np.linspace(0.005, 0.03, 60).tolist())
 
@@ -112,7 +112,7 @@ def test_extraction_slider(benchmark: BenchmarkFixture, window: MainWindow, fold
         seen.clear()
 
     def act() -> None:
-        parameters = window.workspace.extraction_parameters
+        parameters = window.workspace.parameters.extraction
         window.extraction_panel.edited.emit(parameters.replace(**{name: next(values)}))
         _until(lambda: seen)
 

@@ -108,18 +108,18 @@ def in_window(recorder: Recorder, trip: str) -> None:
         wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
         recorder.start()
         news: list[None] = []
-        workspace.results_added.connect(lambda: news.append(None))
+        workspace.runs.results_added.connect(lambda: news.append(None))
         label = max(session.counts(), key=lambda label: session.counts()[label].pixels)
         if trip == "slider":
-            workspace.select([label])
+            workspace.blocks.select([label])
             window.filter_panel.edited.emit(session.common.replace(noise=0.02))
         else:
             height, width = session.frame.shape
             line = np.array([[0.2 * width, 0.5 * height], [0.8 * width, 0.5 * height]])
             stroke = brush_stroke((height, width), line, 5.0)
             assert stroke is not None
-            workspace.stroke(paint(session.labels, stroke, label, session.locked))
-            workspace.end_stroke("Paint")
+            workspace.blocks.stroke(paint(session.labels, stroke, label, session.locked))
+            workspace.blocks.end_stroke("Paint")
         wait(lambda: news)
     wait(lambda: runs.free and not runs.resolving and not window.errors.busy)
     pause(300)

@@ -64,16 +64,16 @@ def test_commands_in_any_order(
         labels = workspace.session.labels.copy()
         row, column = chance.randrange(30), chance.randrange(40)
         labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.session.counts()])
-        workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
+        workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Edit")
 
     def mark_invalid() -> None:
         mask = np.zeros(workspace.session.frame.shape, bool)
         mask[: chance.randrange(9), :9] = True
-        workspace.set_invalid_mask(mask, "MarkInvalid")
+        workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
 
     def evaluate() -> None:
         frame = workspace.session.frame
-        workspace.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
+        workspace.blocks.set_ground_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
 
     def inspect() -> None:
         inspection, (height, width) = window.editor.inspection, workspace.session.frame.shape
@@ -83,9 +83,9 @@ def test_commands_in_any_order(
         inspection.measurements.add_point(*ends[0])
 
     others: list[Callable[[], object]] = [
-        lambda: workspace.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
+        lambda: workspace.blocks.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
         lambda: window.filter_presenter.set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
-        lambda: workspace.compare(workspace.session.run_history[-chance.randrange(1, 4) :]),
+        lambda: workspace.runs.compare(workspace.session.run_history[-chance.randrange(1, 4) :]),
         lambda: views.set_layout(chance.choice(list(LAYOUTS))),
         lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
         lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
@@ -99,9 +99,9 @@ def test_commands_in_any_order(
             chance.choice(others)()
         qtbot.wait(chance.choice([0, 0, 1, 20]))
 
-    open_ones = [weakref.ref(session) for session in workspace.sessions]
+    open_ones = [weakref.ref(session) for session in workspace.frames.sessions]
     while workspace.has_session:
-        workspace.close_session(workspace.session)
+        workspace.frames.close(workspace.session)
     window.refresh.now()
 
     def all_gone() -> bool:

@@ -28,7 +28,7 @@ def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchFeature:
     with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
         window.documents.open_source(FrameSource(str(source)))
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
-    window.workspace.set_parameters(window.workspace.parameters.replace(correction=False, max_iterations=5))
+    window.workspace.parameters.set(window.workspace.parameters.current.replace(correction=False, max_iterations=5))
     return next(part for part in window.parts if isinstance(part, BatchFeature))
 
 
@@ -111,7 +111,7 @@ def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window,
     assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
     assert sorted(set(begun)) == ["rgb/0000", "rgb/0001", "rgb/0002"]
 
-    window.workspace.set_parameters(window.workspace.parameters.replace(max_iterations=4))
+    window.workspace.parameters.set(window.workspace.parameters.current.replace(max_iterations=4))
     dialog.start_button.click()
     assert "max_iterations: 5, now 4" in _done(part, qtbot)
     assert dialog.state.tone() == "error"

@@ -41,12 +41,12 @@ def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameSource]:
 @pytest.fixture
 def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameSource]) -> MainWindow:
     """The window with the sequence in its list, the first frame open, and two blocks there."""
-    window.workspace.add_entries([Entry.of(source) for source in sequence])
+    window.workspace.frames.add_entries([Entry.of(source) for source in sequence])
     open_frame(window, qtbot, sequence[0])
     labels = np.ones(window.workspace.session.labels.shape, np.int32)
     labels[:, 30:] = 2
-    window.workspace.replace_labels(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
-    window.workspace.set_lock(1, True)
+    window.workspace.blocks.replace(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
+    window.workspace.blocks.set_lock(1, True)
     return window
 
 
@@ -92,15 +92,15 @@ def test_next_frame_with_these_blocks(listed: MainWindow, part: PropagationFeatu
 def test_through_frames_that_keep_what_was_done_by_hand(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot, sequence: list[FrameSource]
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
     first = workspace.session
     third = propagate_state(window, part, qtbot, "propagate_next") and propagate_state(
         window, part, qtbot, "propagate_next"
     )
     labels = third.labels.copy()
     labels[:8, 50:] = 3
-    workspace.edit_labels(patch_between(third.labels, labels), "Draw")
-    workspace.show_session(first)
+    workspace.blocks.edit(patch_between(third.labels, labels), "Draw")
+    workspace.frames.show(first)
     (Path(sequence[3].rgb) / "depth.png").write_bytes(b"nothing")
     said: list[str] = []
     window.notes.warn = lambda what, notes, details="": said.extend(notes)  # type: ignore[method-assign]
@@ -129,12 +129,12 @@ def test_through_frames_that_keep_what_was_done_by_hand(
 def test_frames_on_the_way_are_put_away_and_come_back(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
     window.frames_feature.open_frames.max_open = 1
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS):
         part.propagate_through(4)
     window.frames_feature.open_frames.close_surplus()
-    qtbot.waitUntil(lambda: len(workspace.sessions) == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.frames.sessions) == 1, timeout=WAIT_MS)
     summaries = [entry.summary for entry in entries]
     assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
     # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
@@ -153,13 +153,13 @@ def test_frames_on_the_way_are_put_away_and_come_back(
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
     first = workspace.session
     second = propagate_state(window, part, qtbot, "propagate_next")
     labels = second.labels.copy()
     labels[:8, 50:] = 3
-    workspace.edit_labels(patch_between(second.labels, labels), "Draw")
-    workspace.show_session(first)
+    workspace.blocks.edit(patch_between(second.labels, labels), "Draw")
+    workspace.frames.show(first)
     window.frames_feature.open_frames.max_open = 1
     window.frames_feature.open_frames.close_surplus()
     qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
@@ -189,13 +189,13 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: Prop
 def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    workspace, entries = listed.workspace, listed.workspace.entries
-    workspace.add_entries([Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(1500)])
+    workspace, entries = listed.workspace, listed.workspace.frames.entries
+    workspace.frames.add_entries([Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(1500)])
 
     def remove() -> None:
         if part.propagator.present is entries[2]:
             part.propagator.changed.disconnect(remove)
-            workspace.remove_entries(list(entries)[2:])
+            workspace.frames.remove_entries(list(entries)[2:])
 
     part.propagator.changed.connect(remove)
     with qtbot.waitSignal(part.propagator.ended, timeout=WAIT_MS) as ended:
@@ -212,7 +212,7 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
     window, workspace = listed, listed.workspace
     first = workspace.session
     second = propagate_state(window, part, qtbot, "propagate_next")
-    workspace.show_session(first)
+    workspace.frames.show(first)
     window.frames_feature.open_frames.max_open = 1
     busy: list[bool] = []
     part.propagator.changed.connect(lambda: busy.append(window.frames_feature.open_frames._is_busy(second)))
@@ -224,7 +224,7 @@ def test_a_frame_stays_open_while_blocks_are_carried_to_it(
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
     listed: MainWindow, part: PropagationFeature, qtbot: QtBot
 ) -> None:
-    window, entry = listed, listed.workspace.entries[1]
+    window, entry = listed, listed.workspace.frames.entries[1]
     state = FrameState(entry.id, entry.source.load(), np.zeros(window.workspace.session.labels.shape, np.int32))
     damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
     window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id, source: damaged)
@@ -240,7 +240,7 @@ def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: Propagation
     session = propagate_state(window, part, qtbot, "propagate_next")
     session.to_check = {1, 2}
     session.notes.reasons.update({1: "A half of it could not be seen before.", 2: "It was not in the picture before."})
-    workspace.note_checked(session)
+    workspace.blocks.note_checked(session)
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
@@ -276,11 +276,11 @@ def test_values_for_all_frames_or_for_one(listed: MainWindow, part: PropagationF
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
     assert (first.common.smoothness, second.common.smoothness) == (3.0, 5.0)
-    assert workspace.entries[1].summary.own_parameters
+    assert workspace.frames.entries[1].summary.own_parameters
     third = propagate_state(window, part, qtbot, "propagate_next")  # the values of runs go along, as its own
     assert (third.common.smoothness, third.own_parameters) == (5.0, True)
     window.actions_["reset_to_shared"].trigger()
     assert (third.common.smoothness, third.own_parameters) == (3.0, False)
-    workspace.show_session(first)
+    workspace.frames.show(first)
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

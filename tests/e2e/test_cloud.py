@@ -69,30 +69,30 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot:
     scale = shown(opened, qtbot).colouring.scale
     assert scale is not None, "worked out for who looks at it here"
     assert (scale.unit, scale.logarithmic) == ("mm", True)
-    opened.workspace.set_ground_truth(completion.depth - np.float32(0.02))
+    opened.workspace.blocks.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colouring.colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
-    opened.workspace.set_ground_truth(None)
+    opened.workspace.blocks.set_ground_truth(None)
     assert shown(opened, qtbot).colouring.scale is None
 
     other = StoredRun(1, "Run 1", session.run(session.common), dict(session.valid_results()), 1.0, (1, 2, 3))
-    opened.workspace.keep_run(session, other)
-    opened.workspace.compare([other])
+    opened.workspace.runs.keep(session, other)
+    opened.workspace.runs.compare([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     scale = shown(opened, qtbot).colouring.scale
     assert scale is not None
     assert scale.unit == "mm"
 
-    opened.workspace.select([1])
+    opened.workspace.blocks.select([1])
     actions["cloud_selected_only"].setChecked(True)
     scene = shown(opened, qtbot)
     assert (session.labels.reshape(-1)[scene.pixels] == 1).all()
     assert 0 < len(scene) < np.isfinite(completion.depth).sum()
     QTest.keyClick(cloud.canvas, Qt.Key.Key_Left)
     camera = cloud.canvas.camera
-    opened.workspace.select([])
+    opened.workspace.blocks.select([])
     assert len(shown(opened, qtbot)) == 0
     assert "No block is selected" in cloud.canvas.message
     actions["cloud_selected_only"].setChecked(False)

@@ -40,8 +40,8 @@ def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, StoredRun]:
     run_all(opened)
     session = opened.workspace.session
     kept = session.run_history[0]
-    opened.workspace.change_run(session, kept, name="Best")
-    opened.workspace.set_parameters(preset("paper", max_iterations=3))
+    opened.workspace.runs.change(session, kept, name="Best")
+    opened.workspace.parameters.set(preset("paper", max_iterations=3))
     run_all(opened)
     return opened, kept
 
@@ -55,7 +55,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     cell = window.views.cells["difference"]
     assert cell.concrete == "difference:result:earlier"
     assert "Best" in cell.strip.title
-    window.workspace.compare([kept])
+    window.workspace.runs.compare([kept])
     window.refresh.now()
     assert cell.concrete == "difference:result:run-1"
     out = window.views.cells["depth-out"]
@@ -73,7 +73,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.readout.point_at((int(column), int(row)))
     assert "Best" in window.status.readout.text()
     session = window.workspace.session
-    window.workspace.delete_runs(session, list(session.run_history))
+    window.workspace.runs.delete(session, list(session.run_history))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
     assert out.strip.title == "A: depth in | B: result"
@@ -107,9 +107,9 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     run_twice: tuple[MainWindow, StoredRun],
 ) -> None:
     window, kept = run_twice
-    window.workspace.compare([kept])
+    window.workspace.runs.compare([kept])
     session = window.workspace.session
-    window.workspace.select([1, 2])
+    window.workspace.blocks.select([1, 2])
     window.actions_["merge_blocks"].trigger()
     window.refresh.now()
     window.actions_["blink"].setChecked(True)
@@ -141,14 +141,14 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, St
     window.views.set_content("colour", "strength")
     window.views.set_content("depth-in", "difference:result:interpolated")
     window.views.set_content("expected-error", "spectrum")
-    window.workspace.select([1])
+    window.workspace.blocks.select([1])
     settle(window, qtbot)
     shape = window.workspace.session.frame.shape
     assert material.edges.strength.shape == material.interpolated.shape == shape
     np.testing.assert_array_equal(np.isfinite(material.interpolated), True)
     radii = window.workspace.session.records_of(1)[-1].radii  # type: ignore[attr-defined]
     assert material.spectrum.radii == radii
-    window.workspace.select([])
+    window.workspace.blocks.select([])
     settle(window, qtbot)
     assert material.spectrum == "Select a block"
 
@@ -156,7 +156,7 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, St
 def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:
     run_all(opened)
     ground_truth = np.full(opened.workspace.session.frame.shape, 2.0, np.float32)
-    opened.workspace.set_ground_truth(ground_truth)
+    opened.workspace.blocks.set_ground_truth(ground_truth)
     opened.actions_["compare_two"].trigger()
     opened.refresh.now()
     cell = opened.views.cells["evaluation"]

@@ -109,7 +109,7 @@ def test_splitting_by_a_line_and_merging_again(editing: MainWindow) -> None:
     counts = session.counts()
     assert len(counts) == 3
     assert session.labels[10, 40] != session.labels[10, 60]
-    editing.workspace.select([int(session.labels[10, 40]), int(session.labels[10, 60])])
+    editing.workspace.blocks.select([int(session.labels[10, 40]), int(session.labels[10, 60])])
     editing.actions_["merge_blocks"].trigger()
     assert np.array_equal(session.labels, before)
     assert session.undo_stack.undoText() == "Merge 2 blocks"
@@ -128,13 +128,13 @@ def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWind
     session = editing.workspace.session
     before = session.labels.copy()
     left, right = int(before[24, 5]), int(before[24, 50])
-    editing.workspace.set_lock(left, True)
+    editing.workspace.blocks.set_lock(left, True)
     steps = session.undo_stack.count()
-    editing.workspace.select([right])
+    editing.workspace.blocks.select([right])
     editing.actions_["tool_paint"].trigger()
     drag(editing, [(20, 24), (5, 24)])
     editing.actions_["tool_split"].trigger()
-    editing.workspace.select([left])
+    editing.workspace.blocks.select([left])
     drag(editing, [(12, -1), (12, 49)])
     editing.actions_["delete_blocks"].trigger()
     assert np.array_equal(session.labels, before)
@@ -143,7 +143,7 @@ def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWind
 
 def test_a_new_block_is_painted_with_a_number_of_its_own(editing: MainWindow) -> None:
     session = editing.workspace.session
-    editing.workspace.select([2])
+    editing.workspace.blocks.select([2])
     editing.actions_["delete_blocks"].trigger()
     editing.actions_["new_block"].trigger()
     assert session.selected == [3], "the deleted block's number may come back by undo"
@@ -170,11 +170,11 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
     editing.editor.set_tool("split")
     drag(editing, [(48, -1), (48, 49)])
     new = int(session.labels[10, 60])
-    workspace.edit_info(new, "Rename block", name="Mine")
-    editing.workspace.set_lock(new, True)
+    workspace.blocks.edit_info(new, "Rename block", name="Mine")
+    editing.workspace.blocks.set_lock(new, True)
     mask = session.labels == new
     edited = session.labels.copy()
-    editing.workspace.set_extraction_parameters(BlockParameters(min_size=1.0))
+    editing.workspace.parameters.set_extraction(BlockParameters(min_size=1.0))
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
         editing.actions_["extract"].trigger()
     assert np.array_equal(session.labels == new, mask)
@@ -202,10 +202,10 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     session = editing.workspace.session
     rows, columns = session.frame.known.nonzero()
     row, column = int(rows[0]), int(columns[0])
-    editing.workspace.set_lock(int(session.labels[row, column]), True)
+    editing.workspace.blocks.set_lock(int(session.labels[row, column]), True)
     wrong = np.zeros(session.labels.shape, bool)
     wrong[row, column] = True
-    editing.workspace.set_invalid_mask(wrong, "Distrust depth")
+    editing.workspace.blocks.set_invalid_mask(wrong, "Distrust depth")
     editing.readout.point_at((column, row))
     assert "invalid " in editing.status.readout.text()
     assert "(locked)" in editing.status.readout.text()
@@ -262,27 +262,27 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(
 
 def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: MainWindow, qtbot: QtBot) -> None:
     workspace, session = editing.workspace, editing.workspace.session
-    workspace.edit_info(1, "Rename block", name="Wall")
-    workspace.set_parameters(preset(max_iterations=3), 1)
+    workspace.blocks.edit_info(1, "Rename block", name="Wall")
+    workspace.parameters.set(preset(max_iterations=3), 1)
     used = session.notes.extraction
-    workspace.set_extraction_parameters(BlockParameters(min_size=48.0))
+    workspace.parameters.set_extraction(BlockParameters(min_size=48.0))
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
         editing.actions_["extract"].trigger()
     assert len(session.counts()) == 1
     assert session.info(1).name == "Block 1"
-    assert session.parameters_of(1, workspace.parameters) == workspace.parameters
+    assert session.parameters_of(1, workspace.parameters.current) == workspace.parameters.current
     assert not session.edited
     workspace.undo_group.undo()
     assert session.info(1).name == "Wall"
-    assert session.parameters_of(1, workspace.parameters).max_iterations == 3
+    assert session.parameters_of(1, workspace.parameters.current).max_iterations == 3
     assert session.notes.extraction == used
     assert not session.edited
 
 
 def test_undoing_a_rename_leaves_the_block_hidden(editing: MainWindow) -> None:
     workspace = editing.workspace
-    workspace.edit_info(1, "Rename block", name="Wall")
-    workspace.set_visible(1, False)
+    workspace.blocks.edit_info(1, "Rename block", name="Wall")
+    workspace.blocks.set_visible(1, False)
     workspace.undo_group.undo()
     assert workspace.session.info(1).name == "Block 1"
     assert not workspace.session.info(1).visible
@@ -291,11 +291,11 @@ def test_undoing_a_rename_leaves_the_block_hidden(editing: MainWindow) -> None:
 def test_commands_are_enabled_by_what_is_chosen(editing: MainWindow) -> None:
     actions, workspace = editing.actions_, editing.workspace
     names = ("run_selected", "merge_blocks", "delete_blocks", "zoom_block")
-    workspace.select([1])
+    workspace.blocks.select([1])
     assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
-    workspace.select([1, 2])
+    workspace.blocks.select([1, 2])
     assert [actions[name].isEnabled() for name in names] == [True, True, True, True]
-    editing.workspace.set_lock(1, True)
+    editing.workspace.blocks.set_lock(1, True)
     assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
     actions["new_block"].trigger()
     assert [actions[name].isEnabled() for name in names] == [False, False, False, False]

@@ -37,14 +37,14 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     former = _picture(opened)
     labels = before.copy()
     labels[5:40, 26:34] = before[20, 10]
-    opened.workspace.edit_labels(patch_between(before, labels), "Paint Block 1")
+    opened.workspace.blocks.edit(patch_between(before, labels), "Paint Block 1")
     assert session.stale.any() or session.update_depth() is not None
     _settle(opened, qtbot)
     assert session.changed_blocks() == []
     assert "hold-out" in opened.edit_summary_line.label.text()
     assert opened.isWindowModified()
     # the same as by the library, drawn borders and all
-    run = session.run(opened.workspace.parameters)
+    run = session.run(opened.workspace.parameters.current)
     assert run.drawn is not None
     np.testing.assert_array_equal(session.completion().depth, run.complete().depth)
 
@@ -80,7 +80,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     run_all(opened)
     session, panel = opened.workspace.session, opened.filter_panel
     chosen = sorted(session.counts())
-    opened.workspace.select(chosen)
+    opened.workspace.blocks.select(chosen)
     panel.set_scope(True)
     opened.refresh.now()
     panel.form.findChild(object, "smoothness").setValue(3.0)
@@ -90,14 +90,14 @@ def test_values_for_chosen_blocks_go_to_all_of_them(
     said: list[str] = []
     opened.filter_presenter.message.connect(said.append)
     panel.set_scope(False)
-    panel.preset_chosen.emit(opened.workspace.parameters.replace(noise=0.01))
+    panel.preset_chosen.emit(opened.workspace.parameters.current.replace(noise=0.01))
     assert "Block 1 (Smoothness)" in said[0]
-    assert session.parameters_of(chosen[0], opened.workspace.parameters).smoothness == 3.0
+    assert session.parameters_of(chosen[0], opened.workspace.parameters.current).smoothness == 3.0
     panel.set_scope(True)
-    opened.workspace.select(chosen[:1])
+    opened.workspace.blocks.select(chosen[:1])
     opened.actions_["reset_own"].trigger()
     assert sorted(session.notes.own) == chosen[1:]
-    opened.workspace.select(chosen[::-1])
+    opened.workspace.blocks.select(chosen[::-1])
     opened.actions_["copy_own"].trigger()
     assert sorted(session.notes.own) == chosen
     for _ in range(4):

@@ -42,7 +42,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
     assert "unsupported" not in text
     everything = np.ones(session.frame.shape, bool)
-    opened.workspace.store_error_estimate(session, completion, ErrorEstimate(expected, everything))
+    opened.workspace.runs.store_error_estimate(session, completion, ErrorEstimate(expected, everything))
     opened.readout.point_at((column, row))
     assert "unsupported" in opened.status.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
@@ -63,7 +63,7 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindo
     opened.actions_["live"].setChecked(False)
     session = opened.workspace.session
     stroke = brush_stroke(session.labels.shape, [(10, 40)], 3)
-    assert opened.workspace.edit_labels(erase(session.labels, stroke, session.label_at(10, 40)), "Erase")
+    assert opened.workspace.blocks.edit(erase(session.labels, stroke, session.label_at(10, 40)), "Erase")
     opened.refresh.now()
     assert _picture(opened) is not None
     assert strip._text == "of the previous result"

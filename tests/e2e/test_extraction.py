@@ -90,7 +90,7 @@ def _cut_off_by_hand(window: MainWindow) -> int:
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
     QTest.mouseMove(view.viewport(), end)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
-    window.workspace.edit_info(label, "Rename block", name="Mine")
+    window.workspace.blocks.edit_info(label, "Rename block", name="Mine")
     return label
 
 
@@ -104,13 +104,13 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot
         _slide(staged, "dilation", radius)
         _settle(staged, qtbot)
         pictures.append(_picture(staged))
-        assert staged.workspace.extraction_parameters.dilation == radius
+        assert staged.workspace.parameters.extraction.dilation == radius
     changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
     assert changes == sorted(set(changes))
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     staged.stages.show_stage("blocks")
     _settle(staged, qtbot)
-    found = extract(session.frame, staged.workspace.extraction_parameters).blocks
+    found = extract(session.frame, staged.workspace.parameters.extraction).blocks
     np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, found))
     np.testing.assert_array_equal(session.labels, before)
     assert session.undo_stack.count() == steps
@@ -123,14 +123,14 @@ def test_extract_takes_what_the_preview_has_found_at_once(
     before = session.labels.copy()
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
-    expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
+    expected = extract(session.frame, staged.workspace.parameters.extraction).blocks
     monkeypatch.delattr("gui.work.loading.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
     np.testing.assert_array_equal(session.labels, expected)
     assert not np.array_equal(expected, before)
     assert not session.edited
-    assert session.notes.extraction == staged.workspace.extraction_parameters
+    assert session.notes.extraction == staged.workspace.parameters.extraction
     assert session.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
     np.testing.assert_array_equal(session.labels, before)
@@ -214,7 +214,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     assert _summary(opened).count("With these parameters") == 1
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     open_frame(opened, qtbot, FrameSource(str(folder)))
-    opened.workspace.show_session(session)
+    opened.workspace.frames.show(session)
     _settle(opened, qtbot)
     np.testing.assert_array_equal(_picture(opened), expected)
 
@@ -282,9 +282,9 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: Mai
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
     assert "around 1 block made by hand" in _summary(staged)
-    staged.workspace.set_lock(mine, True)
+    staged.workspace.blocks.set_lock(mine, True)
     assert "around 1 block locked" in _summary(staged)
-    staged.workspace.set_lock(mine, False)
+    staged.workspace.blocks.set_lock(mine, False)
     _click(staged, "Keep blocks made by hand")
     assert "around" not in _summary(staged)
 
@@ -294,7 +294,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     mine = _cut_off_by_hand(opened)
     (locked,) = set(session.counts()) - session.handmade() - {session.labels[0, -1]}
     for label in (locked, mine):
-        opened.workspace.set_lock(label, True)
+        opened.workspace.blocks.set_lock(label, True)
     for smallest in (48.0, 47.0):
         opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
         opened.actions_["extract"].trigger()
@@ -302,7 +302,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
         assert "Kept: 2 locked." in said[-1]
         assert session.edited, "a locked block is not what these values give"
     for label in (locked, mine):
-        opened.workspace.set_lock(label, False)
+        opened.workspace.blocks.set_lock(label, False)
     opened.extraction_panel.edited.emit(BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
@@ -381,7 +381,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     staged.refresh.now()
     gate.set()
     _settle(staged, qtbot)
-    assert second not in staged.workspace.sessions
+    assert second not in staged.workspace.frames.sessions
     assert shown
     assert {size for size, _ in shown} == {first.shape}
     shown.clear()
@@ -469,7 +469,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(
     mine = np.zeros(session.labels.shape, np.int32)
     mine[:20] = 7
     if works_meanwhile:
-        window.workspace.replace_labels(mine, "Mine")
+        window.workspace.blocks.replace(mine, "Mine")
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         go_on.set()
     np.testing.assert_array_equal(session.labels > 0, np.ones(session.labels.shape, bool))

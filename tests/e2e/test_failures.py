@@ -66,7 +66,7 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
         opened.loader.open(FrameSource(str(picture), str(picture)))
     assert "not depth" in reported[0]
     assert len(reported) == 1
-    assert opened.workspace.sessions == [session]
+    assert opened.workspace.frames.sessions == [session]
     assert "picture.png" in opened.log.text.toPlainText()
 
 
@@ -137,7 +137,7 @@ def test_dropping_a_folder_without_a_frame_says_so(
 def test_opening_a_frame_twice_shows_it_once(opened: MainWindow, frame_folder: Path) -> None:
     opened.loader.open(FrameSource(str(frame_folder)))
     assert not opened.loader.busy
-    assert len(opened.workspace.sessions) == 1
+    assert len(opened.workspace.frames.sessions) == 1
 
 
 def test_a_failing_export_says_why_and_leaves_what_was_there(
@@ -214,7 +214,7 @@ def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
 
 def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(opened: MainWindow, run_all: Run) -> None:
     workspace = opened.workspace
-    workspace.set_parameters(ilf.preset(model="elsewhere"))
+    workspace.parameters.set(ilf.preset(model="elsewhere"))
     said: list[str] = []
     opened.runs.ended.connect(said.append)
     run_all(opened)

@@ -52,14 +52,14 @@ def _go(window: MainWindow, qtbot: QtBot, command: str = "next_frame") -> None:
 
 
 def _present(window: MainWindow) -> Entry:
-    entry = window.workspace.entries.of(window.workspace.session.id)
+    entry = window.workspace.frames.entries.of(window.workspace.session.id)
     assert entry is not None
     return entry
 
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
     window, workspace = listed, listed.workspace
-    part, entries = window.frames_feature, workspace.entries
+    part, entries = window.frames_feature, workspace.frames.entries
     assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
     assert [entry.session is not None for entry in entries] == [True, False, False, False, False, False]
     assert _present(window).summary.stage is Stage.EXTRACTED
@@ -68,8 +68,8 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     first = workspace.session
     labels = first.labels.copy()
     labels[:8, :8] = 0
-    workspace.edit_labels(patch_between(first.labels, labels), "Erase")
-    workspace.set_note(entries[0], "glass")
+    workspace.blocks.edit(patch_between(first.labels, labels), "Erase")
+    workspace.frames.set_note(entries[0], "glass")
     first_id = first.id
 
     _go(window, qtbot)
@@ -81,7 +81,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
     _go(window, qtbot)
     assert _present(window) is entries[3]
     qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
-    assert len(workspace.sessions) == 2
+    assert len(workspace.frames.sessions) == 2
     assert (entries[0].summary.stage, entries[0].note, entries[0].unsaved) == (Stage.EDITED, "glass", True)
 
     shutil.rmtree(folder / "frame-4")
@@ -97,7 +97,7 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, 
 
 
 def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
-    window, entries = listed, listed.workspace.entries
+    window, entries = listed, listed.workspace.frames.entries
     part = window.frames_feature
     part.open_frames.max_open = 1
     told: list[object] = []
@@ -105,14 +105,14 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
     _go(window, qtbot)
     assert len(told) == 1
     told[0](OSError("disk full"))
-    assert len(window.workspace.sessions) == 2, "it could not be stored"
+    assert len(window.workspace.frames.sessions) == 2, "it could not be stored"
     monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: False)
     told[0](None)
-    assert len(window.workspace.sessions) == 2, "nothing is stored of it"
+    assert len(window.workspace.frames.sessions) == 2, "nothing is stored of it"
     monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: True)
     session = entries[0].session
     assert session is not None
-    window.workspace.set_note(entries[0], "changed since")
+    window.workspace.frames.set_note(entries[0], "changed since")
     told[0](None)
     assert entries[0].session is session, "it has changed since"
     monkeypatch.setattr(part.open_frames, "_is_busy", lambda one: True)
@@ -123,10 +123,10 @@ def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot,
 def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     listed: MainWindow, qtbot: QtBot, monkeypatch
 ) -> None:
-    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window, workspace, entries = listed, listed.workspace, listed.workspace.frames.entries
     panel, part = window.frames, window.frames_feature
-    workspace.set_note(entries[1], "shiny")
-    workspace.set_note(entries[5], "shiny")
+    workspace.frames.set_note(entries[1], "shiny")
+    workspace.frames.set_note(entries[5], "shiny")
     panel.text.setText("shiny")
     assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"], "the present one stays"
     _go(window, qtbot, "previous_frame")
@@ -161,7 +161,7 @@ def test_a_folder_without_frames_says_what_one_holds(
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.documents.open_paths([tmp_path / "empty"])
     assert "A folder of frames contains one of these" in told[0]
-    assert len(window.workspace.entries) == 0
+    assert len(window.workspace.frames.entries) == 0
 
 
 @pytest.fixture
@@ -194,11 +194,11 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     _open_folder(window, qtbot, folder)
     assert not window.project.present.unsaved, "looking is no work"
     _go(window, qtbot)
-    window.workspace.set_note(window.workspace.entries[1], "mirror")
-    window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    window.workspace.frames.set_note(window.workspace.frames.entries[1], "mirror")
+    window.workspace.frames.set_note(window.workspace.frames.entries[4], "not opened yet")
     labels = window.workspace.session.labels.copy()
     labels[:8, :8] = 0
-    window.workspace.edit_labels(patch_between(window.workspace.session.labels, labels), "Erase")
+    window.workspace.blocks.edit(patch_between(window.workspace.session.labels, labels), "Erase")
     assert window.project.present.unsaved
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.actions_["save_project"].trigger()
@@ -209,8 +209,8 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     write_frame(folder / "frame-9", small_frame)
     again = remembering()
     _open_folder(again, qtbot, folder)
-    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
-    entries = again.workspace.entries
+    qtbot.waitUntil(lambda: len(again.workspace.frames.entries) == COUNT + 1, timeout=WAIT_MS)
+    entries = again.workspace.frames.entries
     assert [entry.note for entry in entries] == ["", "mirror", "", "", "not opened yet", "", ""]
     assert _present(again) is entries[1]
     assert np.array_equal(again.workspace.session.labels, labels)
@@ -229,7 +229,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     last.loader.failed.disconnect(last.notes.report)
     _open_folder(last, qtbot, folder)
     assert told == ["Open walk.ilf"]
-    assert len(last.workspace.entries) == COUNT + 1
+    assert len(last.workspace.frames.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
 
 

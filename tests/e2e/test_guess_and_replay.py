@@ -38,7 +38,7 @@ def margin(window: MainWindow, qtbot: QtBot, small_frame: ilf.RGBDFrame, tmp_pat
     depth = small_frame.depth.copy()
     depth[:3] = np.nan
     folder = write_frame(tmp_path / "rim", ilf.RGBDFrame(small_frame.rgb, depth, small_frame.intrinsics))
-    window.workspace.set_extraction_parameters(ilf.BlockParameters(margin=3))
+    window.workspace.parameters.set_extraction(ilf.BlockParameters(margin=3))
     open_frame(window, qtbot, FrameSource(str(folder)))
     return window
 
@@ -172,11 +172,11 @@ def test_another_run_than_the_recorded_one_is_not_judged(
     run_all(opened)
     _export(opened, qtbot, tmp_path / "out")
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    opened.workspace.set_parameters(ilf.preset("paper"))
+    opened.workspace.parameters.set(ilf.preset("paper"))
     run_all(opened)
     assert reported == []
     assert "equals the run record" not in opened.log.text.toPlainText()
-    opened.workspace.set_parameters(ilf.preset())
+    opened.workspace.parameters.set(ilf.preset())
     run_all(opened)
     assert opened.log.text.toPlainText().count("the result equals the run record") == 1
 
@@ -190,7 +190,7 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     session = opened.workspace.session
     mask = np.zeros(session.frame.shape, bool)
     mask[:4, :4] = True
-    opened.workspace.set_invalid_mask(mask, "Distrust depth")
+    opened.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
     run_all(opened)
     session.undo_stack.undo()
     session.notes.drawn = mask

@@ -89,7 +89,7 @@ def test_a_profile_from_drawing_to_file(
     folder = write_frame(tmp_path / "another", small_frame)
     open_frame(window, qtbot, FrameSource(str(folder)))
     assert part.profile_panel.data is None
-    window.workspace.show_session(window.workspace.sessions[0])
+    window.workspace.frames.show(window.workspace.frames.sessions[0])
     window.refresh.now()
     assert part._marks.marks.line == line
     key(window, Qt.Key.Key_Escape)
@@ -105,7 +105,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     run_all(window)
     window.panels.reveal("Measure")
     qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
-    window.workspace.select([1])
+    window.workspace.blocks.select([1])
     depth = session.current_depth()
     assert depth is not None
     camera = session.frame.intrinsics
@@ -116,7 +116,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(
     assert f"Missing\t{100 * raw.missing_share:.1f} %\t{100 * result.missing_share:.1f} %" in text
     assert f"Tilt\t{raw.plane.tilt:.1f}°\t{result.plane.tilt:.1f}°" in text
 
-    window.workspace.select([1, 2])
+    window.workspace.blocks.select([1, 2])
     numbers(window, qtbot)
     assert "Angle between the planes" in part.measure_panel._reason.text()
 
@@ -160,7 +160,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     assert lines[1].split("\t")[:4] == ["1", "1", "5", "5"]
 
     # heights over the plane of a block
-    window.workspace.select([2])
+    window.workspace.blocks.select([2])
     part.measure_panel.reference_requested.emit(True)
     window.refresh.now()
     assert part.measure_panel._list._rows[3].height == "–"  # the plane is yet to be found

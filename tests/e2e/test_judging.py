@@ -94,8 +94,8 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # numbers are those of the library, for frame, block and rectangle, and in the table of blocks
     label = next(iter(session.counts()))
     box = slice(8, 24), slice(4, 24)
-    workspace.select([label])
-    workspace.set_region(box)
+    workspace.blocks.select([label])
+    workspace.blocks.set_region(box)
     qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3 and not accuracy.ground_truth.busy, timeout=WAIT_MS)
     completion = session.completion()
     blocks = evaluate_blocks(session.frame, completion, session.labels)
@@ -117,8 +117,8 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     run = session.run(session.common)
     other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
-    workspace.keep_run(session, kept)
-    workspace.compare([kept])
+    workspace.runs.keep(session, kept)
+    workspace.runs.compare([kept])
     qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9, timeout=WAIT_MS)
     assert [row.is_best for row in panel.ground_truth_table.rows[:3]].count(True) == 1
     actions["remove_ground_truth"].trigger()
@@ -148,7 +148,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
     labels = session.labels.copy()
     labels[40:44, 2:20] = session.next_label()
-    workspace.edit_labels(patch_between(session.labels, labels), "Move a border")
+    workspace.blocks.edit(patch_between(session.labels, labels), "Move a border")
     settle(window)
     assert panel.tested.tone() == "warning"
     assert "Outdated" in panel.tested.text()
@@ -157,7 +157,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     settle(window)
     assert panel.tested.tone() == "muted"
     assert errors_shown(window)[0] != "–"
-    workspace.set_parameters(session.common.replace(smoothness=3.0), label)
+    workspace.parameters.set(session.common.replace(smoothness=3.0), label)
     settle(window)
     assert errors_shown(window)[0] == "–"
     assert errors_shown(window)[1] != "–"
@@ -214,7 +214,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
 
     # two of the chosen block alone, by hidden depth: its own values are taken
     label = next(iter(session.counts()))
-    workspace.select([label])
+    workspace.blocks.select([label])
     settle(window)
     shown.criterion.kind.setCurrentIndex(shown.criterion.kind.findData("areas"))
     shown.criterion.blocks.setCurrentIndex(1)
@@ -230,10 +230,10 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     shown.grid.taken.emit(0)
     assert session.notes.own[label] == wanted
     assert set(wanted) == {"smoothness", "slope_weight"}
-    workspace.select([])
+    workspace.blocks.select([])
     shown.grid.taken.emit(1)
     qtbot.waitUntil(lambda: session.is_up_to_date(label), timeout=WAIT_MS)  # solved, though it is not chosen
-    workspace.select([label])
+    workspace.blocks.select([label])
 
     # what had come stays when it is cancelled; what is of a closed frame goes
     shown.start_button.click()
@@ -247,11 +247,11 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
 
 
 def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
-    monkeypatch.setattr("gui.state.commands.DRAG_S", 0.0)  # a user takes longer from one choice to the next
+    monkeypatch.setattr("gui.state.parameters.DRAG_S", 0.0)  # a user takes longer from one choice to the next
     window, presets = opened, part(opened, PresetsFeature)
     assert isinstance(presets, PresetsFeature)
     box, workspace, actions = window.filter_panel.presets, window.workspace, window.actions_
-    window.workspace.set_parameters(PRESETS["paper"].replace(padding=3.0))
+    window.workspace.parameters.set(PRESETS["paper"].replace(padding=3.0))
     settle(window)
     assert not actions["rename_preset"].isEnabled()
     assert presets.save("wide", with_extraction=True)
@@ -265,14 +265,14 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     assert box.names.currentText() == "wide (changed)"
 
     # choosing it is one undoable step
-    workspace.set_parameters(PRESETS["best"])
+    workspace.parameters.set(PRESETS["best"])
     settle(window)
     assert box.present == "best"
     box.names.setCurrentIndex(box.names.findData("wide"))
     box.names.activated.emit(box.names.currentIndex())
-    assert workspace.parameters.padding == 3.0
+    assert workspace.parameters.current.padding == 3.0
     actions["undo"].trigger()
-    assert workspace.parameters == PRESETS["best"]
+    assert workspace.parameters.current == PRESETS["best"]
     actions["redo"].trigger()
     settle(window)
 

@@ -54,11 +54,11 @@ def test_runs_are_kept_compared_and_come_back_to(
 ) -> None:
     workspace, actions = opened.workspace, opened.actions_
     session = workspace.session
-    workspace.set_parameters(preset("paper"))
+    workspace.parameters.set(preset("paper"))
     run_all(opened)
     depth = session.completion().depth.copy()
     chosen = next(iter(session.counts()))
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     opened.refresh.now()
     slider = opened.filter_panel.form.findChild(QSlider, "slider_padding")
     for position in (5, 6, 7, 8):

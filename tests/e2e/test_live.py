@@ -27,7 +27,7 @@ Run = Callable[[MainWindow], None]
 @pytest.fixture
 def opened(opened: MainWindow) -> MainWindow:
     """The window with the small frame, its blocks, and a filter whose padding matters."""
-    opened.workspace.set_parameters(ilf.preset("paper"))
+    opened.workspace.parameters.set(ilf.preset("paper"))
     return opened
 
 
@@ -51,7 +51,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     run_all(opened)
     workspace = opened.workspace
     chosen, other = list(workspace.session.counts())[:2]
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     opened.filter_panel.set_scope(own)
     before = _results(opened)
     steps = workspace.undo_group.activeStack().count()
@@ -77,9 +77,9 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
 def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
     chosen = next(iter(workspace.session.counts()))
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     stored: list[int] = []
-    workspace.results_changed.connect(lambda: stored.append(0))
+    workspace.runs.results_changed.connect(lambda: stored.append(0))
     slider = _slider(opened, "padding")
     for position in [*range(12, 0, -1), *range(13)]:
         slider.setValue(position)
@@ -92,7 +92,7 @@ def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> 
 def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
     chosen = next(iter(workspace.session.counts()))
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     assert opened.actions_["run"].isEnabled()
@@ -104,10 +104,10 @@ def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
 def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
     labels = list(workspace.session.counts())
-    workspace.select(labels[:1])
+    workspace.blocks.select(labels[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
-    workspace.set_parameters(ilf.preset(max_iterations=4))
+    workspace.parameters.set(ilf.preset(max_iterations=4))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert [result.outcome.iterations for result in _results(opened).values()] == [4] * len(labels)
@@ -118,7 +118,7 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
 ) -> None:
     run_all(opened)
     workspace = opened.workspace
-    workspace.select(list(workspace.session.counts())[:1])
+    workspace.blocks.select(list(workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("paper", max_iterations=3))
     for thread in threading.enumerate():
         if thread.name == "ilf-worker":
@@ -133,11 +133,11 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
 
 def test_a_frame_closes_without_a_question_during_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     opened.documents.discard_silently = False
-    opened.workspace.select(list(opened.workspace.session.counts())[:1])
+    opened.workspace.blocks.select(list(opened.workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     session = opened.workspace.session
-    opened.workspace.note_saved(session, session.stamp)
+    opened.workspace.frames.note_saved(session, session.stamp)
     opened.actions_["close_frame"].trigger()
     assert not opened.workspace.has_session
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
@@ -148,16 +148,16 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
     opened: MainWindow, qtbot: QtBot, small_frame: RGBDFrame, what: str
 ) -> None:
     workspace = opened.workspace
-    workspace.select(list(workspace.session.counts())[:1])
+    workspace.blocks.select(list(workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     first = workspace.session
     second = Session.of(ilf.Run(small_frame, first.labels), None, "second")
     workspace.add_session(second)
     chosen = next(iter(second.counts()))
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     assert opened.runs.state is RunState.IDLE, "each frame by itself"
     assert opened.runs.of(first).state is RunState.RESOLVING
-    workspace.set_parameters(ilf.preset(max_iterations=4))
+    workspace.parameters.set(ilf.preset(max_iterations=4))
     if what == "run":
         with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
             opened.actions_["run"].trigger()
@@ -170,8 +170,8 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
 
 def test_nothing_is_solved_anew_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:
     workspace = opened.workspace
-    workspace.select(list(workspace.session.counts())[:1])
-    workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    workspace.blocks.select(list(workspace.session.counts())[:1])
+    workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     _slider(opened, "padding").setValue(8)
     assert opened.runs.state is RunState.RUNNING
@@ -186,7 +186,7 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(
     run_all(opened)
     workspace = opened.workspace
     chosen = next(iter(workspace.session.counts()))
-    workspace.select([chosen])
+    workspace.blocks.select([chosen])
     before = _results(opened)
     opened.actions_["live"].trigger()
     _slider(opened, "padding").setValue(8)
@@ -199,7 +199,7 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(
 
 
 def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
-    opened.workspace.select([])
+    opened.workspace.blocks.select([])
     _slider(opened, "padding").setValue(8)
     assert opened.runs.state is RunState.IDLE
 
@@ -209,18 +209,18 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(
 ) -> None:
     monkeypatch.setattr("gui.work.frame_runs.spare_cores", lambda: 3)
     workspace = opened.workspace
-    workspace.set_parameters(ilf.preset("released-code", max_iterations=2000))
+    workspace.parameters.set(ilf.preset("released-code", max_iterations=2000))
     labels = list(workspace.session.counts())
     together: list[list[int]] = []
     previews: list[int] = []
     opened.runs.records.connect(lambda *_: together.append(opened.workspace.session.results.running))
     results = workspace.session.results
-    workspace.previews_changed.connect(lambda: previews.append(len(results.previews)))
+    workspace.runs.previews_changed.connect(lambda: previews.append(len(results.previews)))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)
     assert max(previews) >= 1
-    expected = ilf.complete(workspace.session.frame, workspace.session.labels, workspace.parameters, threads=1)
+    expected = ilf.complete(workspace.session.frame, workspace.session.labels, workspace.parameters.current, threads=1)
     completion = workspace.session.completion()
     assert completion is not None
     assert completion.depth.tobytes() == expected.depth.tobytes()

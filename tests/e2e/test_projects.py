@@ -74,7 +74,7 @@ def open_project(window: MainWindow, qtbot: QtBot, path: Path) -> None:
 
 def show(window: MainWindow, qtbot: QtBot, row: int) -> Session:
     """A frame of the list, as it is opened when it is looked at."""
-    workspace, entry = window.workspace, window.workspace.entries[row]
+    workspace, entry = window.workspace, window.workspace.frames.entries[row]
     window.loader.open_entry(entry)
     qtbot.waitUntil(lambda: workspace.has_session and workspace.session is entry.session, timeout=WAIT_MS)
     return workspace.session
@@ -91,21 +91,21 @@ def work_on(window: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], No
     first, second = list(session.counts())[:2]
     edited = session.labels.copy()
     edited[2:6, 2:6] = 0
-    workspace.edit_labels(patch_between(session.labels, edited), "Erase")
-    workspace.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
-    workspace.set_visible(second, False)
-    workspace.set_parameters(ilf.preset("paper", max_iterations=30))
-    workspace.set_own({"max_iterations": 7}, [second])
+    workspace.blocks.edit(patch_between(session.labels, edited), "Erase")
+    workspace.blocks.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
+    workspace.blocks.set_visible(second, False)
+    workspace.parameters.set(ilf.preset("paper", max_iterations=30))
+    workspace.parameters.set_own({"max_iterations": 7}, [second])
     invalid_mask = np.zeros(session.labels.shape, bool)
     invalid_mask[24:28, 4:9] = True
-    workspace.set_invalid_mask(invalid_mask, "MarkInvalid")
-    workspace.set_ground_truth(np.full(session.labels.shape, 2.0, np.float32))
+    workspace.blocks.set_invalid_mask(invalid_mask, "MarkInvalid")
+    workspace.blocks.set_ground_truth(np.full(session.labels.shape, 2.0, np.float32))
     run_all(window)
-    workspace.set_note(window.workspace.entries[0], "Look at the corner.")
-    workspace.set_region((slice(3, 20), slice(5, 30)))
-    workspace.select([second])
-    workspace.change_run(session, session.run_history[0], note="the first")
-    workspace.compare(session.run_history[:1])
+    workspace.frames.set_note(window.workspace.frames.entries[0], "Look at the corner.")
+    workspace.blocks.set_region((slice(3, 20), slice(5, 30)))
+    workspace.blocks.select([second])
+    workspace.runs.change(session, session.run_history[0], note="the first")
+    workspace.runs.compare(session.run_history[:1])
     kept = session.run_history[0]
     qtbot.waitUntil(lambda: kept.ground_truth_error is not None and kept.expected_error is not None, timeout=WAIT_MS)
     return session
@@ -137,7 +137,7 @@ def test_all_work_comes_back_in_another_window(
     assert window.views.place == pytest.approx(place, rel=0.01)
     assert all(again.records_of(label) for label in again.valid_results()), "results have their curves"
 
-    window.workspace.edit_info(2, "Rename", name="Floor")
+    window.workspace.blocks.edit_info(2, "Rename", name="Floor")
     window.workspace.session.undo_stack.undo()
     assert not window.project.present.unsaved, "as it was saved"
 
@@ -152,7 +152,7 @@ def test_a_project_opens_moved_with_its_frames_embedded_alone_and_damaged_but_fo
 ) -> None:
     session = work_on(opened, qtbot, run_all)
     before = state_of(session)
-    frame = Path(opened.workspace.entries[0].key)
+    frame = Path(opened.workspace.frames.entries[0].key)
     there = tmp_path / "there"
     there.mkdir()
     save(opened, qtbot, there / "alone.ilf", embed=True)
@@ -199,7 +199,7 @@ def test_missing_files_are_asked_for_and_checked(
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
         open_frame(window, qtbot, FrameSource(str(folder)))
-        window.workspace.edit_info(1, "Rename", name=f"Wall {number}")
+        window.workspace.blocks.edit_info(1, "Rename", name=f"Wall {number}")
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
     save(window, qtbot, path)
@@ -213,7 +213,7 @@ def test_missing_files_are_asked_for_and_checked(
     workspace, dialog = second.workspace, second.project.missing.dialog
     assert isinstance(dialog, MissingFilesDialog)
     assert not workspace.has_session
-    assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
+    assert [entry.summary.stage for entry in workspace.frames.entries] == [Stage.FAILED] * 3
     assert dialog.files.topLevelItemCount() == 5
     for _ in range(2):  # what cannot be opened is kept as it was, and what is said of it
         save(second, qtbot, path)
@@ -234,7 +234,11 @@ def test_missing_files_are_asked_for_and_checked(
     second.project.missing.search_folder(tmp_path / "away")
     qtbot.waitUntil(searched, timeout=WAIT_MS)
     assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
-    assert [entry.summary.stage for entry in workspace.entries] == [Stage.EXTRACTED, Stage.EXTRACTED, Stage.FAILED]
+    assert [entry.summary.stage for entry in workspace.frames.entries] == [
+        Stage.EXTRACTED,
+        Stage.EXTRACTED,
+        Stage.FAILED,
+    ]
     assert second.project.present.words() == "list of frames, paths of files"
     for number in (0, 1):
         show(second, qtbot, number)
@@ -248,7 +252,9 @@ def test_missing_files_are_asked_for_and_checked(
     save(second, qtbot, path)
     third = another()
     open_project(third, qtbot, path)
-    assert third.workspace.entries[0].session is not None or third.workspace.entries[3].session is not None
+    assert (
+        third.workspace.frames.entries[0].session is not None or third.workspace.frames.entries[3].session is not None
+    )
     assert {lost.frame for lost in third.project.missing.lost} == {changed.frame}, "what was found stays found"
 
 
@@ -256,10 +262,10 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "room.ilf"
-    opened.workspace.edit_info(1, "Rename", name="Wall")
+    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     before = path.read_bytes()
-    opened.workspace.edit_info(1, "Rename", name="Floor")
+    opened.workspace.blocks.edit_info(1, "Rename", name="Floor")
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "report", lambda what, error: told.append(f"{what}: {error}"))
 
@@ -294,20 +300,20 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     workspace, done = opened.workspace, []
-    workspace.edit_info(1, "Rename", name="Wall")
+    workspace.blocks.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(SaveRequest(tmp_path / "p.ilf", then=done.append))
-    workspace.edit_info(1, "Rename", name="Floor")
+    workspace.blocks.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert workspace.session.unsaved
     path = tmp_path / "p.ilf"
     with read_project(path) as project:
-        assert project.state(workspace.entries[0].id).state.notes.infos[1].name == "Wall"
+        assert project.state(workspace.frames.entries[0].id).state.notes.infos[1].name == "Wall"
 
     # somebody else writes it
     save(opened, qtbot, path)
     other = path.read_bytes() + b" "
     path.write_bytes(other)
-    opened.workspace.edit_info(1, "Rename", name="Floor")
+    opened.workspace.blocks.edit_info(1, "Rename", name="Floor")
     opened.actions_["save_project"].trigger()
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "has been changed by another window or program" in box.text()
@@ -327,7 +333,7 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
     before = path.read_bytes()
     open_project(opened, qtbot, path)
     assert told == ["It is write-protected."]
-    opened.workspace.edit_info(1, "Rename", name="Wall")
+    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
     opened.actions_["save_project"].trigger()
     dialog = opened.findChild(SaveAsDialog)
     assert dialog is not None
@@ -368,12 +374,12 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     opened.documents.discard_silently = False
     assert opened.project.closing.dialog is None
     open_frame(opened, qtbot, FrameSource(str(write_frame(tmp_path / "second", small_frame))))
-    first, second = (entry.session for entry in workspace.entries)
+    first, second = (entry.session for entry in workspace.frames.entries)
     assert first is not None
     assert second is not None
     for session in (first, second):
-        workspace.show_session(session)
-        workspace.edit_info(1, "Rename", name="Wall")
+        workspace.frames.show(session)
+        workspace.blocks.edit_info(1, "Rename", name="Wall")
 
     opened.close()
     dialog = opened.project.closing.dialog
@@ -407,8 +413,8 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     assert stages == ["extracted", "untouched"], "the list says of a frame what the file holds"
     open_project(window, qtbot, path)
     names = []
-    for entry in window.workspace.entries:
-        names.append(show(window, qtbot, window.workspace.entries.row_of(entry)).info(1).name)
+    for entry in window.workspace.frames.entries:
+        names.append(show(window, qtbot, window.workspace.frames.entries.row_of(entry)).info(1).name)
     assert names == ["Wall", "Block 1"], "what was not ticked is as it was before"
     window.documents.discard_silently = False
     window.close()
@@ -446,32 +452,32 @@ def test_a_root_folder_is_no_place_for_a_project(qtbot: QtBot, tmp_path: Path) -
 
 def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     workspace, path = opened.workspace, tmp_path / "p.ilf"
-    workspace.edit_info(1, "Rename", name="Wall")
+    workspace.blocks.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     opened.documents.discard_silently = False
     for answer, name in (("save_button", "Floor"), ("discard_button", "Floor")):
-        workspace.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
+        workspace.blocks.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
         opened.actions_["close_frame"].trigger()
         dialog = opened.project.closing.dialog
         assert dialog is not None
         getattr(dialog, answer).click()
         qtbot.waitUntil(lambda: not workspace.has_session, timeout=WAIT_MS)
-        entry = workspace.entries[0]
-        assert (len(workspace.entries), entry.unsaved) == (1, False)
+        entry = workspace.frames.entries[0]
+        assert (len(workspace.frames.entries), entry.unsaved) == (1, False)
         assert show(opened, qtbot, 0).info(1).name == name
     assert not opened.project.present.unsaved
 
-    workspace.edit_info(1, "Rename", name="Ceiling")
-    opened.documents.remove_entries([workspace.entries[0]])
+    workspace.blocks.edit_info(1, "Rename", name="Ceiling")
+    opened.documents.remove_entries([workspace.frames.entries[0]])
     box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
     assert "The work on two-planes is removed, too" in box.text()
     box.button(QMessageBox.StandardButton.Cancel).click()
-    assert len(workspace.entries) == 1
+    assert len(workspace.frames.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
     assert dialog is not None
     dialog.discard_button.click()
-    qtbot.waitUntil(lambda: len(workspace.entries) == 0, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(workspace.frames.entries) == 0, timeout=WAIT_MS)
     assert opened.project.present.path is None
     open_project(opened, qtbot, path)
     assert workspace.session.info(1).name == "Floor"
@@ -485,9 +491,9 @@ def test_a_run_is_not_lost_when_the_window_closes(
     save(opened, qtbot, path)
     first, second = list(workspace.session.counts())[:2]
     endless = 3_000 if waits else 100_000
-    workspace.set_parameters(ilf.preset("paper", max_iterations=3))
-    workspace.set_own(
-        ilf.preset("released-code", max_iterations=endless).differences_from(workspace.parameters), [second]
+    workspace.parameters.set(ilf.preset("paper", max_iterations=3))
+    workspace.parameters.set_own(
+        ilf.preset("released-code", max_iterations=endless).differences_from(workspace.parameters.current), [second]
     )
     opened.documents.discard_silently = False
     opened.actions_["run_all"].trigger()
@@ -512,7 +518,7 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     opened: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
-    opened.workspace.edit_info(1, "Rename", name="Wall")
+    opened.workspace.blocks.edit_info(1, "Rename", name="Wall")
     with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
         opened.documents.export(tmp_path / "out", ExportOptions())
     assert opened.project.present.unsaved
@@ -520,8 +526,8 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
     assert not opened.project.present.unsaved
 
     sweep = next(part for part in opened.parts if isinstance(part, SweepFeature))
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
-    opened.workspace.note_saved(opened.workspace.session, opened.workspace.session.stamp)
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+    opened.workspace.frames.note_saved(opened.workspace.session, opened.workspace.session.stamp)
     sweep.open("max_iterations")
     sweep.start()
     assert sweep.worker.busy

@@ -35,7 +35,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, q
     path = write_aligned(tmp_path, "ros1")
     window.recorder.start()
     _open(window, qtbot, path)
-    entries, workspace = window.workspace.entries, window.workspace
+    entries, workspace = window.workspace.frames.entries, window.workspace
     assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
     assert [entry.session is not None for entry in entries] == [True, False, False]
     assert np.array_equal(workspace.session.frame.rgb, COLOUR)
@@ -66,8 +66,8 @@ def test_a_project_brings_frames_of_a_recording_back(
     workspace = window.workspace
     labels = np.zeros(DEPTH.shape, np.int32)
     labels[4:12, 4:20] = 1
-    workspace.replace_labels(labels, "Draw")
-    workspace.set_note(workspace.entries[1], "glass")
+    workspace.blocks.replace(labels, "Draw")
+    workspace.frames.set_note(workspace.frames.entries[1], "glass")
     save(window, qtbot, tmp_path / "work.ilf", embed=True)
     assert (tmp_path / "work.ilf").stat().st_size < storage_of(tmp_path, "mcap").stat().st_size * 4
     close_all()
@@ -83,7 +83,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     assert np.array_equal(session.labels, labels)
     assert session.frame.inputs.frame == KEYS[0]
     assert np.array_equal(session.frame.rgb, COLOUR)
-    assert [entry.note for entry in again.workspace.entries] == ["", "glass", ""]
+    assert [entry.note for entry in again.workspace.frames.entries] == ["", "glass", ""]
     assert show(again, qtbot, 2).frame.depth[0, 0] == np.float32(1.502)
 
 
@@ -97,4 +97,4 @@ def test_a_recording_that_cannot_be_read_is_one_message(window: MainWindow, qtbo
     qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told[0][0] == "Look for frames in cut.bag"
     assert "truncated, damaged" in told[0][1]
-    assert not len(window.workspace.entries)
+    assert not len(window.workspace.frames.entries)

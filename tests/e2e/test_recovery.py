@@ -54,7 +54,7 @@ def _leave(qtbot: QtBot, folder: Path, frames: list[Path], labels: np.ndarray, p
     recorder.start()
     for number, path in enumerate(frames):
         workspace.add_session(Session.of(Run(load_frame(str(path)), labels), None, str(path)))
-        workspace.edit_info(1, "Rename", name=f"wall {number}")
+        workspace.blocks.edit_info(1, "Rename", name=f"wall {number}")
     with qtbot.waitSignal(recorder.kept, timeout=WAIT_MS):
         pass
     assert recorder.shutdown()
@@ -84,7 +84,7 @@ def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
 
 
 def _names(window: MainWindow) -> list[str]:
-    return [entry.name for entry in window.workspace.entries]
+    return [entry.name for entry in window.workspace.frames.entries]
 
 
 def test_left_work_is_restored_discarded_or_left(
@@ -100,7 +100,7 @@ def test_left_work_is_restored_discarded_or_left(
     qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert window.workspace.session.info(1).name == "wall 1", "the one that was looked at"
-    assert all(entry.unsaved for entry in window.workspace.entries)
+    assert all(entry.unsaved for entry in window.workspace.frames.entries)
     assert dialog.added.isVisible()
     attic.restore_button.click()
     qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
@@ -223,13 +223,13 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     former.show()
     for name in ("hall", "stairs", "attic"):
         open_frame(former, qtbot, FrameSource(str(write_frame(tmp_path / name, small_frame))))
-        former.workspace.edit_info(1, "Rename", name="wall")
+        former.workspace.blocks.edit_info(1, "Rename", name="wall")
     done: list[bool] = []
     former.project.saving.save(SaveRequest(path, then=done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
-    former.workspace.edit_info(1, "Rename", name="roof")
+    former.workspace.blocks.edit_info(1, "Rename", name="roof")
     if sets_more:
-        former.workspace.set_keeps_handmade(not former.workspace.keeps_handmade)
+        former.workspace.parameters.set_keeps_handmade(not former.workspace.parameters.keeps_handmade)
     stored: list[object] = []
     former.recorder.flush(stored.append)
     qtbot.waitUntil(lambda: bool(stored) and former.store.is_written, timeout=WAIT_MS)
@@ -250,7 +250,7 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
     assert _names(window) == ["hall", "stairs", "attic"]
     assert window.workspace.session.info(1).name == "roof"
-    unsaved = [entry.unsaved for entry in window.workspace.entries]
+    unsaved = [entry.unsaved for entry in window.workspace.frames.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
     assert window.project.project_words() == ("extraction parameters" if sets_more else "")
     window.close()

@@ -71,7 +71,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
     dialog.close()
     session = opened.workspace.session
     label = next(iter(session.counts()))
-    opened.workspace.edit_info(label, "Rename", name="Wall <of> stone")
+    opened.workspace.blocks.edit_info(label, "Rename", name="Wall <of> stone")
     run_all(opened)
     opened.actions_["report"].trigger()
     dialog.scope.setCurrentIndex(dialog.scope.findData(ALL_FRAMES))

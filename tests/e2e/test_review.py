@@ -33,7 +33,7 @@ def three_walls() -> RGBDFrame:
 
 def opened_with(window: MainWindow, qtbot: QtBot, tmp_path: Path, labels: np.ndarray) -> None:
     open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / "walls", three_walls()))))
-    window.workspace.replace_labels(labels.astype(np.int32), "Blocks of the test")
+    window.workspace.blocks.replace(labels.astype(np.int32), "Blocks of the test")
     window.refresh.now()
 
 
@@ -69,7 +69,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     press(window, qtbot, "next_check")
 
     # what an edit mends is dropped, what undo brings back is there again
-    workspace.replace_labels(walls(80, WIDTH).astype(np.int32), "Split")
+    workspace.blocks.replace(walls(80, WIDTH).astype(np.int32), "Split")
     assert settled(window, qtbot) == "Fixed. 1 flagged place left to check."
     assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_check")
     assert workspace.session.selected == [2]
@@ -83,7 +83,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
     said = press(window, qtbot, "ignore_check")
     assert said == "No more flagged places. 1 ignored."
     assert not window.actions_["ignore_check"].isEnabled()
-    workspace.replace_labels(walls(81, WIDTH).astype(np.int32), "Another edit")
+    workspace.blocks.replace(walls(81, WIDTH).astype(np.int32), "Another edit")
     assert settled(window, qtbot) == said  # it stays left
     window.actions_["close_checks"].trigger()
     assert not strip.isVisible()
@@ -92,7 +92,7 @@ def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
 
 def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
     opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    window.workspace.edit_info(1, "Rename", name="Wall")
+    window.workspace.blocks.edit_info(1, "Rename", name="Wall")
     assert press(window, qtbot, "next_check").endswith("inside Wall.")
     view = window.views.cells["colour"].view
     place = window.review.review.present
@@ -136,7 +136,9 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     session = window.workspace.session
     qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
-    window.workspace.store_error_estimate(session, session.completion(), ErrorEstimate(error, np.zeros(error.shape, bool)))
+    window.workspace.runs.store_error_estimate(
+        session, session.completion(), ErrorEstimate(error, np.zeros(error.shape, bool))
+    )
     settled(window, qtbot)
     assert "Expected error 300 mm" in press(window, qtbot, "next_check")
 

@@ -35,7 +35,7 @@ def test_the_views_look_back_and_return(
     assert bar.last == max(lengths.values()) > 3
 
     bar._slider.setValue(3)
-    qtbot.waitUntil(lambda: opened.workspace.viewed_iteration is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.workspace.runs.viewed_iteration is not None, timeout=WAIT_MS)
     expected = session.frame.depth.copy()
     for label in lengths:
         stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.notes.extraction)
@@ -66,25 +66,25 @@ def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
     def view_iteration() -> None:
         opened.refresh.draw_all()
         bar._slider.setValue(2)
-        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: workspace.runs.viewed_iteration is not None, timeout=WAIT_MS)
 
     view_iteration()
     labels = workspace.session.labels.copy()
     labels[:3, :3] = 3 - labels[0, 0]
-    workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
-    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
+    workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Edit")
+    assert (workspace.runs.viewed_iteration, bar.at_end) == (None, True)
     workspace.session.undo_stack.undo()
     view_iteration()
     opened.actions_["step"].trigger()
     qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED, timeout=WAIT_MS)
     view_iteration()
     opened.actions_["pause"].trigger()
-    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
+    assert (workspace.runs.viewed_iteration, bar.at_end) == (None, True)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
     view_iteration()
-    workspace.show_session(None)
+    workspace.frames.show(None)
     opened.refresh.now()
-    assert (workspace.viewed_iteration, bar.last) == (None, 0)
+    assert (workspace.runs.viewed_iteration, bar.last) == (None, 0)
 
 
 def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
@@ -102,13 +102,13 @@ def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None
 def test_key_frames_are_those_of_the_last_frames_that_were_run(opened: MainWindow) -> None:
     workspace, first = opened.workspace, opened.workspace.session
     run = Run(first.frame, first.labels, ilf.preset(max_iterations=2))
-    with run.steps(1, workspace.watch(first, run)) as steps:
+    with run.steps(1, workspace.runs.watch(first, run)) as steps:
         for _ in steps:
             pass
     assert first.key_frames.nbytes > 0
     others = [type(first)(first.frame, None, f"other {at}") for at in range(4)]
     for session in others[:3]:
-        workspace.watch(session, run)
+        workspace.runs.watch(session, run)
     assert first.key_frames.nbytes > 0
-    workspace.watch(others[3], run)
+    workspace.runs.watch(others[3], run)
     assert first.key_frames.nbytes == 0

@@ -36,10 +36,10 @@ def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
     opened.actions_["block_names"].trigger()
     opened.refresh.now()
     assert sorted(names.texts) == ["Block 1", "Block 2"]
-    opened.workspace.edit_info(1, "Rename block", name="Wall")
+    opened.workspace.blocks.edit_info(1, "Rename block", name="Wall")
     opened.refresh.now()
     assert sorted(names.texts) == ["Block 2", "Wall"]
-    opened.workspace.select([1, 2])
+    opened.workspace.blocks.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
     opened.refresh.now()
     assert len(names.texts) == 1
@@ -54,12 +54,12 @@ def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Calla
         return [text for _, text in opened.views.cells[name].strip._legend]
 
     opened.actions_["live"].setChecked(False)
-    opened.workspace.set_parameters(preset("paper", max_iterations=3))
+    opened.workspace.parameters.set(preset("paper", max_iterations=3))
     run_all(opened)
     assert legend("depth-out") == ["missing"]
     mask = np.zeros(opened.workspace.session.frame.shape, bool)
     mask[5:9, 40:50] = True
-    opened.workspace.set_invalid_mask(mask, "MarkInvalid")
+    opened.workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
     assert legend("depth-out") == ["invalid", "stale", "missing"]
     assert opened.views.cells["depth-in"].view.stripes.pixels.any()
     opened.actions_["undo"].trigger()
@@ -71,8 +71,8 @@ def test_a_run_opens_its_curves_and_a_live_solution_does_not(
     opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
 ) -> None:
     share = opened.views.width()
-    opened.workspace.select([1])
-    opened.workspace.set_parameters(preset("paper", max_iterations=4))
+    opened.workspace.blocks.select([1])
+    opened.workspace.parameters.set(preset("paper", max_iterations=4))
     qtbot.waitUntil(lambda: opened.runs.free)
     assert "Convergence" not in opened.panels.open
     run_all(opened)

@@ -47,7 +47,7 @@ def test_a_border_is_drawn_anew(editing: MainWindow) -> None:
 
 def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
     session = editing.workspace.session
-    editing.workspace.select([])
+    editing.workspace.blocks.select([])
     _take(editing, "outline")
     for corner in ((40, 6), (56, 6), (56, 20), (44, 26)):
         click(editing, corner)
@@ -71,7 +71,7 @@ def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
 def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
-    editing.workspace.select([1, 2])
+    editing.workspace.blocks.select([1, 2])
     editing.actions_["merge_blocks"].trigger()
     _take(editing, "split")
     click(editing, (10, 5))
@@ -245,7 +245,7 @@ def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> 
 
 def test_the_undo_button_gives_up_what_is_under_way_first(editing: MainWindow) -> None:
     session = editing.workspace.session
-    editing.workspace.select([])
+    editing.workspace.blocks.select([])
     _take(editing, "outline")
     drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
     click(editing, (5, 5))
@@ -283,7 +283,7 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow,
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
     session = editing.workspace.session
     counts = session.counts()
-    editing.workspace.select([1])
+    editing.workspace.blocks.select([1])
     editing.editor.set_option("amount", 3)
     editing.actions_["grow_blocks"].trigger()
     assert session.counts()[1].pixels == counts[1].pixels + 3 * 48
@@ -298,8 +298,8 @@ def test_merging_says_that_parts_do_not_touch(editing: MainWindow) -> None:
     session = editing.workspace.session
     labels = np.ones_like(session.labels)
     labels[:10, :10], labels[-10:, -10:] = 2, 3
-    editing.workspace.replace_labels(labels, "Corners")
-    editing.workspace.select([2, 3])
+    editing.workspace.blocks.replace(labels, "Corners")
+    editing.workspace.blocks.select([2, 3])
     editing.actions_["merge_blocks"].trigger()
     assert "do not touch" in editing.toasts.message
     assert session.labels[-1, -1] == session.labels[0, 0]
@@ -309,14 +309,14 @@ def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot
     session = editing.workspace.session
     before = session.labels.copy()
     left, right = int(before[5, 5]), int(before[5, 50])
-    editing.workspace.select([left])
+    editing.workspace.blocks.select([left])
     menu = editing.context_menu.menu(50, 5)
     texts = {action.text(): action for action in menu.actions()}
     assert session.selected == [right]
     texts[f"Merge Block {right} into Block {left}"].trigger()
     assert (session.labels == left).all()
     editing.actions_["undo"].trigger()
-    editing.workspace.select([left])
+    editing.workspace.blocks.select([left])
     menu = editing.context_menu.menu(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Give this piece")).trigger()
     assert session.selected == [left]

@@ -58,7 +58,7 @@ def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all:
     run_all(opened)
     session = opened.workspace.session
     for label, result in session.valid_results().items():
-        opened.workspace.select([label])
+        opened.workspace.blocks.select([label])
         assert [record.i for record in opened.curves.records] == [record.i for record in result.history]
 
 
@@ -69,7 +69,7 @@ def test_edited_blocks_survive_export_replay_and_reopening(
     opened.actions_["select_all"].trigger()
     opened.actions_["merge_blocks"].trigger()
     assert len(workspace.session.counts()) == 1
-    workspace.set_parameters(ilf.preset("paper", centred=True))
+    workspace.parameters.set(ilf.preset("paper", centred=True))
     run_all(opened)
     _export(opened, qtbot, tmp_path / "first")
     assert json.loads((tmp_path / "first" / "run.json").read_text())["blocks"]["edited"] is True
@@ -90,7 +90,7 @@ def test_edited_blocks_survive_export_replay_and_reopening(
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.documents.open_paths([tmp_path / "first" / "run.json"])
     assert np.array_equal(workspace.session.labels, merged)
-    assert workspace.parameters.centred
+    assert workspace.parameters.current.centred
     run_all(opened)
     _export(opened, qtbot, tmp_path / "third")
     assert (tmp_path / "third" / "depth.npy").read_bytes() == (tmp_path / "first" / "depth.npy").read_bytes()
@@ -100,7 +100,7 @@ def test_step_pause_resume_cancel(opened: MainWindow, qtbot: QtBot) -> None:
     runs, actions = opened.runs, opened.actions_
     seen: list[int] = []
     runs.records.connect(lambda _, records: seen.extend(record.i for record in records))
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000, linear_start=3.0))
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000, linear_start=3.0))
     actions["step"].trigger()
     qtbot.waitUntil(lambda: seen == [1], timeout=WAIT_MS)
     qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
@@ -127,7 +127,7 @@ def test_step_pause_resume_cancel(opened: MainWindow, qtbot: QtBot) -> None:
 def test_running_chosen_blocks_leaves_the_others(opened: MainWindow, qtbot: QtBot) -> None:
     session = opened.workspace.session
     chosen = next(iter(session.counts()))
-    opened.workspace.select([chosen])
+    opened.workspace.blocks.select([chosen])
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run_selected"].trigger()
     assert set(session.valid_results()) == {chosen}
@@ -136,8 +136,8 @@ def test_running_chosen_blocks_leaves_the_others(opened: MainWindow, qtbot: QtBo
 def test_a_block_of_its_own_parameters(opened: MainWindow, run_all: Run) -> None:
     workspace = opened.workspace
     first, second = list(workspace.session.counts())[:2]
-    workspace.select([first])
-    workspace.set_parameters(ilf.preset(max_iterations=3), first)
+    workspace.blocks.select([first])
+    workspace.parameters.set(ilf.preset(max_iterations=3), first)
     run_all(opened)
     results = workspace.session.valid_results()
     assert results[first].outcome.iterations == 3
@@ -150,7 +150,7 @@ def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: M
     before = session.completion()
     labels = session.labels.copy()
     label = next(iter(session.counts()))
-    workspace.select([label])
+    workspace.blocks.select([label])
     opened.actions_["delete_blocks"].trigger()
     assert label not in session.valid_results()
     workspace.undo_group.undo()
@@ -162,7 +162,7 @@ def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: M
 
 
 def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     qtbot.waitUntil(lambda: bool(opened.workspace.session.results.live), timeout=WAIT_MS)
     opened.close()
@@ -188,7 +188,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
     opened.centre.show_cloud()
     opened.actions_["next_frame"].trigger()
     opened.actions_["close_frame"].trigger()
-    assert opened.workspace.sessions == [first]
+    assert opened.workspace.frames.sessions == [first]
 
 
 def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindow) -> None:
@@ -209,14 +209,14 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
     presets = opened.filter_panel.presets.names
-    opened.workspace.set_parameters(ilf.preset("released-code"))
+    opened.workspace.parameters.set(ilf.preset("released-code"))
     opened.refresh.now()
     assert presets.currentText() == "released-code"
-    opened.workspace.set_parameters(ilf.preset("released-code", mode="fill+denoise"))
+    opened.workspace.parameters.set(ilf.preset("released-code", mode="fill+denoise"))
     opened.refresh.now()
     assert presets.currentText() == "released-code (changed)"
     presets.activated.emit(presets.currentIndex())
-    assert opened.workspace.parameters == ilf.preset("released-code")
+    assert opened.workspace.parameters.current == ilf.preset("released-code")
 
 
 def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
@@ -224,7 +224,7 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
 ) -> None:
     workspace = opened.workspace
     first, second = list(workspace.session.counts())[:2]
-    workspace.select([second])
+    workspace.blocks.select([second])
     shown: list[tuple[int, int]] = []
 
     def note(label: int) -> None:
@@ -241,7 +241,7 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
 def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: QtBot) -> None:
     session = opened.workspace.session
     first, second = list(session.counts())[:2]
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000), second)
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000), second)
     done: list[str] = []
     opened.runs.ended.connect(done.append)
     opened.actions_["run"].trigger()
@@ -253,7 +253,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: Qt
 
 
 def test_a_frame_that_runs_is_not_closed_silently(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     opened.documents.discard_silently = False
     opened.actions_["close_frame"].trigger()
@@ -274,7 +274,7 @@ def test_opening_a_run_twice_keeps_the_work_in_it(
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.loader.open_run(tmp_path / "out" / "run.json")
     session = opened.workspace.session
-    opened.workspace.select([1, 2])
+    opened.workspace.blocks.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
     # by the same path, and by another to the same place
     for again in (tmp_path / "out" / "run.json", Path(os.path.relpath(tmp_path / "out" / "run.json"))):
@@ -289,12 +289,12 @@ def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbo
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
     second = opened.workspace.session
-    assert opened.workspace.sessions == [second]
+    assert opened.workspace.frames.sessions == [second]
     assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)
 
 
 def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
-    opened.workspace.select([2])
+    opened.workspace.blocks.select([2])
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run_selected"].trigger()
     _export(opened, qtbot, tmp_path / "out")
@@ -305,7 +305,7 @@ def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tm
 
 
 def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.workspace.set_extraction_parameters(ilf.BlockParameters(min_size=1.0))
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.actions_["extract"].trigger()
         assert not opened.actions_["run"].isEnabled()
@@ -314,7 +314,7 @@ def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBo
 
 
 def test_the_other_way_round_nothing_is_extracted_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     assert not opened.actions_["extract"].isEnabled()
     assert not opened.actions_["load_blocks"].isEnabled()
@@ -336,11 +336,11 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: Main
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace, panel = opened.workspace, opened.filter_panel
-    workspace.set_parameters(ilf.preset("paper"))
+    workspace.parameters.set(ilf.preset("paper"))
     opened.refresh.now()
-    workspace.set_parameters(ilf.preset("paper", centred=True))
-    workspace.select([1])
-    workspace.set_parameters(ilf.preset("released-code"), 1)
+    workspace.parameters.set(ilf.preset("paper", centred=True))
+    workspace.blocks.select([1])
+    workspace.parameters.set(ilf.preset("released-code"), 1)
     panel.set_scope(chosen=True)
     opened.refresh.now()
     assert panel.presets.names.currentText() == "released-code"

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -71,7 +72,7 @@ def told(workspace: Workspace) -> list[str]:
     """Names of the signals that the workspace sends from now on."""
     names: list[str] = []
     for name in SIGNALS:
-        getattr(workspace, name).connect(lambda *_, name=name: names.append(name))
+        attrgetter(name)(workspace).connect(lambda *_, name=name: names.append(name))
     return names
 
 

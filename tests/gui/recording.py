@@ -35,10 +35,10 @@ class Recording:
 
     def erase(self, session: Session, row: int) -> None:
         """Take a row from the blocks."""
-        self.workspace.show_session(session)
+        self.workspace.frames.show(session)
         labels = session.labels.copy()
         labels[row] = 0
-        self.workspace.edit_labels(patch_between(session.labels, labels), "Erase")
+        self.workspace.blocks.edit(patch_between(session.labels, labels), "Erase")
 
     def journal(self) -> Journal:
         """The journal as another program finds it after this one's end."""

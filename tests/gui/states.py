@@ -16,9 +16,23 @@ from ilf.segmentation.extraction import Extraction, extract
 QUICK = preset("paper", max_iterations=2)
 QUICK_OWN = own_values(QUICK, preset())
 SIGNALS = (
-    *("about_to_change", "sessions_changed", "session_changed", "labels_changed", "stroke_changed", "infos_changed"),
-    *("results_changed", "results_added", "records_added", "previews_changed", "error_changed", "selection_changed"),
-    *("parameters_changed", "extraction_changed", "invalid_mask_changed"),
+    *(
+        "blocks.about_to_change",
+        "frames.sessions_changed",
+        "frames.session_changed",
+        "blocks.labels_changed",
+        "blocks.stroke_changed",
+        "blocks.infos_changed",
+    ),
+    *(
+        "runs.results_changed",
+        "runs.results_added",
+        "runs.records_added",
+        "runs.previews_changed",
+        "runs.error_changed",
+        "blocks.selection_changed",
+    ),
+    *("parameters.changed", "parameters.extraction_changed", "blocks.invalid_mask_changed"),
 )
 
 
@@ -31,7 +45,7 @@ def painted(session: Session, label: int, rows: slice = np.s_[0:4], columns: sli
 
 def edit(workspace: Workspace, label: int, **box: slice) -> bool:
     labels = workspace.session.labels
-    return workspace.edit_labels(patch_between(labels, painted(workspace.session, label, **box)), "Edit")
+    return workspace.blocks.edit(patch_between(labels, painted(workspace.session, label, **box)), "Edit")
 
 
 def extraction(session: Session, labels: np.ndarray) -> Extraction:

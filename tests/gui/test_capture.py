@@ -40,23 +40,23 @@ def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np
     results: list[BlockResult] = list(run.complete().results.values())
     workspace = Workspace()
     touched: list[Session] = []
-    workspace.touched.connect(touched.append)
+    workspace.frames.touched.connect(touched.append)
     session = Session.of(run, None, "here")
     workspace.add_session(session)
     capture = SessionSnapshot(session)
     capture.take()()
 
     session.note = "look here"
-    workspace.edit_info(1, "Rename", name="wall", locked=True)
+    workspace.blocks.edit_info(1, "Rename", name="wall", locked=True)
     edited = small_labels.copy()
     edited[40:, :10] = 0
-    workspace.edit_labels(patch_between(session.labels, edited), "Erase")
-    workspace.set_own({"max_iterations": 7}, [2])
-    workspace.store_results(session, results)
-    workspace.set_visible(2, False)
+    workspace.blocks.edit(patch_between(session.labels, edited), "Erase")
+    workspace.parameters.set_own({"max_iterations": 7}, [2])
+    workspace.runs.store_results(session, results)
+    workspace.blocks.set_visible(2, False)
     assert touched == [session] * 5
     state = capture.take()()
-    workspace.edit_info(1, "Rename", name="floor")
+    workspace.blocks.edit_info(1, "Rename", name="floor")
     session.labels[:] = 9
 
     again = restore(state, None, "here")

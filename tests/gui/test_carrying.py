@@ -55,7 +55,7 @@ def known(session: Session) -> object:
 def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
     labels = workspace.session.labels.copy()
     labels[at] = label
-    workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
+    workspace.blocks.edit(patch_between(workspace.session.labels, labels), "Edit")
 
 
 def test_blocks_are_taken_and_given_back_as_one_step(
@@ -64,9 +64,9 @@ def test_blocks_are_taken_and_given_back_as_one_step(
     session.info(1)
     before = known(session)
     touched: list[object] = []
-    workspace.touched.connect(touched.append)
-    workspace.take_propagated(session, propagated, "Carry blocks from other")
-    assert {"labels_changed", "infos_changed", "parameters_changed", "results_changed"} <= set(told)
+    workspace.frames.touched.connect(touched.append)
+    workspace.blocks.take_propagated(session, propagated, "Carry blocks from other")
+    assert {"blocks.labels_changed", "blocks.infos_changed", "parameters.changed", "runs.results_changed"} <= set(told)
     assert touched == [session]
     after = known(session)
     assert session.labels.tolist() == propagated.labels.tolist()
@@ -83,7 +83,7 @@ def test_blocks_are_taken_and_given_back_as_one_step(
 
 def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, propagated: FrameState) -> None:
     state = propagate_state(propagated, state_of(other)).state
-    workspace.take_propagated(other, state, "Carry blocks")
+    workspace.blocks.take_propagated(other, state, "Carry blocks")
     assert np.array_equal(other.labels, state.labels)
     assert other.unsaved
 
@@ -91,8 +91,8 @@ def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Sessio
 def test_results_of_the_blocks_before_come_back_with_undo(
     workspace: Workspace, session: Session, propagated: FrameState, results: list
 ) -> None:
-    workspace.store_results(session, results)
-    workspace.take_propagated(session, propagated, "Carry blocks")
+    workspace.runs.store_results(session, results)
+    workspace.blocks.take_propagated(session, propagated, "Carry blocks")
     assert 2 not in session.valid_results()
     session.undo_stack.undo()
     assert set(session.valid_results()) == {1, 2}
@@ -101,12 +101,12 @@ def test_results_of_the_blocks_before_come_back_with_undo(
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
     workspace: Workspace, session: Session, propagated: FrameState
 ) -> None:
-    workspace.take_propagated(session, propagated, "Carry blocks")
+    workspace.blocks.take_propagated(session, propagated, "Carry blocks")
     runs = RunController(workspace)
     assert [row.look for row in block_rows(session, runs)] == ["", REASON]
-    workspace.mark_checked([1])
+    workspace.blocks.mark_checked([1])
     assert session.undo_stack.count() == 1  # it needs none
-    workspace.mark_checked([1, 2])
+    workspace.blocks.mark_checked([1, 2])
     assert session.undo_stack.undoText() == "Mark Block 2 as checked"
     assert not session.to_check
     session.undo_stack.undo()
@@ -122,21 +122,21 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
 
 
 def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: Session, propagated: FrameState) -> None:
-    workspace.take_propagated(session, propagated, "Carry blocks")
+    workspace.blocks.take_propagated(session, propagated, "Carry blocks")
     box = np.s_[40:44, 50:54]
     before = session.labels[box].copy()
-    workspace.stroke(LabelPatch(box, before, np.zeros_like(before)))
+    workspace.blocks.stroke(LabelPatch(box, before, np.zeros_like(before)))
     assert session.to_check == {2}
-    workspace.end_stroke("Erase")
+    workspace.blocks.end_stroke("Erase")
     assert not session.to_check
 
 
 def test_another_extraction_forgets_what_was_carried(
     workspace: Workspace, session: Session, propagated: FrameState
 ) -> None:
-    workspace.take_propagated(session, propagated, "Carry blocks")
+    workspace.blocks.take_propagated(session, propagated, "Carry blocks")
     names = {1: "Left", 2: "Right"}
-    workspace.replace_labels(np.where(session.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
+    workspace.blocks.replace(np.where(session.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
     assert not session.to_check
     assert session.notes.propagated_from == ""
     session.undo_stack.undo()
@@ -146,7 +146,7 @@ def test_another_extraction_forgets_what_was_carried(
 
 def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:
     chosen, other = (Entry.of(FrameSource("/frames/one")) for _ in range(2))
-    workspace.add_entries([chosen, other])
+    workspace.frames.add_entries([chosen, other])
     state = FrameState(chosen.id, small_frame, np.zeros(small_frame.shape, np.int32))
     workspace.add_session(session_of(chosen, state), show=False)
     assert chosen.session is not None

@@ -170,7 +170,7 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> Non
     (result,) = complete(frame, session.labels).results.values()
     presenter = CurvesPresenter(workspace, panel)
     for correction, expected in (("a" * 64, "err 20 mm"), (None, "err 10 mm")):
-        workspace.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
+        workspace.runs.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
         presenter.show()
         assert expected in panel.readout.text
 
@@ -320,15 +320,15 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
     workspace = Workspace()
     workspace.add_session(Session.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
-    workspace.select([1])
+    workspace.blocks.select([1])
     presenter = CurvesPresenter(workspace, panel)
     panel.show()
     presenter.show()
     assert panel.hint == EMPTY_TEXT
-    workspace.store_results(workspace.session, list(complete(frame, workspace.session.labels).results.values()))
+    workspace.runs.store_results(workspace.session, list(complete(frame, workspace.session.labels).results.values()))
     presenter.show()
     assert panel.hint == "All depth is known."
-    workspace.show_session(None)
+    workspace.frames.show(None)
     presenter.show()
     assert panel.hint == EMPTY_TEXT
 

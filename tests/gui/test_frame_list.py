@@ -185,11 +185,11 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
 
 def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
     entry = Entry.of(FrameSource("/nowhere/a"))
-    workspace.add_entries([entry])
-    workspace.set_note(entry, "dark")
+    workspace.frames.add_entries([entry])
+    workspace.frames.set_note(entry, "dark")
     assert (entry.note, entry.unsaved) == ("dark", True)
     session.id, session.key = entry.id, entry.key
-    workspace.entries.attach(session)
+    workspace.frames.entries.attach(session)
     assert session.note == "dark"
     assert session.unsaved
 

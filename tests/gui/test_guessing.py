@@ -54,7 +54,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert np.array_equal(completion.extrapolated, missing)
     assert np.isfinite(completion.depth).all()
     assert bench.session.extrapolated
-    assert bench.session.run(bench.workspace.parameters, extrapolate=True).extrapolate
+    assert bench.session.run(bench.workspace.parameters.current, extrapolate=True).extrapolate
     assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
     assert bench.finished == [bench.session]
     assert bench.runs.state is RunState.IDLE
@@ -97,7 +97,7 @@ def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: U
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
     until(lambda: bench.session.extrapolated)
-    assert bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
+    assert bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2]), "Merge")
     assert not bench.session.extrapolated
     bench.session.undo_stack.undo()
     assert bench.session.extrapolated
@@ -123,7 +123,7 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, endless_extrapolat
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.extrapolate()
-    bench.workspace.edit_labels(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
     until(lambda: bool(bench.said))
     assert "extrapolate again" in bench.said[0]
     assert not bench.session.extrapolated

@@ -90,7 +90,7 @@ def test_lines_and_measurements_stay_with_their_frame(host: ToolHost, small_fram
     host.workspace.add_session(Session.of(Run(small_frame, host.labels), "other", "other"))
     assert host.inspection.line is None
     assert chains(host) == []
-    host.workspace.show_session(first)
+    host.workspace.frames.show(first)
     assert host.inspection.line == line
     assert chains(host) == measured
 

@@ -19,7 +19,7 @@ from pytestqt.qtbot import QtBot
 from gui.features.batch.dialog import OutcomeModel
 from gui.features.run_history.feature import measure, write_runs
 from gui.features.run_history.model import RunModel, best_of, run_rows
-from gui.state.commands import DRAG_S
+from gui.state.parameters import DRAG_S
 from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -65,7 +65,7 @@ def test_every_run_is_kept_with_what_it_was_made_of_and_shares_what_is_equal(
 ) -> None:
     bench.runs.start()
     until(lambda: len(bench.session.run_history) == 1)
-    bench.workspace.set_parameters(preset(smoothness=0.6), 2)
+    bench.workspace.parameters.set(preset(smoothness=0.6), 2)
     bench.runs.start_changed()
     until(lambda: len(bench.session.run_history) == 2)
     first, second = bench.session.run_history
@@ -98,12 +98,12 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     bench: Bench, keeper: RunRecorder, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 100.0
-    monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: now)
+    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
     workspace, session = bench.workspace, bench.session
-    workspace.select([1])
+    workspace.blocks.select([1])
 
     def solve(smoothness: float, expected: list[str]) -> None:
-        workspace.set_parameters(preset(smoothness=smoothness))
+        workspace.parameters.set(preset(smoothness=smoothness))
         bench.runs.resolve([1])
         until(lambda: names(session) == expected and not keeper.waits)
 
@@ -119,7 +119,7 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     until(lambda: bench.runs.state is RunState.IDLE and not keeper.waits)
     assert len(session.run_history) == 2
     assert [row.present for row in run_rows(session)] == [False, True]
-    workspace.change_run(session, session.run_history[1], name="mine")
+    workspace.runs.change(session, session.run_history[1], name="mine")
     session.undo_stack.redo()
     edit(workspace, 1, rows=np.s_[0:4], columns=np.s_[30:40])
     bench.runs.resolve([1], edited=True)
@@ -132,11 +132,11 @@ def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
     bench: Bench, keeper: RunRecorder, until: Until
 ) -> None:
     workspace, session = bench.workspace, bench.session
-    workspace.set_parameters(preset(smoothness=2.0))
+    workspace.parameters.set(preset(smoothness=2.0))
     bench.runs.resolve([1])
     until(lambda: len(session.run_history) == 1)
     step = weakref.ref(session.undo_stack.command(0))
-    workspace.close_session(session)
+    workspace.frames.close(session)
     gc.collect()
     assert step() is None, "a step of the history holds its frame"
 
@@ -152,9 +152,9 @@ def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspac
     del extrapolated  # nobody has it any more, so it is made anew
     np.testing.assert_array_equal(kept.completion.depth, depth)
     np.testing.assert_array_equal(kept.completion.extrapolated, mask)
-    workspace.set_parameters(preset())
-    workspace.keep_run(session, kept)
-    assert workspace.accept_run(kept) == [1, 2]
+    workspace.parameters.set(preset())
+    workspace.runs.keep(session, kept)
+    assert workspace.runs.accept(kept) == [1, 2]
     assert session.extrapolated
     np.testing.assert_array_equal(session.completion().depth, depth)
 
@@ -163,12 +163,12 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
     session: Session, workspace: Workspace
 ) -> None:
     kept = stored_run(session, parameters=QUICK)
-    workspace.keep_run(session, kept)
-    workspace.set_parameters(preset(smoothness=2.0), 2)
-    workspace.store_results(session, list(complete(session.frame, session.labels, preset()).results.values()))
+    workspace.runs.keep(session, kept)
+    workspace.parameters.set(preset(smoothness=2.0), 2)
+    workspace.runs.store_results(session, list(complete(session.frame, session.labels, preset()).results.values()))
     before, depth = dict(session.valid_results()), session.current_depth().copy()
     steps = session.undo_stack.count()
-    assert workspace.accept_run(kept) == [1, 2]
+    assert workspace.runs.accept(kept) == [1, 2]
     assert kept.is_of(session.valid_results())
     assert (session.common, session.notes.own, session.changed_blocks()) == (QUICK, {}, [])
     np.testing.assert_array_equal(session.current_depth(), kept.completion.depth)
@@ -179,20 +179,20 @@ def test_accepting_takes_results_and_parameters_where_blocks_are_as_they_were(
     session.undo_stack.redo()
     assert (kept.is_of(session.valid_results()), session.undo_stack.count()) == (True, steps + 1)
     newer = complete(session.frame, session.labels, preset("paper", max_iterations=3)).results[1]
-    workspace.store_results(session, [newer])
+    workspace.runs.store_results(session, [newer])
     session.undo_stack.undo()
     assert newer in [one.result for one in session.results.kept[1]], "what has come since stays"
 
 
 def test_of_an_accepted_run_what_no_longer_fits_is_left(session: Session, workspace: Workspace) -> None:
     kept = stored_run(session, parameters=QUICK)
-    workspace.keep_run(session, kept)
+    workspace.runs.keep(session, kept)
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[40:50])
-    assert workspace.accept_run(kept) == [1]
+    assert workspace.runs.accept(kept) == [1]
     assert set(session.valid_results()) == {1}
     edit(workspace, 3, rows=np.s_[0:6], columns=np.s_[0:50])
     steps = session.undo_stack.count()
-    assert workspace.accept_run(kept) == []
+    assert workspace.runs.accept(kept) == []
     assert session.undo_stack.count() == steps
 
 
@@ -200,25 +200,25 @@ def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(session: 
     kept = stored_run(session, parameters=QUICK)
     kept.results = {**kept.results, 2: complete(session.frame, session.labels, preset("paper")).results[2]}
     assert kept.outdated == (2,)
-    workspace.keep_run(session, kept)
-    workspace.accept_run(kept)
+    workspace.runs.keep(session, kept)
+    workspace.runs.accept(kept)
     assert session.changed_blocks() == []
     assert session.parameters_of(2, session.common) == preset("paper")
 
 
 def test_restoring_takes_common_and_own_values_as_one_step(session: Session, workspace: Workspace) -> None:
-    workspace.set_parameters(preset(noise=0.01))
-    workspace.set_own({"smoothness": 2.0}, [2])
+    workspace.parameters.set(preset(noise=0.01))
+    workspace.parameters.set_own({"smoothness": 2.0}, [2])
     kept = StoredRun(1, "Run 1", session.run(session.common), {}, 0.0, COLOURS[0])
-    workspace.set_parameters(QUICK)
-    workspace.set_own({"centred": False}, [1])
+    workspace.parameters.set(QUICK)
+    workspace.parameters.set_own({"centred": False}, [1])
     edit(workspace, 3)
-    workspace.set_own({"padding": 3.0}, [3])
+    workspace.parameters.set_own({"padding": 3.0}, [3])
     former = dict(session.notes.own)
-    assert workspace.restore_run(kept)
+    assert workspace.parameters.restore(kept)
     assert session.common == preset(noise=0.01)
     assert session.notes.own == {2: {"smoothness": 2.0}, 3: {"padding": 3.0}}
-    assert not workspace.restore_run(kept), "they are the present ones"
+    assert not workspace.parameters.restore(kept), "they are the present ones"
     session.undo_stack.undo()
     assert (session.common, session.notes.own) == (QUICK, former)
 
@@ -226,24 +226,24 @@ def test_restoring_takes_common_and_own_values_as_one_step(session: Session, wor
 def test_deleted_runs_come_back_beside_those_kept_since(session: Session, workspace: Workspace) -> None:
     runs = [stored_run(session, number, QUICK) for number in (1, 2, 3)]
     for kept in runs[:2]:
-        workspace.keep_run(session, kept)
-    workspace.compare(runs[:2])
+        workspace.runs.keep(session, kept)
+    workspace.runs.compare(runs[:2])
     runs[0].ground_truth_error = 0.001
-    workspace.delete_runs(session, [runs[0]])
-    workspace.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
+    workspace.runs.delete(session, [runs[0]])
+    workspace.blocks.set_ground_truth(np.full(session.frame.shape, 3.0, np.float32))
     assert (session.run_history, session.compared) == ([runs[1]], [runs[1]])
-    workspace.keep_run(session, runs[2])
+    workspace.runs.keep(session, runs[2])
     session.undo_stack.undo()
     assert session.run_history == runs
     assert set(session.compared) == set(runs[:2])
     assert runs[0].ground_truth_error is None, "there is another truth since"
-    workspace.delete_runs(session, [stored_run(session, 4, QUICK)])
+    workspace.runs.delete(session, [stored_run(session, 4, QUICK)])
     assert session.undo_stack.count() == 1, "it was not there"
 
 
 def test_compared_runs_are_few_and_differ_in_colour(session: Session, workspace: Workspace) -> None:
     runs = [stored_run(session, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
-    workspace.compare(runs)
+    workspace.runs.compare(runs)
     assert session.compared == runs[1:]
     assert len({kept.colour for kept in session.compared}) == MAX_COMPARED
 
@@ -269,7 +269,7 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
             lambda count=count: bench.session.run_history[-1:] != [] and bench.session.run_history[-1].number == count
         )
         if count == 1:
-            bench.workspace.change_run(bench.session, bench.session.run_history[0], note="good")
+            bench.workspace.runs.change(bench.session, bench.session.run_history[0], note="good")
     assert [kept.number for kept in bench.session.run_history] == [1, 4, 5]
     assert len(said) == 1
 
@@ -343,7 +343,7 @@ def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
 def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
         note = 'a, "b"' if number == 1 else "=1+1"
-        workspace.keep_run(session, stored_run(session, number, parameters, note=note, ground_truth_error=0.0123))
+        workspace.runs.keep(session, stored_run(session, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"
     write_runs(path, run_rows(session))
     with path.open(newline="") as file:
@@ -366,8 +366,8 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
 
 
 def test_another_truth_makes_errors_be_worked_out_anew(session: Session, workspace: Workspace) -> None:
-    workspace.keep_run(session, stored_run(session, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
-    workspace.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
+    workspace.runs.keep(session, stored_run(session, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
+    workspace.blocks.set_ground_truth(np.full(session.frame.shape, 2.0, np.float32))
     assert (session.run_history[0].ground_truth_error, session.run_history[0].expected_error) == (None, 0.02)
 
 

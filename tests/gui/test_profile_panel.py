@@ -29,15 +29,15 @@ LINE = ((4.5, 16.5), (60.5, 16.5))
 def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     """With all that there can be."""
     session: Session = workspace.session
-    workspace.set_ground_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
-    workspace.store_results(session, results)
+    workspace.blocks.set_ground_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
+    workspace.runs.store_results(session, results)
     completion = session.completion()
     assert completion is not None
     error = expected_error(completion)
-    workspace.store_error_estimate(session, completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
+    workspace.runs.store_error_estimate(session, completion, ErrorEstimate(error, np.zeros(error.shape, bool)))
     kept = StoredRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
-    workspace.keep_run(session, kept)
-    workspace.compare([kept])
+    workspace.runs.keep(session, kept)
+    workspace.runs.compare([kept])
     return profile_data(session, LINE)
 
 

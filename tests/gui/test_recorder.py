@@ -36,11 +36,11 @@ def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot)
     for row in range(4):
         context.erase(one, row)
     context.erase(two, 10)
-    context.workspace.edit_info(1, "Rename", name="wall")
+    context.workspace.blocks.edit_info(1, "Rename", name="wall")
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     context.erase(one, 20)
-    context.workspace.close_session(two)
+    context.workspace.frames.close(two)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     journal = context.journal()
@@ -55,13 +55,13 @@ def test_all_changes_are_kept_and_nothing_else(context: Recording, qtbot: QtBot)
 
 def test_a_stroke_is_there_as_a_whole_or_not_at_all(context: Recording, qtbot: QtBot) -> None:
     one, _ = context.sessions
-    context.workspace.show_session(one)
+    context.workspace.frames.show(one)
     before, labels = one.labels.copy(), one.labels.copy()
     labels[30] = 0
-    context.workspace.stroke(patch_between(one.labels, labels))
-    context.workspace.set_note(context.workspace.entries[0], "look")
+    context.workspace.blocks.stroke(patch_between(one.labels, labels))
+    context.workspace.frames.set_note(context.workspace.frames.entries[0], "look")
     qtbot.wait(200)
-    context.workspace.drop_stroke()
+    context.workspace.blocks.drop_stroke()
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     journal = context.journal()
@@ -75,7 +75,7 @@ def test_what_is_put_away_is_read_as_it_was_left(context: Recording) -> None:
     context.erase(one, 5)
     left = one.labels.copy()
     context.recorder.keep(one)
-    context.workspace.unload(one)
+    context.workspace.frames.unload(one)
     assert context.store.has(one.id)
     assert np.array_equal(context.store.read(one.id).state.labels, left)
 
@@ -132,7 +132,7 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         context.erase(one, 1)
     parts = {name: context.store.part(name) for name in context.store.all_names()}
-    context.workspace.close_session(one)
+    context.workspace.frames.close(one)
     with qtbot.waitSignal(context.recorder.kept, timeout=WAIT_MS):
         pass
     context.store.project = _Project(parts)
@@ -155,12 +155,12 @@ def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_
 ) -> None:
     one, two = context.sessions
     workspace = context.workspace
-    workspace.show_session(one)
+    workspace.frames.show(one)
     former = two.common
-    workspace.share_parameters()
-    workspace.set_parameters(workspace.parameters.replace(max_iterations=7))
+    workspace.parameters.share()
+    workspace.parameters.set(workspace.parameters.current.replace(max_iterations=7))
     _stored(context, qtbot)
-    workspace.separate_parameters()
+    workspace.parameters.separate()
     _stored(context, qtbot)
     assert context.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
     assert two.unsaved
@@ -174,11 +174,11 @@ def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(context: Recor
     one, two = context.sessions
     context.recorder.is_unsaved = lambda: True
     context.erase(two, 3)
-    context.workspace.show_session(one)
+    context.workspace.frames.show(one)
     _stored(context, qtbot)
-    entry = context.workspace.entries[1]
-    context.workspace.unload(two)
-    context.workspace.set_note(entry, "Look again.")
+    entry = context.workspace.frames.entries[1]
+    context.workspace.frames.unload(two)
+    context.workspace.frames.set_note(entry, "Look again.")
     _stored(context, qtbot)
     context.journal().close()
     (left,) = find_recoverable_work(context.aside)
@@ -217,8 +217,8 @@ def test_what_is_discarded_is_soon_out_of_the_journal(context: Recording, qtbot:
     _, two = context.sessions
     context.erase(two, 3)
     _stored(context, qtbot)
-    context.recorder.revert([two.id], lambda: context.workspace.unload(two))
-    qtbot.waitUntil(lambda: two not in context.workspace.sessions, timeout=WAIT_MS)
+    context.recorder.revert([two.id], lambda: context.workspace.frames.unload(two))
+    qtbot.waitUntil(lambda: two not in context.workspace.frames.sessions, timeout=WAIT_MS)
     qtbot.waitUntil(lambda: context.store.is_written, timeout=WAIT_MS)
     journal = context.journal()
     assert frame_part(two.id) not in journal.names()

@@ -41,7 +41,7 @@ def test_nothing_is_solved_anew_during_a_run(bench: Bench, until: Until) -> None
 
 def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench: Bench, until: Until) -> None:
     for limit in (3, 4, 5, 6):
-        bench.workspace.set_parameters(preset("paper", max_iterations=limit))
+        bench.workspace.parameters.set(preset("paper", max_iterations=limit))
         bench.runs.resolve([1])
     bench.script.allow()
     until(lambda: len(bench.resolved) == 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -27,8 +28,8 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
 ) -> None:
     monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
     own = preset("paper", max_iterations=7)
-    bench.workspace.set_parameters(preset("released-code"))
-    bench.workspace.set_parameters(own, 2)
+    bench.workspace.parameters.set(preset("released-code"))
+    bench.workspace.parameters.set(own, 2)
     assert bench.runs.free
     bench.runs.start()
     assert bench.runs.state is RunState.RUNNING
@@ -69,7 +70,7 @@ def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatc
 
 
 def test_chosen_blocks_alone_are_run(bench: Bench, until: Until) -> None:
-    bench.workspace.select([2, 9])
+    bench.workspace.blocks.select([2, 9])
     bench.script.allow()
     bench.runs.start_selected()
     until(lambda: bool(bench.said))
@@ -119,7 +120,7 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench:
     bench.script.records = 50
     results = bench.session.results
     bench.script.allow()
-    bench.workspace.select([2])
+    bench.workspace.blocks.select([2])
     bench.runs.step()
     until(lambda: bench.runs.state is RunState.PAUSED and len(results.live.get(2, [])) == 1)
     assert bench.run.run.only == {2}
@@ -137,7 +138,7 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench:
 def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench, until: Until) -> None:
     bench.script.records, bench.script.silent = 1, 5
     bench.script.allow()
-    bench.workspace.select([2])
+    bench.workspace.blocks.select([2])
     bench.runs.step()
     until(lambda: bench.runs.state is RunState.PAUSED and len(bench.session.results.live.get(2, [])) == 1)
     bench.runs.step()
@@ -236,7 +237,7 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench: Be
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: bench.session.results.running == [1])
-    bench.workspace.edit_labels(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
+    bench.workspace.blocks.edit(merge(bench.session.labels, [1, 2], frozenset()), "Merge")
     assert (bench.run.run.blocks == bench.labels).all(), "the run has blocks of its own"
     bench.script.allow()
     until(lambda: bool(bench.said))
@@ -250,10 +251,10 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
     bench.runs.start()
     second = bench.open("second")
     seen: list[str] = []
-    for name in ("results_changed", "results_added", "records_added", "previews_changed"):
-        getattr(bench.workspace, name).connect(lambda *_, name=name: seen.append(name))
+    for name in ("runs.results_changed", "runs.results_added", "runs.records_added", "runs.previews_changed"):
+        attrgetter(name)(bench.workspace).connect(lambda *_, name=name: seen.append(name))
     listed: list[int] = []
-    bench.workspace.sessions_changed.connect(lambda: listed.append(len(bench.session.valid_results())))
+    bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.session.valid_results())))
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.said[0].startswith("first: ")
@@ -267,12 +268,12 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Benc
     bench.runs.start()
     bench.script.allow(1)
     until(lambda: bench.session.results.running == [1])
-    bench.workspace.close_session(bench.session)
+    bench.workspace.frames.close(bench.session)
     assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert "run cancelled" in bench.said[0]
-    assert bench.workspace.sessions == []
+    assert bench.workspace.frames.sessions == []
     assert bench.runs.state is RunState.IDLE
 
 
@@ -285,9 +286,9 @@ def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
     bench.runs.start({2})
     assert bench.runs.running == [bench.session, other]
     bench.runs.toggle_pause()
-    bench.workspace.show_session(bench.session)
+    bench.workspace.frames.show(bench.session)
     assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
-    bench.workspace.show_session(other)
+    bench.workspace.frames.show(other)
     bench.runs.resume()
     bench.script.allow()
     until(lambda: len(bench.said) == 2)
@@ -298,7 +299,7 @@ def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
 def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:
     bench.runs.start()
     other = bench.open("second")
-    bench.workspace.close_session(other)
+    bench.workspace.frames.close(other)
     assert bench.runs.state is RunState.RUNNING
     bench.script.allow()
     until(lambda: bool(bench.said))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import pytest
 
 from gui.project.current_project import apply_settings, project_of
+from gui.state.parameters import SharedParameters
 from gui.state.session import Session
-from gui.state.sharing import SharedParameters
 from gui.state.workspace import Workspace
 from ilf.data.parameters import Parameters
 from ilf.run.run import Run
@@ -19,7 +21,7 @@ def smoothness(*sessions: Session) -> list[float]:
 
 
 def set_smoothness(workspace: Workspace, value: float) -> None:
-    workspace.set_parameters(workspace.parameters.replace(smoothness=value))
+    workspace.parameters.set(workspace.parameters.current.replace(smoothness=value))
 
 
 def texts(session: Session) -> list[str]:
@@ -29,7 +31,7 @@ def texts(session: Session) -> list[str]:
 @pytest.fixture
 def shared(workspace: Workspace) -> Workspace:
     """Both frames have the values of all."""
-    workspace.share_parameters()
+    workspace.parameters.share()
     return workspace
 
 
@@ -43,11 +45,11 @@ def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(
     workspace: Workspace, session: Session, other: Session
 ) -> None:
     set_smoothness(workspace, 3.0)
-    assert workspace.share_parameters() == [other]
-    assert workspace.shared == SharedParameters(True, session.common)
+    assert workspace.parameters.share() == [other]
+    assert workspace.parameters.shared == SharedParameters(True, session.common)
     assert smoothness(session, other) == [3.0, 3.0]
     session.undo_stack.undo()
-    assert not workspace.shared.on
+    assert not workspace.parameters.shared.on
     assert smoothness(session, other) == [3.0, 1.0]
     session.undo_stack.redo()
     assert smoothness(session, other) == [3.0, 3.0]
@@ -63,25 +65,25 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(
     later = Session.of(Run(small_frame, small_labels), "later", "later")
     shared.add_session(later)
     assert later.common == session.common
-    shared.show_session(other)
+    shared.frames.show(other)
     set_smoothness(shared, 5.0)
     # undo takes back the step of the frame that is looked at: what it set is what it was, for all frames
-    shared.show_session(session)
+    shared.frames.show(session)
     session.undo_stack.undo()
     assert smoothness(session, other, later) == [1.0, 1.0, 1.0]
-    assert shared.shared.values.smoothness == 1.0
+    assert shared.parameters.shared.values.smoothness == 1.0
 
 
 def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, session: Session, other: Session) -> None:
-    shared.keep_own_parameters()
+    shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
     assert smoothness(session, other) == [3.0, 1.0]
     assert texts(session)[-1] == "Set Smoothness"
-    shared.show_session(other)
+    shared.frames.show(other)
     set_smoothness(shared, 5.0)
     assert smoothness(session, other) == [3.0, 5.0]
-    shared.show_session(session)
-    shared.reset_to_shared()
+    shared.frames.show(session)
+    shared.parameters.reset_to_shared()
     assert smoothness(session, other) == [5.0, 5.0]
     assert not session.own_parameters
     session.undo_stack.undo()
@@ -92,14 +94,14 @@ def test_a_frame_may_have_its_own_and_go_back(shared: Workspace, session: Sessio
 def test_own_values_may_become_those_of_all_and_all_may_part(
     shared: Workspace, session: Session, other: Session
 ) -> None:
-    shared.keep_own_parameters()
+    shared.parameters.keep_own()
     set_smoothness(shared, 3.0)
-    assert shared.share_parameters() == [other]
+    assert shared.parameters.share() == [other]
     assert smoothness(session, other) == [3.0, 3.0]
     session.undo_stack.undo()
     assert smoothness(session, other) == [3.0, 1.0]
     session.undo_stack.redo()
-    shared.separate_parameters()
+    shared.parameters.separate()
     set_smoothness(shared, 7.0)
     assert smoothness(session, other) == [7.0, 3.0]
 
@@ -109,8 +111,8 @@ def test_when_all_part_the_values_of_every_frame_are_stored(
 ) -> None:
     set_smoothness(shared, 3.0)
     touched: set[Session] = set()
-    shared.touched.connect(touched.add)
-    shared.separate_parameters()
+    shared.frames.touched.connect(touched.add)
+    shared.parameters.separate()
     assert touched == {session, other}
     session.undo_stack.undo()
     touched.clear()
@@ -119,7 +121,7 @@ def test_when_all_part_the_values_of_every_frame_are_stored(
 
 
 def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, session: Session, other: Session) -> None:
-    shared.set_own({"smoothness": 3.0}, [1])
+    shared.parameters.set_own({"smoothness": 3.0}, [1])
     assert session.notes.own == {1: {"smoothness": 3.0}}
     assert other.notes.own == {}
     assert texts(session)[-1] == "Set Smoothness of Block 1"
@@ -128,10 +130,10 @@ def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, session: 
 def test_results_of_other_values_are_out_of_date_in_all_frames(
     shared: Workspace, session: Session, other: Session, results: list
 ) -> None:
-    shared.store_results(other, results)
-    shared.set_parameters(results[0].parameters)
+    shared.runs.store_results(other, results)
+    shared.parameters.set(results[0].parameters)
     assert other.is_up_to_date(1)
-    shared.set_parameters(session.common.replace(s_criteria=0.002))
+    shared.parameters.set(session.common.replace(s_criteria=0.002))
     assert not other.is_up_to_date(1)
 
 
@@ -151,24 +153,24 @@ def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame,
     workspace = Workspace()
     names: list[str] = []
     for name in SIGNALS:
-        getattr(workspace, name).connect(lambda *_, name=name: names.append(name))
-    workspace.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
-    assert "parameters_changed" in names
+        attrgetter(name)(workspace).connect(lambda *_, name=name: names.append(name))
+    workspace.parameters.set_shared(SharedParameters(True, Parameters(smoothness=4.0)))
+    assert "parameters.changed" in names
     session = Session.of(Run(small_frame, small_labels), "origin", "key")
     workspace.add_session(session, restored=True)
-    assert workspace.parameters.smoothness == 4.0
-    workspace.show_session(None)
-    assert workspace.parameters.smoothness == 4.0
+    assert workspace.parameters.current.smoothness == 4.0
+    workspace.frames.show(None)
+    assert workspace.parameters.current.smoothness == 4.0
 
 
 def test_a_project_keeps_them_and_gives_them_back(shared: Workspace, qapp: object) -> None:
     set_smoothness(shared, 3.0)
-    shared.keep_own_parameters()
+    shared.parameters.keep_own()
     set_smoothness(shared, 7.0)
     project = project_of(shared)
     assert (project.for_all, project.common.smoothness) == (True, 3.0)
     assert [frame.summary.own_parameters for frame in project.frames] == [False, True]
     later = Workspace()
     apply_settings(later, project)
-    assert later.shared == shared.shared
-    assert later.next_parameters.smoothness == 3.0
+    assert later.parameters.shared == shared.parameters.shared
+    assert later.parameters.of_next_frame.smoothness == 3.0

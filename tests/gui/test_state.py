@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.state.blocks import KeptBlocks
 from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
-from gui.state.workspace_blocks import KeptBlocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters, preset
 from ilf.data.results import BlockResult
@@ -117,19 +117,19 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(session: Session
 
 def test_what_is_unsaved(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:
     assert not session.unsaved
-    workspace.store_results(session, results)
+    workspace.runs.store_results(session, results)
     assert session.unsaved
     early = session.stamp
-    workspace.store_results(session, results)
-    workspace.note_saved(session, early)
+    workspace.runs.store_results(session, results)
+    workspace.frames.note_saved(session, early)
     assert session.unsaved, "more has come since"
-    workspace.note_saved(session, session.stamp)
+    workspace.frames.note_saved(session, session.stamp)
     assert not session.unsaved
 
     edit(workspace, 2)
     assert session.unsaved
     state = session.stamp
-    workspace.note_saved(session, state)
+    workspace.frames.note_saved(session, state)
     assert not session.unsaved
     session.undo_stack.undo()
     assert session.unsaved
@@ -137,7 +137,7 @@ def test_what_is_unsaved(workspace: Workspace, session: Session, results: list[B
     assert not session.unsaved
     state = session.stamp
     edit(workspace, 2, columns=np.s_[8:12])
-    workspace.note_saved(session, state)
+    workspace.frames.note_saved(session, state)
     assert session.unsaved, "what was saved is not what there is"
 
 
@@ -149,33 +149,33 @@ def test_records_and_previews_of_a_run(
 ) -> None:
     first, second = results
     assert session.records_of(1) == ()
-    workspace.add_records(session, 1, first.history[:1])
-    workspace.add_records(session, 2, second.history[:1])
-    workspace.add_records(session, 1, first.history[1:])
+    workspace.runs.add_records(session, 1, first.history[:1])
+    workspace.runs.add_records(session, 2, second.history[:1])
+    workspace.runs.add_records(session, 1, first.history[1:])
     assert session.results.running == [1, 2]
     assert session.records_of(1) == list(first.history)
     assert session.current_depth() is None
 
-    workspace.add_previews(session, [(first.block, first.depth + 1), (second.block, second.depth + 1)])
+    workspace.runs.add_previews(session, [(first.block, first.depth + 1), (second.block, second.depth + 1)])
     depth = session.current_depth()
     np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth + 1)
-    assert told == ["records_added"] * 3 + ["previews_changed"]
+    assert told == ["runs.records_added"] * 3 + ["runs.previews_changed"]
     told.clear()
 
-    workspace.store_results(session, [first])
-    assert told == ["results_added"]
+    workspace.runs.store_results(session, [first])
+    assert told == ["runs.results_added"]
     assert session.results.running == [2]
     assert session.records_of(1) == first.history
     depth = session.current_depth()
     np.testing.assert_array_equal(depth[first.block.box][first.block.mask], first.depth)
     np.testing.assert_array_equal(depth[second.block.box][second.block.mask], second.depth + 1)
-    workspace.add_previews(session, [(first.block, first.depth + 9)])
+    workspace.runs.add_previews(session, [(first.block, first.depth + 9)])
     assert list(session.results.previews) == [2], "what has ended shows its result"
 
     told.clear()
-    workspace.end_run(session, keep_previews=True)
-    assert (session.results.running, list(session.results.previews), told) == ([], [2], ["results_changed"])
-    workspace.end_run(session)
+    workspace.runs.end(session, keep_previews=True)
+    assert (session.results.running, list(session.results.previews), told) == ([], [2], ["runs.results_changed"])
+    workspace.runs.end(session)
     assert not session.results.previews
     np.testing.assert_array_equal(session.current_depth(), session.completion().depth)
 
@@ -183,16 +183,18 @@ def test_records_and_previews_of_a_run(
 def test_of_other_frames_only_the_list_is_told(
     workspace: Workspace, other: Session, results: list[BlockResult], told: list[str]
 ) -> None:
-    workspace.add_records(other, 1, results[0].history)
-    workspace.add_previews(other, [(results[0].block, results[0].depth)])
+    workspace.runs.add_records(other, 1, results[0].history)
+    workspace.runs.add_previews(other, [(results[0].block, results[0].depth)])
     assert told == []
-    workspace.store_results(other, results)
-    workspace.end_run(other)
-    assert told == ["sessions_changed"] * 2
-    workspace.store_error_estimate(
-        other, other.completion(), ErrorEstimate(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool))
+    workspace.runs.store_results(other, results)
+    workspace.runs.end(other)
+    assert told == ["frames.sessions_changed"] * 2
+    workspace.runs.store_error_estimate(
+        other,
+        other.completion(),
+        ErrorEstimate(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool)),
     )
-    assert told == ["sessions_changed"] * 2
+    assert told == ["frames.sessions_changed"] * 2
     assert other.expected_error() is not None
 
 
@@ -203,17 +205,17 @@ def test_an_expected_error_is_that_of_the_present_completion(
     session.add_results(results[:1])
     early = session.completion()
     session.add_results(results[1:])
-    workspace.store_error_estimate(session, early, doubt)
+    workspace.runs.store_error_estimate(session, early, doubt)
     assert (session.expected_error(), session.unsupported(), told) == (None, None, [])
-    workspace.store_error_estimate(session, session.completion(), doubt)
+    workspace.runs.store_error_estimate(session, session.completion(), doubt)
     assert session.expected_error() is doubt.error
     assert session.unsupported() is doubt.unsupported
-    assert told == ["error_changed"]
+    assert told == ["runs.error_changed"]
     edit(workspace, 2)
     assert session.expected_error() is None
     told.clear()
-    workspace.clear_results()
-    assert told == ["results_changed"]
+    workspace.runs.clear_results()
+    assert told == ["runs.results_changed"]
 
 
 # frames
@@ -223,20 +225,20 @@ def test_opening_showing_and_closing_frames(
     workspace: Workspace, session: Session, other: Session, told: list[str]
 ) -> None:
     assert workspace.session is session
-    assert workspace.is_current(session)
-    assert not workspace.is_current(other)
-    assert workspace.session_of("other key") is other
-    assert workspace.session_of("unknown") is None
-    workspace.show_session(session)
+    assert workspace.frames.is_current(session)
+    assert not workspace.frames.is_current(other)
+    assert workspace.frames.session_of("other key") is other
+    assert workspace.frames.session_of("unknown") is None
+    workspace.frames.show(session)
     assert told == []
-    workspace.show_session(other)
-    assert told == ["about_to_change", "session_changed"]
+    workspace.frames.show(other)
+    assert told == ["blocks.about_to_change", "frames.session_changed"]
     assert workspace.undo_group.activeStack() is other.undo_stack
-    workspace.close_session(session)
+    workspace.frames.close(session)
     assert workspace.session is other, "another than the present one was closed"
-    workspace.close_session(other)
+    workspace.frames.close(other)
     assert not workspace.has_session
-    assert workspace.chosen == 0
+    assert workspace.blocks.chosen == 0
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()
     with pytest.raises(RuntimeError, match="no frame"):
         _ = workspace.session
@@ -247,10 +249,10 @@ def test_the_frame_before_a_closed_one_is_shown(
 ) -> None:
     third = Session.of(Run(small_frame, other.labels), "third", "third")
     workspace.add_session(third)
-    workspace.show_session(session)
-    workspace.close_session(session)
+    workspace.frames.show(session)
+    workspace.frames.close(session)
     assert workspace.session is other
-    workspace.close_session(other)
+    workspace.frames.close(other)
     assert workspace.session is third, "of the first one, the one that is then first"
 
 
@@ -261,20 +263,20 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     run = Run(small_frame, labels, QUICK, {3: preset()}, extraction=BlockParameters(granularity=0.9))
     recorded, alone = Session.of(run, "run.json", "run.json"), Workspace()
     alone.add_session(recorded, run)
-    assert alone.parameters == QUICK
+    assert alone.parameters.current == QUICK
     assert recorded.parameters_of(3, QUICK) == preset()
     assert list(recorded.notes.own) == [3]
     assert recorded.selected == []
-    assert alone.extraction_parameters.granularity == 0.9
+    assert alone.parameters.extraction.granularity == 0.9
 
     run = Run(small_frame, labels, QUICK, only=frozenset({2, 3}))
     second, beside = Session.of(run, "run.json", "run.json"), Workspace()
     beside.add_session(session)
     beside.add_session(second, run)
-    assert (beside.parameters, session.common) == (QUICK, preset())
+    assert (beside.parameters.current, session.common) == (QUICK, preset())
     assert second.notes.own == {}
     assert second.selected == [2, 3], "the blocks that were run"
-    assert beside.extraction_parameters == BlockParameters()
+    assert beside.parameters.extraction == BlockParameters()
 
 
 def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> None:
@@ -295,50 +297,50 @@ def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> 
 def test_edits_can_be_undone_and_each_is_said_once(workspace: Workspace, session: Session, told: list[str]) -> None:
     before = session.labels.copy()
     assert edit(workspace, 2)
-    assert told == ["about_to_change", "labels_changed", "results_changed"]
+    assert told == ["blocks.about_to_change", "blocks.labels_changed", "runs.results_changed"]
     assert (session.labels[0:4, 0:5] == 2).all()
     assert session.undo_stack.undoText() == "Edit"
     told.clear()
     session.undo_stack.undo()
     np.testing.assert_array_equal(session.labels, before)
-    assert told == ["about_to_change", "labels_changed", "results_changed"]
+    assert told == ["blocks.about_to_change", "blocks.labels_changed", "runs.results_changed"]
     session.undo_stack.redo()
     assert (session.labels[0:4, 0:5] == 2).all()
     told.clear()
-    assert not workspace.edit_labels(None, "Nothing")
+    assert not workspace.blocks.edit(None, "Nothing")
     assert told == []
 
 
 def test_the_changed_box_is_told(workspace: Workspace, qtbot: QtBot) -> None:
-    with qtbot.waitSignal(workspace.labels_changed) as signal:
+    with qtbot.waitSignal(workspace.blocks.labels_changed) as signal:
         edit(workspace, 2, rows=np.s_[3:9], columns=np.s_[4:6])
     assert signal.args == [(slice(3, 9), slice(4, 6))]
 
 
 def test_of_edits_of_other_frames_only_the_list_is_told(workspace: Workspace, other: Session, told: list[str]) -> None:
-    workspace.show_session(other)
+    workspace.frames.show(other)
     edit(workspace, 2)
-    workspace.edit_info(1, "Rename", name="Floor")
-    workspace.show_session(workspace.sessions[1])
+    workspace.blocks.edit_info(1, "Rename", name="Floor")
+    workspace.frames.show(workspace.frames.sessions[1])
     told.clear()
     other.undo_stack.undo()
     other.undo_stack.undo()
-    assert set(told) == {"sessions_changed"}
+    assert set(told) == {"frames.sessions_changed"}
     assert other.labels[0, 0] == 1
     assert other.info(1).name == "Block 1"
 
 
 def test_a_stroke_is_one_step(workspace: Workspace, session: Session, told: list[str]) -> None:
     before = session.labels.copy()
-    workspace.stroke(None)
-    assert not workspace.end_stroke("Paint")
+    workspace.blocks.stroke(None)
+    assert not workspace.blocks.end_stroke("Paint")
     for column in (0, 4):
-        workspace.stroke(patch_between(session.labels, painted(session, 2, columns=np.s_[column : column + 4])))
-    assert told == ["stroke_changed"] * 2
-    assert workspace.end_stroke("Paint")
+        workspace.blocks.stroke(patch_between(session.labels, painted(session, 2, columns=np.s_[column : column + 4])))
+    assert told == ["blocks.stroke_changed"] * 2
+    assert workspace.blocks.end_stroke("Paint")
     assert session.undo_stack.count() == 1
     assert (session.labels[0:4, 0:8] == 2).all()
-    assert told[2:] == ["labels_changed", "results_changed"]
+    assert told[2:] == ["blocks.labels_changed", "runs.results_changed"]
     session.undo_stack.undo()
     np.testing.assert_array_equal(session.labels, before)
     session.undo_stack.redo()
@@ -349,14 +351,14 @@ def test_a_stroke_that_is_given_up_leaves_nothing(
     workspace: Workspace, session: Session, other: Session, told: list[str]
 ) -> None:
     before = session.labels.copy()
-    assert not workspace.drop_stroke()
-    workspace.stroke(patch_between(before, painted(session, 2)))
-    assert workspace.drop_stroke()
+    assert not workspace.blocks.drop_stroke()
+    workspace.blocks.stroke(patch_between(before, painted(session, 2)))
+    assert workspace.blocks.drop_stroke()
     np.testing.assert_array_equal(session.labels, before)
-    assert told == ["stroke_changed"] * 2
-    assert not workspace.drop_stroke()
-    workspace.stroke(patch_between(before, painted(session, 2)))
-    workspace.show_session(other)
+    assert told == ["blocks.stroke_changed"] * 2
+    assert not workspace.blocks.drop_stroke()
+    workspace.blocks.stroke(patch_between(before, painted(session, 2)))
+    workspace.frames.show(other)
     np.testing.assert_array_equal(session.labels, before, "leaving the frame gives the stroke up")
     assert session.undo_stack.count() == 0
 
@@ -364,14 +366,14 @@ def test_a_stroke_that_is_given_up_leaves_nothing(
 def test_names_and_locks_are_undoable_and_visibility_is_not(
     workspace: Workspace, session: Session, told: list[str]
 ) -> None:
-    workspace.edit_info(1, "Rename block", name="Floor")
-    workspace.set_lock(1, True)
+    workspace.blocks.edit_info(1, "Rename block", name="Floor")
+    workspace.blocks.set_lock(1, True)
     assert session.undo_stack.undoText() == "Lock Floor"
     assert session.locked == {1}
-    workspace.set_lock(1, False)
+    workspace.blocks.set_lock(1, False)
     assert session.undo_stack.undoText() == "Unlock Floor"
-    workspace.set_visible(2, False)
-    assert told == ["infos_changed"] * 4
+    workspace.blocks.set_visible(2, False)
+    assert told == ["blocks.infos_changed"] * 4
     assert session.undo_stack.count() == 3
     for _ in range(3):
         session.undo_stack.undo()
@@ -380,20 +382,20 @@ def test_names_and_locks_are_undoable_and_visibility_is_not(
 
 
 def test_chosen_blocks(workspace: Workspace, session: Session, told: list[str]) -> None:
-    assert workspace.chosen == 0
-    workspace.select([2, 1])
-    assert workspace.chosen == 2
-    workspace.select([2, 1])
-    assert told == ["selection_changed"]
-    Workspace().select([1])
+    assert workspace.blocks.chosen == 0
+    workspace.blocks.select([2, 1])
+    assert workspace.blocks.chosen == 2
+    workspace.blocks.select([2, 1])
+    assert told == ["blocks.selection_changed"]
+    Workspace().blocks.select([1])
 
 
 def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace: Workspace, session: Session) -> None:
     session.info(2)
-    workspace.select([2, 1])
+    workspace.blocks.select([2, 1])
     edit(workspace, 1, rows=np.s_[:], columns=np.s_[:])
     assert session.selected == [1]
-    new = workspace.start_block()
+    new = workspace.blocks.start()
     assert (new, session.selected) == (3, [3])
     edit(workspace, 0)
     assert session.selected == [3], "it has never been there"
@@ -409,7 +411,7 @@ def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session:
     fresh = np.full(session.frame.shape, 7, np.int32)
     fresh[:24] = 5
     before = session.labels.copy()
-    assert workspace.set_extracted(session, extraction(session, fresh), used) == KeptBlocks(1, 0, False)
+    assert workspace.blocks.set_extracted(session, extraction(session, fresh), used) == KeptBlocks(1, 0, False)
     np.testing.assert_array_equal(session.labels == 1, before == 1)
     assert len(session.counts()) == 3
     assert session.undo_stack.undoText() == "Extract blocks"
@@ -429,30 +431,32 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(
     workspace: Workspace, session: Session, told: list[str]
 ) -> None:
     edit(workspace, 3)
-    assert workspace.staying(session) == (frozenset(), {3})
+    assert workspace.blocks.staying(session) == (frozenset(), {3})
     session.change_info(3, locked=True)
     session.change_info(8, locked=True)
-    assert workspace.staying(session) == ({3}, frozenset()), "8 is not there"
+    assert workspace.blocks.staying(session) == ({3}, frozenset()), "8 is not there"
     session.change_info(3, locked=False)
     told.clear()
-    workspace.set_keeps_handmade(False)
-    assert told == ["extraction_changed"]
-    assert workspace.staying(session) == (frozenset(), frozenset())
-    workspace.set_keeps_handmade(True)
+    workspace.parameters.set_keeps_handmade(False)
+    assert told == ["parameters.extraction_changed"]
+    assert workspace.blocks.staying(session) == (frozenset(), frozenset())
+    workspace.parameters.set_keeps_handmade(True)
     fresh = np.ones(session.frame.shape, np.int32)
-    assert workspace.set_extracted(session, extraction(session, fresh), BlockParameters()) == KeptBlocks(0, 1, False)
+    assert workspace.blocks.set_extracted(session, extraction(session, fresh), BlockParameters()) == KeptBlocks(
+        0, 1, False
+    )
     assert session.handmade() == {3}
-    workspace.set_lock(3, True)
+    workspace.blocks.set_lock(3, True)
     for label in set(session.counts()) - {3}:
         session.set_labels(np.where(session.labels == label, 0, session.labels))
-    assert workspace.set_extracted(session, extraction(session, session.labels), BlockParameters()).all_of_them
+    assert workspace.blocks.set_extracted(session, extraction(session, session.labels), BlockParameters()).all_of_them
 
 
 def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Workspace, session: Session) -> None:
     session.change_info(1, name="Floor")
     session.notes.own[2] = QUICK_OWN
     used = BlockParameters(granularity=0.1)
-    workspace.set_extracted(session, extraction(session, session.labels), used)
+    workspace.blocks.set_extracted(session, extraction(session, session.labels), used)
     assert session.undo_stack.count() == 0
     assert session.notes.extraction == used
     assert (session.info(1).name, session.notes.own) == ("Floor", {2: QUICK_OWN})
@@ -461,7 +465,7 @@ def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Worksp
 def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Session) -> None:
     session.change_info(2, locked=True)
     before = session.labels.copy()
-    workspace.replace_labels(np.full(session.frame.shape, 9, np.int32), "Load blocks")
+    workspace.blocks.replace(np.full(session.frame.shape, 9, np.int32), "Load blocks")
     np.testing.assert_array_equal(session.labels == 2, before == 2)
     assert len(session.counts()) == 2
     assert session.notes.extraction is None
@@ -476,7 +480,7 @@ def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbe
     before = session.labels.copy()
     loaded = np.where(before == 2, 7, 2).astype(np.int32)
     loaded[:1][before[:1] != 2] = 1
-    workspace.replace_labels(loaded, "Load blocks", {1: "Wall", 2: "Floor", 7: "Under the locked one"})
+    workspace.blocks.replace(loaded, "Load blocks", {1: "Wall", 2: "Floor", 7: "Under the locked one"})
     names = {label: session.info(label).name for label in session.counts()}
     assert names.pop(2) == "Mine"
     assert sorted(names.values()) == ["Floor", "Wall"]
@@ -487,7 +491,7 @@ def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbe
 
 
 def test_the_same_blocks_with_other_names_are_one_step(workspace: Workspace, session: Session) -> None:
-    workspace.replace_labels(session.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
+    workspace.blocks.replace(session.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
     assert session.info(1).name == "Wall"
     assert session.undo_stack.count() == 1
     workspace.undo_group.undo()

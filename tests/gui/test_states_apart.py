@@ -68,7 +68,7 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, 
     bench.runs.start()
     mask = np.zeros(bench.frame.shape, bool)
     mask[:4, :4] = True
-    bench.workspace.set_invalid_mask(mask, "Distrust depth")
+    bench.workspace.blocks.set_invalid_mask(mask, "Distrust depth")
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.session.valid_results() == {}
@@ -79,10 +79,10 @@ def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, 
 def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: Bench, until: Until) -> None:
     run_all(bench, until)
     block = bench.session.labels == 2
-    bench.workspace.edit_labels(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
-    bench.workspace.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
+    bench.workspace.blocks.edit(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
+    bench.workspace.blocks.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
     bench.session.valid_results()  # as the views ask for them during a stroke
-    bench.workspace.end_stroke("Paint")
+    bench.workspace.blocks.end_stroke("Paint")
     assert bench.session.notes.drawn is not None
     assert bench.session.notes.drawn[block].any()
     assert 2 not in bench.session.valid_results()
@@ -102,7 +102,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
     for count, column in enumerate((26, 22), 1):
         drawn = bench.session.notes.drawn
         former = None if drawn is None else drawn.copy()
-        bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
+        bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
         until(lambda count=count: len(asked) == count)
         before, after = asked[-1]
         np.testing.assert_array_equal(after.drawn, bench.session.notes.drawn)
@@ -121,13 +121,13 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
 ) -> None:
     run_all(bench, until)
     first = bench.session.completion()
-    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     run_all(bench, until)
     assert bench.session.completion() is not first
     bench.session.undo_stack.undo()
     now = bench.session.completion()
     assert now is not None
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     shown: list[np.ndarray] = []
     views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
     effect.look(True)
@@ -138,11 +138,11 @@ def test_other_blocks_leave_nothing_to_look_back_to(
     bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     line = effect.parent()
     assert isinstance(line, EditSummaryLine)
     assert "Paint" in line.label.text()
-    bench.workspace.replace_labels(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
+    bench.workspace.blocks.replace(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
     assert "Paint" not in line.label.text()
     shown: list[np.ndarray] = []
     views._views.set_blocks = lambda labels, _: shown.append(labels.copy())  # type: ignore[method-assign]
@@ -157,7 +157,7 @@ def test_what_is_shown_while_one_looks_back_stays(
     shown: list[np.ndarray | None] = []
     drawn: list[np.ndarray] = []
     former = bench.session.labels.copy()
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
     views._views.set_blocks = lambda labels, _: drawn.append(labels.copy())  # type: ignore[method-assign]
     effect.look(True)
@@ -174,7 +174,7 @@ def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     bench: Bench, effect: EditSummaryPresenter, views: ViewsPresenter
 ) -> None:
     bench.script.allow()
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     small = np.s_[:20, :30]
     frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
@@ -202,34 +202,34 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
     bench: Bench, effect: EditSummaryPresenter, until: Until
 ) -> None:
     run_all(bench, until)
-    bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.blocks.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
     bench.runs.start({3})
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.session.changed_blocks() == [])
 
 
 def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
     workspace = bench.workspace
-    common = workspace.parameters
+    common = workspace.parameters.current
     quick = common.replace(max_iterations=7)
-    workspace.set_parameters(quick)
+    workspace.parameters.set(quick)
     second = bench.open("second")
-    assert workspace.parameters == quick, "a frame begins with what the one before it has"
-    workspace.set_parameters(quick.replace(s_criteria=0.003))
+    assert workspace.parameters.current == quick, "a frame begins with what the one before it has"
+    workspace.parameters.set(quick.replace(s_criteria=0.003))
     assert bench.session.common == quick
     bench.session.undo_stack.undo()
-    assert workspace.parameters == quick.replace(s_criteria=0.003), "the other frame's step stays"
+    assert workspace.parameters.current == quick.replace(s_criteria=0.003), "the other frame's step stays"
     second.undo_stack.undo()
-    assert (workspace.parameters, bench.session.common) == (quick, common)
+    assert (workspace.parameters.current, bench.session.common) == (quick, common)
 
 
 def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: ViewsPresenter) -> None:
     editor = Editor(bench.workspace, views._views)
     commands = BlockCommands(bench.workspace, editor)
     former = bench.session.labels.copy()
-    bench.workspace.select([1])
+    bench.workspace.blocks.select([1])
     editor.set_tool("paint")
-    bench.workspace.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
+    bench.workspace.blocks.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
     commands.delete()
     bench.session.undo_stack.undo()
     np.testing.assert_array_equal(bench.session.labels, former)
@@ -239,8 +239,8 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: Vi
 def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> None:
     run_all(bench, until)
     assert behind(bench.session) == ""
-    bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
-    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    bench.workspace.blocks.edit(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     assert behind(bench.session) == (
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
         "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
@@ -250,7 +250,7 @@ def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> Non
 def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
     bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: 1.0)
+    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
     workspace, session = bench.workspace, bench.session
 
     def kept() -> list[int]:
@@ -261,9 +261,9 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
         until(lambda: bench.runs.state is RunState.IDLE)
 
     run_all(bench, until)
-    first = workspace.parameters
+    first = workspace.parameters.current
     for limit in range(100, 110):
-        workspace.set_parameters(first.replace(max_iterations=limit))
+        workspace.parameters.set(first.replace(max_iterations=limit))
         solve()
     assert kept() == [first.max_iterations, 109]
     session.undo_stack.undo()
@@ -271,7 +271,7 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
     solve()
     session.undo_stack.redo()
     assert session.is_up_to_date(1)
-    workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     solve()
     assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
@@ -279,9 +279,9 @@ def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
 def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: Until) -> None:
     run_all(bench, until)
     block = bench.session.valid_results()[1].block
-    bench.workspace.add_records(bench.session, 1, [])
-    bench.workspace.add_previews(bench.session, [(block, np.full(block.mask.sum(), 9.0, np.float32))])
-    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    bench.workspace.runs.add_records(bench.session, 1, [])
+    bench.workspace.runs.add_previews(bench.session, [(block, np.full(block.mask.sum(), 9.0, np.float32))])
+    bench.workspace.blocks.edit(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     depth = bench.session.current_depth()
     assert depth is not None
     assert (depth[5:20, 26:30] != 9.0).all()
@@ -289,9 +289,9 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: 
 
 
 def test_an_export_during_a_drag_has_not_saved_what_came_after(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: 1.0)
-    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
+    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
     state = bench.session.stamp
-    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=8))
-    bench.workspace.note_saved(bench.session, state)
+    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=8))
+    bench.workspace.frames.note_saved(bench.session, state)
     assert bench.session.unsaved

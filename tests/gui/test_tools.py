@@ -99,7 +99,7 @@ def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None
     border.drag([(45, 20), (55, 20)], release=False)
     assert "no pixel changes" in border.tool.hint
     border.tool.cancel(host)
-    host.workspace.set_lock(2, True)
+    host.workspace.blocks.set_lock(2, True)
     border.drag([(30, 10), (24, 16), (24, 24), (30, 30)], release=False)
     assert "Block 2 is locked" in border.tool.hint
 
@@ -322,7 +322,7 @@ def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) ->
 
 
 def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host: ToolHost) -> None:
-    host.workspace.edit_labels(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
     hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
     assert host.steps[-1] == "Split Block 3"
     assert (host.labels[:, :30] == 1).all()
@@ -367,7 +367,7 @@ def test_erased_pixels_go_to_the_neighbour_unless_they_shall_not(host: ToolHost)
 
 
 def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> None:
-    host.workspace.edit_labels(_all_to(host, 1), "All")
+    host.workspace.blocks.edit(_all_to(host, 1), "All")
     host.select([1])
     host.session.info(2)
     host.select([2])
@@ -401,8 +401,8 @@ def test_a_stroke_that_is_given_up_was_never_there(host: ToolHost) -> None:
 
 
 def test_a_click_gives_a_part_or_with_control_a_region(host: ToolHost) -> None:
-    host.workspace.edit_labels(_all_to(host, 1), "All")
-    host.workspace.edit_labels(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
+    host.workspace.blocks.edit(_all_to(host, 1), "All")
+    host.workspace.blocks.edit(_box_to(host, 5, np.s_[5:15, 20:40]), "Box")
     host.session.info(7)
     host.select([7])
     give = hand(host, "give")
@@ -438,7 +438,7 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
     assert (host.labels[:, :50] == 1).all(), "begun in the block itself, it is for the chosen one: what is beside that"
     assert (host.labels[:, 51:] == 2).all()
     host.session.undo_stack.undo()
-    host.workspace.set_lock(2, True)
+    host.workspace.blocks.set_lock(2, True)
     give.drag([(25, 20.5), (40, 20.5), (62, 20.5)])
     assert "locked" in host.said[-1]
     assert np.array_equal(host.labels, before)
@@ -446,8 +446,8 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
 
 def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) -> None:
     """The line goes along the rim of a third block, farther than through the block that it cuts."""
-    host.workspace.edit_labels(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
-    host.workspace.edit_labels(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:10, 30:]), "Third block")
+    host.workspace.blocks.edit(_box_to(host, 4, np.s_[10:13, 30:]), "To be cut")
     hand(host, "give").drag([(28, 8.5), (33, 8.5), (43.5, 8.5), (43.5, 15)])
     assert (host.labels[:10, 30:] == 3).all()
     assert (host.labels[10:13, 30:43] == 1).all()
@@ -456,7 +456,7 @@ def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) 
 
 def _three_blocks(host: ToolHost) -> None:
     """Block 3 in the upper left corner, above Block 1; Block 2 on the right of both."""
-    host.workspace.edit_labels(_box_to(host, 3, np.s_[:24, :30]), "Third block")
+    host.workspace.blocks.edit(_box_to(host, 3, np.s_[:24, :30]), "Third block")
 
 
 def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> None:
@@ -488,7 +488,7 @@ def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHo
 
 def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
     _three_blocks(host)
-    host.workspace.edit_labels(_box_to(host, 5, np.s_[:10, :10]), "Corner")
+    host.workspace.blocks.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
     host.select([5])
     give = hand(host, "give")
     give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
@@ -524,7 +524,7 @@ def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:
     assert host.session.selected == [1]
     give.click((50, 10), "s")
     assert host.session.selected == [2]
-    host.workspace.set_lock(1, True)
+    host.workspace.blocks.set_lock(1, True)
     give.click((10, 10))
     assert "locked" in host.said[-1]
     assert (host.labels[:, :30] == 1).all()
@@ -581,7 +581,7 @@ def test_shift_adds_and_a_band_chooses_what_lies_in_it(host: ToolHost) -> None:
 
 
 def test_locked_blocks_are_left_alone_by_every_tool(host: ToolHost) -> None:
-    host.workspace.set_lock(2, True)
+    host.workspace.blocks.set_lock(2, True)
     host.select([2])
     before = host.labels.copy()
     for name in ("border", "split", "paint", "erase", "outline"):
@@ -649,7 +649,7 @@ def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(
 ) -> None:
     before = host.labels.copy()
     host.select([1])
-    host.workspace.set_lock(2, True)
+    host.workspace.blocks.set_lock(2, True)
     hand(host, name).drag(line)
     assert np.array_equal(host.labels, before)
     assert "Block 2 is locked" in host.said[-1]

@@ -54,7 +54,7 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
         tool.undo_last(host)
         tool.cancel(host)
     elif how == "left":
-        host.workspace.about_to_change.emit()
+        host.workspace.blocks.about_to_change.emit()
 
 
 def test_whatever_a_hand_does(small_frame: RGBDFrame, qapp: QObject) -> None:
@@ -88,7 +88,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     host.session.change_info(LOCKED, locked=True)
     tools = make_tools()
     for tool in tools.values():
-        host.workspace.about_to_change.connect(lambda tool=tool: tool.cancel(host))
+        host.workspace.blocks.about_to_change.connect(lambda tool=tool: tool.cancel(host))
     stack = host.session.undo_stack
     seen = {0: _state(host)}
     edits = 0

@@ -30,76 +30,80 @@ def _kept(session: Session) -> StoredRun:
 def _mark_invalid(workspace: Workspace, session: Session) -> None:
     mask = np.zeros(session.labels.shape, bool)
     mask[:3, :3] = True
-    workspace.set_invalid_mask(mask, "MarkInvalid")
+    workspace.blocks.set_invalid_mask(mask, "MarkInvalid")
 
 
 def _extrapolation(workspace: Workspace, session: Session) -> None:
     base = session.completion()
     assert base is not None
-    workspace.store_extrapolation(session, base, replace(base, extrapolated=base.filled))
+    workspace.runs.store_extrapolation(session, base, replace(base, extrapolated=base.filled))
 
 
 WORK: dict[str, Do] = {
     "edit": lambda workspace, session: edit(workspace, 2),
-    "name": lambda workspace, session: workspace.edit_info(1, "Rename", name="Wall"),
-    "colour": lambda workspace, session: workspace.edit_info(1, "Recolour", colour=(1, 2, 3)),
-    "lock": lambda workspace, session: workspace.set_lock(1, True),
-    "visibility": lambda workspace, session: workspace.set_visible(1, False),
-    "parameters": lambda workspace, session: workspace.set_parameters(QUICK),
-    "own values": lambda workspace, session: workspace.set_own(QUICK_OWN, [1]),
+    "name": lambda workspace, session: workspace.blocks.edit_info(1, "Rename", name="Wall"),
+    "colour": lambda workspace, session: workspace.blocks.edit_info(1, "Recolour", colour=(1, 2, 3)),
+    "lock": lambda workspace, session: workspace.blocks.set_lock(1, True),
+    "visibility": lambda workspace, session: workspace.blocks.set_visible(1, False),
+    "parameters": lambda workspace, session: workspace.parameters.set(QUICK),
+    "own values": lambda workspace, session: workspace.parameters.set_own(QUICK_OWN, [1]),
     "distrusted depth": _mark_invalid,
-    "ground_truth": lambda workspace, session: workspace.set_ground_truth(np.ones(session.labels.shape, np.float32)),
-    "other blocks": lambda workspace, session: workspace.replace_labels(np.ones_like(session.labels), "Load"),
-    "extraction": lambda workspace, session: workspace.set_extracted(
+    "ground_truth": lambda workspace, session: workspace.blocks.set_ground_truth(
+        np.ones(session.labels.shape, np.float32)
+    ),
+    "other blocks": lambda workspace, session: workspace.blocks.replace(np.ones_like(session.labels), "Load"),
+    "extraction": lambda workspace, session: workspace.blocks.set_extracted(
         session, extraction(session, np.ones_like(session.labels)), BlockParameters()
     ),
-    "results go": lambda workspace, session: workspace.clear_results(),
+    "results go": lambda workspace, session: workspace.runs.clear_results(),
     "a guess": _extrapolation,
-    "a run": lambda workspace, session: workspace.keep_run(session, _kept(session)),
-    "a run's name": lambda workspace, session: workspace.change_run(session, session.run_history[0], name="best"),
-    "runs go": lambda workspace, session: workspace.delete_runs(session, session.run_history[:1]),
-    "a run goes": lambda workspace, session: workspace.drop_run(session, session.run_history[0]),
-    "note": lambda workspace, session: workspace.set_note(workspace.entries[1], "Look here."),
-    "a block that is looked at": lambda workspace, session: workspace.mark_checked([1]),
-    "a frame comes": lambda workspace, session: workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))]),
-    "a frame goes": lambda workspace, session: workspace.remove_entries([workspace.entries[0]]),
-    "what blocks are extracted with": lambda workspace, session: workspace.set_extraction_parameters(
+    "a run": lambda workspace, session: workspace.runs.keep(session, _kept(session)),
+    "a run's name": lambda workspace, session: workspace.runs.change(session, session.run_history[0], name="best"),
+    "runs go": lambda workspace, session: workspace.runs.delete(session, session.run_history[:1]),
+    "a run goes": lambda workspace, session: workspace.runs.drop(session, session.run_history[0]),
+    "note": lambda workspace, session: workspace.frames.set_note(workspace.frames.entries[1], "Look here."),
+    "a block that is looked at": lambda workspace, session: workspace.blocks.mark_checked([1]),
+    "a frame comes": lambda workspace, session: workspace.frames.add_entries(
+        [Entry("new", "/a/b", "b", FrameSource("/a/b"))]
+    ),
+    "a frame goes": lambda workspace, session: workspace.frames.remove_entries([workspace.frames.entries[0]]),
+    "what blocks are extracted with": lambda workspace, session: workspace.parameters.set_extraction(
         BlockParameters(granularity=0.7)
     ),
-    "whether blocks made by hand stay": lambda workspace, session: workspace.set_keeps_handmade(False),
-    "parameters for all frames": lambda workspace, session: workspace.share_parameters(),
+    "whether blocks made by hand stay": lambda workspace, session: workspace.parameters.set_keeps_handmade(False),
+    "parameters for all frames": lambda workspace, session: workspace.parameters.share(),
     "note on a frame that is not open": lambda workspace, session: _note_closed(workspace),
 }
 
 LOOKS: dict[str, Do] = {
-    "selection": lambda workspace, session: workspace.select([2]),
-    "another frame": lambda workspace, session: workspace.show_session(workspace.sessions[0]),
-    "rectangle": lambda workspace, session: workspace.set_region((slice(1, 5), slice(2, 7))),
-    "compared runs": lambda workspace, session: workspace.compare(session.run_history[:1]),
-    "how good a run is": lambda workspace, session: workspace.note_measured(session),
+    "selection": lambda workspace, session: workspace.blocks.select([2]),
+    "another frame": lambda workspace, session: workspace.frames.show(workspace.frames.sessions[0]),
+    "rectangle": lambda workspace, session: workspace.blocks.set_region((slice(1, 5), slice(2, 7))),
+    "compared runs": lambda workspace, session: workspace.runs.compare(session.run_history[:1]),
+    "how good a run is": lambda workspace, session: workspace.runs.note_measured(session),
     "zoom": lambda workspace, session: session.view.update(place=[1, 2, 3]),
     "the first extraction": lambda workspace, session: _first_extraction(workspace, session),
 }
 
 
 def _note_closed(workspace: Workspace) -> None:
-    workspace.unload(workspace.sessions[0])
-    workspace.set_note(workspace.entries[0], "Later.")
+    workspace.frames.unload(workspace.frames.sessions[0])
+    workspace.frames.set_note(workspace.frames.entries[0], "Later.")
 
 
 def _first_extraction(workspace: Workspace, session: Session) -> None:
     fresh = Session(session.frame, "fresh", "fresh")
     workspace.add_session(fresh)
-    workspace.set_first_blocks(fresh, extraction(session, session.labels), BlockParameters())
-    workspace.remove_entries([entry for entry in workspace.entries if entry.session is fresh])
+    workspace.blocks.set_first(fresh, extraction(session, session.labels), BlockParameters())
+    workspace.frames.remove_entries([entry for entry in workspace.frames.entries if entry.session is fresh])
 
 
 @pytest.fixture
 def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> CurrentProject:
     """A project with results and a kept run, of which the file holds all."""
-    workspace.store_results(session, results)
+    workspace.runs.store_results(session, results)
     session.to_check = {1}
-    workspace.keep_run(session, _kept(session))
+    workspace.runs.keep(session, _kept(session))
     session.next_run += 1
     present = CurrentProject(workspace, workspace)
     _save(present, workspace)
@@ -107,9 +111,9 @@ def saved(workspace: Workspace, session: Session, results: list[BlockResult]) ->
 
 
 def _save(present: CurrentProject, workspace: Workspace) -> None:
-    for session in workspace.sessions:
-        workspace.note_saved(session, session.stamp)
-    for entry in workspace.entries:
+    for session in workspace.frames.sessions:
+        workspace.frames.note_saved(session, session.stamp)
+    for entry in workspace.frames.entries:
         if entry.session is None:
             entry.set_unsaved(False)
     present.take(Path("room.ilf"))
@@ -121,11 +125,11 @@ def test_work_is_unsaved_and_saved_work_is_not(
     saved: CurrentProject, workspace: Workspace, session: Session, do: Do
 ) -> None:
     told: list[object] = []
-    workspace.touched.connect(told.append)
-    workspace.project_touched.connect(lambda: told.append(None))
+    workspace.frames.touched.connect(told.append)
+    workspace.frames.project_touched.connect(lambda: told.append(None))
     do(workspace, session)
     assert saved.unsaved
-    assert saved.words() or any(entry.unsaved_summary() for entry in workspace.entries)
+    assert saved.words() or any(entry.unsaved_summary() for entry in workspace.frames.entries)
     assert told, "who keeps the work has been told"
     _save(saved, workspace)
 
@@ -140,21 +144,21 @@ def test_what_is_only_looked_at_is_no_work(
 
 def test_the_work_is_told_in_words(saved: CurrentProject, workspace: Workspace, session: Session) -> None:
     assert session.unsaved_summary() == ""
-    workspace.set_lock(1, True)
-    workspace.edit_info(1, "Rename", name="Wall")
-    workspace.keep_run(session, _kept(session))
+    workspace.blocks.set_lock(1, True)
+    workspace.blocks.edit_info(1, "Rename", name="Wall")
+    workspace.runs.keep(session, _kept(session))
     assert session.unsaved_summary() == "2 edits, 1 run"
-    workspace.unload(session)
-    assert workspace.entries[1].unsaved_summary() == "2 edits, 1 run"
-    workspace.set_visible(1, False)
+    workspace.frames.unload(session)
+    assert workspace.frames.entries[1].unsaved_summary() == "2 edits, 1 run"
+    workspace.blocks.set_visible(1, False)
     assert workspace.session.unsaved_summary() == "changes"
 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
     present = CurrentProject(workspace, workspace)
-    workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
+    workspace.frames.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
     assert not present.unsaved
-    workspace.set_keeps_handmade(False)
+    workspace.parameters.set_keeps_handmade(False)
     assert present.words() == "extraction parameters"
-    workspace.set_keeps_handmade(True)
+    workspace.parameters.set_keeps_handmade(True)
     assert not present.unsaved

@@ -50,22 +50,22 @@ class ToolHost:
         return [stack.text(index) for index in range(stack.index())]
 
     def select(self, labels: list[int]) -> None:
-        self.workspace.select(labels)
+        self.workspace.blocks.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str) -> bool:
-        return self.workspace.edit_labels(patch, text)
+        return self.workspace.blocks.edit(patch, text)
 
     def stroke(self, patch: LabelPatch | None) -> None:
-        self.workspace.stroke(patch)
+        self.workspace.blocks.stroke(patch)
 
     def end_stroke(self, text: str) -> bool:
-        return self.workspace.end_stroke(text) is not None
+        return self.workspace.blocks.end_stroke(text) is not None
 
     def drop_stroke(self) -> bool:
-        return self.workspace.drop_stroke()
+        return self.workspace.blocks.drop_stroke()
 
     def mark_invalid(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
-        return self.workspace.set_invalid_mask(mask, text)
+        return self.workspace.blocks.set_invalid_mask(mask, text)
 
     def show_preview(self, preview: Preview | None) -> None:
         self.preview = preview

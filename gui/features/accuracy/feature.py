@@ -58,25 +58,25 @@ class AccuracyFeature(Feature):
         actions["remove_ground_truth"].triggered.connect(lambda _=False: self.remove_ground_truth())
         actions["hold_out_test"].triggered.connect(lambda _=False: self.ask_test())
         workspace, panel = context.workspace, self.panel
-        changed = workspace.session_changed, workspace.labels_changed, workspace.results_changed
+        changed = workspace.frames.session_changed, workspace.blocks.labels_changed, workspace.runs.results_changed
         shown = (
-            workspace.ground_truth_changed,
-            workspace.infos_changed,
-            workspace.selection_changed,
+            workspace.blocks.ground_truth_changed,
+            workspace.blocks.infos_changed,
+            workspace.blocks.selection_changed,
             panel.became_visible,
         )
         context.refresh.add(
             "accuracy",
             self.ground_truth.show,
-            (*changed, *shown, workspace.region_changed, workspace.compared_changed, panel.pixels_changed),
-            (workspace.results_added,),
+            (*changed, *shown, workspace.blocks.region_changed, workspace.runs.compared_changed, panel.pixels_changed),
+            (workspace.runs.results_added,),
         )
         context.refresh.add(
             "hold-out",
             self.hidden.show,
             (
-                *(*changed, *shown, workspace.parameters_changed, panel.part_changed),
-                *(workspace.invalid_mask_changed, workspace.guide_changed),
+                *(*changed, *shown, workspace.parameters.changed, panel.part_changed),
+                *(workspace.blocks.invalid_mask_changed, workspace.blocks.guide_changed),
             ),
         )
         context.refresh.add(
@@ -84,14 +84,14 @@ class AccuracyFeature(Feature):
             self._update_block_errors,
             (
                 *changed,
-                workspace.ground_truth_changed,
-                workspace.parameters_changed,
+                workspace.blocks.ground_truth_changed,
+                workspace.parameters.changed,
                 self.ground_truth.evaluated,
                 self.hidden.tested,
             ),
         )
-        workspace.session_changed.connect(self._select_page)
-        workspace.ground_truth_changed.connect(self._select_page)
+        workspace.frames.session_changed.connect(self._select_page)
+        workspace.blocks.ground_truth_changed.connect(self._select_page)
         self._select_page()
 
     def ask_ground_truth(self) -> None:
@@ -115,7 +115,7 @@ class AccuracyFeature(Feature):
 
     def remove_ground_truth(self) -> None:
         """Remove the ground truth of the current frame."""
-        self.context.workspace.set_ground_truth(None)
+        self.context.workspace.blocks.set_ground_truth(None)
         self.context.notes.show_message("Ground truth removed.")
 
     def ask_test(self) -> None:
@@ -135,10 +135,12 @@ class AccuracyFeature(Feature):
 
     def _take_ground_truth(self, session: Session, frame: RGBDFrame) -> None:
         workspace = self.context.workspace
-        if session not in workspace.sessions:
+        if session not in workspace.frames.sessions:
             return
-        workspace.show_session(session)  # another frame may have been opened meanwhile
-        workspace.set_ground_truth(frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth)
+        workspace.frames.show(session)  # another frame may have been opened meanwhile
+        workspace.blocks.set_ground_truth(
+            frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth
+        )
         self.context.panels.reveal(_TITLE)
 
     def _select_page(self) -> None:
@@ -164,4 +166,4 @@ class AccuracyFeature(Feature):
             errors = BlockErrors(HOLD_OUT, outcome.errors_of(session))
         else:
             errors = BlockErrors()
-        workspace.set_block_errors(session, errors)
+        workspace.blocks.set_block_errors(session, errors)

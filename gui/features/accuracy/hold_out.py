@@ -152,7 +152,7 @@ class HoldOutPresenter(QObject):
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("The hold-out test was cancelled."))
         panel.cancelled.connect(self.worker.cancel)
-        context.workspace.sessions_changed.connect(self._cancel_closed)
+        context.workspace.frames.sessions_changed.connect(self._cancel_closed)
 
     @property
     def testing(self) -> Session | None:
@@ -192,7 +192,7 @@ class HoldOutPresenter(QObject):
     def show(self) -> None:
         """Show the hold-out errors of the current frame."""
         workspace, outcome = self._context.workspace, self.outcome
-        chosen = workspace.chosen
+        chosen = workspace.blocks.chosen
         self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
         if outcome is None:
             testing = self.worker.busy and workspace.has_session and workspace.session is self._testing
@@ -212,12 +212,12 @@ class HoldOutPresenter(QObject):
 
     def _finish(self, outcome: HoldOutOutcome) -> None:
         session = self._testing
-        if session is not None and session in self._context.workspace.sessions:
+        if session is not None and session in self._context.workspace.frames.sessions:
             self._outcomes[session] = outcome
             for one in outcome.tested:
                 kept = one.candidate.kept
                 if kept in session.run_history and kept.run is one.candidate.run_when_selected:
-                    self._context.workspace.change_run(
+                    self._context.workspace.runs.change(
                         session, kept, hold_out_error=one.whole.rmse, hold_out_test=outcome.test
                     )
         self._end("")
@@ -236,7 +236,7 @@ class HoldOutPresenter(QObject):
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
-        if self._testing is not None and self._testing not in self._context.workspace.sessions:
+        if self._testing is not None and self._testing not in self._context.workspace.frames.sessions:
             self.worker.cancel()
 
 

@@ -128,7 +128,7 @@ class BatchFeature(Feature):
         self.worker.cancelled.connect(lambda: self._end("Cancelled. Start again to resume."))
         self._folder = Path()
         self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
-        for signal in (context.workspace.entries.added, context.workspace.entries.removed):
+        for signal in (context.workspace.frames.entries.added, context.workspace.frames.entries.removed):
             signal.connect(lambda *_: self._allow())
         self._allow()
 
@@ -187,11 +187,11 @@ class BatchFeature(Feature):
 
     def _settings(self) -> BatchSettings:
         workspace = self.context.workspace
-        configuration = RunConfiguration(workspace.parameters, workspace.extraction_parameters)
+        configuration = RunConfiguration(workspace.parameters.current, workspace.parameters.extraction)
         return BatchSettings(configuration, replace(stored_options(), run_record=True))
 
     def _frames(self) -> list[Entry]:
-        return [entry for entry in self.context.workspace.entries if entry.source is not None]
+        return [entry for entry in self.context.workspace.frames.entries if entry.source is not None]
 
     def _chosen(self) -> list[Entry]:
         chosen = {entry.id for entry in self.context.selected_frames()}

@@ -120,11 +120,11 @@ class BlocksPresenter(QObject):
         self._runs = runs
         self._table = table
         self._commands = commands
-        table.selectionChanged.connect(workspace.select)
-        table.renamed.connect(lambda label, name: workspace.edit_info(label, "Rename block", name=name))
+        table.selectionChanged.connect(workspace.blocks.select)
+        table.renamed.connect(lambda label, name: workspace.blocks.edit_info(label, "Rename block", name=name))
         table.recoloured.connect(self._recolour)
-        table.visibilityChanged.connect(workspace.set_visible)
-        table.lockChanged.connect(workspace.set_lock)
+        table.visibilityChanged.connect(workspace.blocks.set_visible)
+        table.lockChanged.connect(workspace.blocks.set_lock)
         table.contextMenuRequested.connect(lambda place, _: self.show_menu(place))
 
     def show(self) -> None:
@@ -163,8 +163,8 @@ class BlocksPresenter(QObject):
         unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
         session.undo_stack.beginMacro("Shuffle colours")
         for label, colour in zip(labels, unused, strict=False):
-            self._workspace.edit_info(label, "Recolour block", colour=colour)
+            self._workspace.blocks.edit_info(label, "Recolour block", colour=colour)
         session.undo_stack.endMacro()
 
     def _recolour(self, label: int, colour: QColor) -> None:
-        self._workspace.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))
+        self._workspace.blocks.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))

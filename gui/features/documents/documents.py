@@ -94,7 +94,7 @@ class Documents(QObject):
         """Prepares closing of frames: calls `then` once no work would be lost, unless the user cancels."""
         self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames from the list: calls `then` unless the user cancels."""
-        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
+        self.close: Callable[[Entry], None] = lambda entry: workspace.frames.remove_entries([entry])
         """Closes a frame."""
 
     # opening
@@ -132,7 +132,7 @@ class Documents(QObject):
         if source.depth is None and source.frame is None and contains_frames(source.rgb):
             self.folder_requested.emit(source)
             return
-        entry = self._workspace.entries.of_key(source.key)
+        entry = self._workspace.frames.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
@@ -156,7 +156,7 @@ class Documents(QObject):
 
     def ask_load_blocks(self) -> None:
         """Replace the blocks by those of a file or folder, with the dialog."""
-        session, filling = self._workspace.session, self._workspace.extraction_parameters
+        session, filling = self._workspace.session, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._take_blocks(dialog.found()))
@@ -164,7 +164,7 @@ class Documents(QObject):
 
     def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
         """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
-        filling = self._workspace.extraction_parameters if fill_gaps else None
+        filling = self._workspace.parameters.extraction if fill_gaps else None
         try:
             blocks = blocks_from(BlockSource(self._workspace.session.frame, path, filling))
         except IlfError as error:
@@ -174,7 +174,7 @@ class Documents(QObject):
             self._notes.warn("Blocks loaded", blocks.notes)
 
     def _take_blocks(self, blocks: LoadedBlocks) -> None:
-        self._workspace.replace_labels(blocks.labels, "Load blocks", blocks.names)
+        self._workspace.blocks.replace(blocks.labels, "Load blocks", blocks.names)
         count = len(self._workspace.session.counts())
         self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.session.labels)}.")
 
@@ -208,7 +208,7 @@ class Documents(QObject):
 
     def close_frame(self) -> None:
         """Close the current frame, after asking about unsaved work; a saved frame stays in the list."""
-        entry = self._workspace.entries.of(self._workspace.session.id)
+        entry = self._workspace.frames.entries.of(self._workspace.session.id)
         if entry is not None:
             self.leave([entry], lambda: self.close(entry))
 
@@ -216,7 +216,7 @@ class Documents(QObject):
         """Remove frames from the list, after asking once about the work on them; then call `then`."""
 
         def remove() -> None:
-            self._workspace.remove_entries(entries)
+            self._workspace.frames.remove_entries(entries)
             then()
 
         self.remove(entries, remove)

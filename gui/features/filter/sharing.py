@@ -35,7 +35,7 @@ class SharingPresenter(QObject):
     def sharing(self) -> Sharing:
         """Which frames share the parameters of the current one."""
         workspace = self._workspace
-        if not workspace.shared.on:
+        if not workspace.parameters.shared.on:
             return Sharing.EACH
         own = workspace.has_session and workspace.session.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
@@ -76,7 +76,7 @@ class SharingPresenter(QObject):
 
     def share(self) -> None:
         """Share the current frame's parameters with all frames."""
-        others = self._workspace.share_parameters()
+        others = self._workspace.parameters.share()
         text = "All frames share the parameters of the filter now."
         if others:
             text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
@@ -84,18 +84,18 @@ class SharingPresenter(QObject):
 
     def keep(self) -> None:
         """Give the current frame its own parameters."""
-        self._workspace.keep_own_parameters()
+        self._workspace.parameters.keep_own()
 
     def reset(self) -> None:
         """Reset the current frame to the shared parameters."""
         name = self._workspace.session.name
-        changed = self._workspace.parameters != self._workspace.shared.values
-        self._workspace.reset_to_shared()
+        changed = self._workspace.parameters.current != self._workspace.parameters.shared.values
+        self._workspace.parameters.reset_to_shared()
         if changed:
             self.message.emit(f"{name} uses the shared parameters again; undo restores its own.")
 
     def separate(self) -> None:
         """Give every frame its own parameters."""
-        self._workspace.separate_parameters()
-        if any(entry.session is None and entry.has_state for entry in self._workspace.entries):
+        self._workspace.parameters.separate()
+        if any(entry.session is None and entry.has_state for entry in self._workspace.frames.entries):
             self.message.emit("Frames that are not open keep their last parameters.")

@@ -111,12 +111,14 @@ class OpenFrameLimiter(QObject):
         self._settle = flush
         self._recently_shown: list[Session] = []
         """In the order in which they were shown; the current one is the last."""
-        workspace.session_changed.connect(self._look)
-        workspace.touched.connect(self._close_surplus_after)
-        workspace.sessions_changed.connect(self._forget_closed)
+        workspace.frames.session_changed.connect(self._look)
+        workspace.frames.touched.connect(self._close_surplus_after)
+        workspace.frames.sessions_changed.connect(self._forget_closed)
 
     def _forget_closed(self) -> None:
-        self._recently_shown = [session for session in self._recently_shown if session in self._workspace.sessions]
+        self._recently_shown = [
+            session for session in self._recently_shown if session in self._workspace.frames.sessions
+        ]
 
     def _look(self) -> None:
         workspace = self._workspace
@@ -127,26 +129,26 @@ class OpenFrameLimiter(QObject):
 
     def _close_surplus_after(self, session: Session) -> None:
         """Tidy after work on a frame that is not shown, such as propagation through a list."""
-        if session not in self._recently_shown and len(self._workspace.sessions) > self.max_open:
+        if session not in self._recently_shown and len(self._workspace.frames.sessions) > self.max_open:
             self.close_surplus()
 
     def close_surplus(self) -> None:
         """Close surplus frames as far as possible."""
         for session in self._surplus():
             if self._is_left(session) and not session.unsaved and not session.counts():
-                self._workspace.unload(session, stored=False)
+                self._workspace.frames.unload(session, stored=False)
         going = [(session, session.stamp) for session in self._surplus()]
         if going:
             self._settle(lambda error: self._put_away(going) if error is None else None)
 
     def _surplus(self) -> list[Session]:
         """Return the frames beyond the maximum number, the least recently shown first."""
-        sessions = self._workspace.sessions
+        sessions = self._workspace.frames.sessions
         never = [session for session in sessions if session not in self._recently_shown]
         idle = [
             session
             for session in (*never, *self._recently_shown)
-            if session in sessions and not self._workspace.is_current(session) and not self._is_busy(session)
+            if session in sessions and not self._workspace.frames.is_current(session) and not self._is_busy(session)
         ]
         return idle[: max(len(sessions) - self.max_open, 0)]
 
@@ -155,7 +157,7 @@ class OpenFrameLimiter(QObject):
         still = self._surplus()
         for session, stamp in going:
             if session in still and session.stamp == stamp and self._is_stored(session.id):
-                self._workspace.unload(session)
+                self._workspace.frames.unload(session)
 
 
 _FOLDER_KEY = "open/frames"
@@ -207,7 +209,7 @@ class FramesFeature(Feature):
     def _connect_list(self) -> None:
         panel, context = self.panel, self.context
         panel.filter_changed.connect(self.show)
-        panel.noted.connect(context.workspace.set_note)
+        panel.noted.connect(context.workspace.frames.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(panel.write_note)
         panel.view.removal_requested.connect(self.remove)
@@ -217,21 +219,21 @@ class FramesFeature(Feature):
     def _follow(self) -> None:
         """Connect the signals that change the list or its rows."""
         workspace, context = self.context.workspace, self.context
-        entries = workspace.entries
+        entries = workspace.frames.entries
         for signal in (entries.added, entries.removed):
             signal.connect(lambda *_: self._note_listed())
         entries.changed.connect(self._note_changed)
-        workspace.touched.connect(self._note_touched)
+        workspace.frames.touched.connect(self._note_touched)
         context.refresh.add(
             "frames",
             self._show_present,
             (
-                workspace.session_changed,
-                workspace.sessions_changed,
-                workspace.labels_changed,
-                workspace.results_changed,
+                workspace.frames.session_changed,
+                workspace.frames.sessions_changed,
+                workspace.blocks.labels_changed,
+                workspace.runs.results_changed,
             ),
-            (workspace.results_added,),
+            (workspace.runs.results_added,),
         )
 
     def _is_busy(self, session: Session) -> bool:
@@ -248,7 +250,7 @@ class FramesFeature(Feature):
     def show(self) -> None:
         """Update the whole list: frames, order, and counts of the states."""
         self._soon.stop()
-        entries = self.context.workspace.entries
+        entries = self.context.workspace.frames.entries
         present, model = self._present(), self.panel.model
         self.panel.show_counts(counts(entries))
         row = model.row_of(present)
@@ -270,14 +272,14 @@ class FramesFeature(Feature):
 
     def _present(self) -> Entry | None:
         workspace = self.context.workspace
-        return workspace.entries.of(workspace.session.id) if workspace.has_session else None
+        return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _note_listed(self) -> None:
         self._soon.start()
         self._allow()
 
     def _note_touched(self, session: Session) -> None:
-        entry = self.context.workspace.entries.of(session.id)
+        entry = self.context.workspace.frames.entries.of(session.id)
         if entry is not None:
             self._note_changed(entry)
 
@@ -287,7 +289,7 @@ class FramesFeature(Feature):
             self._soon.start()
 
     def _allow(self) -> None:
-        entries, actions = self.context.workspace.entries, self.context.actions
+        entries, actions = self.context.workspace.frames.entries, self.context.actions
         no_other = "" if len(entries) > 1 else "The list has no other frame: open more frames, or a folder of frames."
         actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
         actions.allow("" if len(entries) else "Open a frame first.", "note_frame")

@@ -247,7 +247,7 @@ class InspectFeature(Feature):
         actions["tool_profile"].triggered.connect(lambda _=False: context.panels.reveal("Profile"))
         for page, tool in enumerate(("rectangle", "measure")):
             actions[f"tool_{tool}"].triggered.connect(lambda _=False, page=page: self._reveal(page))
-        workspace.session_changed.connect(self._enable)
+        workspace.frames.session_changed.connect(self._enable)
         self.measure.failed.connect(lambda error: context.notes.report("Statistics", error))
         self._enable()
 
@@ -257,22 +257,26 @@ class InspectFeature(Feature):
 
     def _connect_refresh(self) -> None:
         workspace, add = self.context.workspace, self.context.refresh.add
-        turned, blocks, results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
-        coming = workspace.results_added, workspace.previews_changed
-        depth = turned, blocks, results, workspace.invalid_mask_changed, workspace.viewed_iteration_changed
+        turned, blocks, results = (
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            workspace.runs.results_changed,
+        )
+        coming = workspace.runs.results_added, workspace.runs.previews_changed
+        depth = turned, blocks, results, workspace.blocks.invalid_mask_changed, workspace.runs.viewed_iteration_changed
         line, measured = self.inspection.line_changed, self.measurements.changed
         seen = self.profile_panel.shown, self.measure_panel.shown
-        compared = workspace.error_changed, workspace.ground_truth_changed, workspace.compared_changed
-        add("profile", self.profile.show, (*depth, *compared, workspace.infos_changed, line, seen[0]), coming)
+        compared = workspace.runs.error_changed, workspace.blocks.ground_truth_changed, workspace.runs.compared_changed
+        add("profile", self.profile.show, (*depth, *compared, workspace.blocks.infos_changed, line, seen[0]), coming)
         add("profile place", self.profile.follow, (self.context.views.cursorMoved,))
         for signal in (line, seen[0]):
             signal.connect(lambda: self.context.refresh.mark("error"))
-        chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
+        chosen = workspace.blocks.selection_changed, workspace.blocks.infos_changed, workspace.blocks.region_changed
         # not updated for previews, to leave the processor to the run
-        add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.results_added,))
+        add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.runs.results_added,))
         add("measurements", self.measure.show, (*depth, measured, seen[1], self.measure.found), coming)
         tool = self.context.editor.tool_changed
-        drawn = line, measured, workspace.region_changed, self.profile.place_changed, self.measure.found, tool
+        drawn = line, measured, workspace.blocks.region_changed, self.profile.place_changed, self.measure.found, tool
         add("inspect marks", self._show_marks, (*depth, *drawn, *seen), coming)
         for panel in (self.profile_panel, self.measure_panel):
             panel.hidden.connect(lambda: self.context.refresh.mark("inspect marks"))

@@ -196,8 +196,8 @@ class MeasurePresenter(QObject):
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
         panel.subject_requested.connect(self._set_subject)
         panel.reference_requested.connect(self._set_reference)
-        self._workspace.region_changed.connect(self._turn_to_region)
-        self._workspace.session_changed.connect(self._turn_to_frame)
+        self._workspace.blocks.region_changed.connect(self._turn_to_region)
+        self._workspace.frames.session_changed.connect(self._turn_to_frame)
 
     @property
     def busy(self) -> bool:
@@ -333,12 +333,12 @@ class MeasurePresenter(QObject):
 
     def _depth(self, session: Session) -> NDArray[np.float32] | None:
         """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
-        viewed_iteration = self._workspace.viewed_iteration
+        viewed_iteration = self._workspace.runs.viewed_iteration
         return session.current_depth() if viewed_iteration is None else viewed_iteration.depth
 
     def _iteration_text(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
-        viewed_iteration = self._workspace.viewed_iteration
+        viewed_iteration = self._workspace.runs.viewed_iteration
         return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
     def _subject(self, session: Session) -> Mask | None:
@@ -346,7 +346,7 @@ class MeasurePresenter(QObject):
             mask = np.zeros(session.frame.shape, bool)
             mask[session.region] = True
             return mask
-        chosen = self._workspace.chosen
+        chosen = self._workspace.blocks.chosen
         return None if self._of_region or chosen not in session.counts() else session.labels == chosen
 
     def _other(self, session: Session) -> NDArray[np.bool_] | None:
@@ -359,7 +359,7 @@ class MeasurePresenter(QObject):
             rows, columns = session.region
             size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
             return f"{size} at x {columns.start}, y {rows.start}"
-        chosen = self._workspace.chosen
+        chosen = self._workspace.blocks.chosen
         if self._of_region or not chosen:
             return ""
         two = [session.info(label).name for label in session.selected[:2]]
@@ -370,7 +370,7 @@ class MeasurePresenter(QObject):
         self.ask()
 
     def _set_reference(self, of_block: bool) -> None:
-        chosen = self._workspace.chosen
+        chosen = self._workspace.blocks.chosen
         if of_block and not chosen:
             self._context.notes.show_message("Select a block first: its plane is the reference of heights.")
         self._measurements.set_reference(chosen if of_block else 0)

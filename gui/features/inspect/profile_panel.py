@@ -260,7 +260,7 @@ class ProfilePresenter(QObject):
             self._panel.show_data(None)
         else:
             session = workspace.session
-            data = profile_data(session, line, workspace.viewed_iteration)
+            data = profile_data(session, line, workspace.runs.viewed_iteration)
             names = {label: session.info(label).name for label in set(data.labels.tolist()) if label}
             self._panel.show_data(data, names)
         if self._pixel is None:

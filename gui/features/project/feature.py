@@ -96,11 +96,11 @@ class ProjectFeature(Feature):
         self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: context.notes.report("The project is not saved", error))
-        changed = workspace.session_changed, workspace.sessions_changed, workspace.project_touched
+        changed = workspace.frames.session_changed, workspace.frames.sessions_changed, workspace.frames.project_touched
         context.refresh.add(
             "title",
             self._show_title,
-            (*changed, workspace.touched, workspace.undo_group.cleanChanged, self.saving.changed),
+            (*changed, workspace.frames.touched, workspace.undo_group.cleanChanged, self.saving.changed),
         )
 
     def begin(self) -> None:
@@ -162,7 +162,7 @@ class ProjectFeature(Feature):
                 self.context.window.close()
 
         if not self._leaves:
-            self.closing.leave(list(self.context.workspace.entries), True, "the window closes", go)
+            self.closing.leave(list(self.context.workspace.frames.entries), True, "the window closes", go)
             asked = True
         return self._leaves
 
@@ -180,11 +180,11 @@ class ProjectFeature(Feature):
         def close() -> None:
             summary = self.present.saved_summary(entry)
             if entry.session is None or summary is None:
-                workspace.remove_entries([entry])
+                workspace.frames.remove_entries([entry])
                 return
-            workspace.unload(entry.session)
+            workspace.frames.unload(entry.session)
             entry.set_unsaved(False)
-            workspace.entries.set_summary(entry, summary)
+            workspace.frames.entries.set_summary(entry, summary)
 
         if self.present.saved_summary(entry) is None:
             close()
@@ -196,7 +196,7 @@ class ProjectFeature(Feature):
         self.closing.leave(entries, False, what, then)
 
     def _leave_project(self, what: str, then: Callable[[], None]) -> None:
-        self.closing.leave(list(self.context.workspace.entries), True, what, then)
+        self.closing.leave(list(self.context.workspace.frames.entries), True, what, then)
 
     def _begin(self) -> None:
         self.missing.forget()
@@ -216,11 +216,11 @@ class ProjectFeature(Feature):
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         context = self.context
-        first = next(iter(context.workspace.entries), None)
+        first = next(iter(context.workspace.frames.entries), None)
         proposed = self.folders.proposed() or proposed_path(
             self.present.name or ("project" if first is None else first.name)
         )
-        sources = [source for source in map(source_of, context.workspace.entries) if source is not None]
+        sources = [source for source in map(source_of, context.workspace.frames.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in context.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, context.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -285,7 +285,7 @@ class ProjectFeature(Feature):
 
     def _tell_saved(self, path: Path, problems: Sequence[str]) -> None:
         self.recent.note(path)
-        count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
+        count, size = len(self.context.workspace.frames.entries), path.stat().st_size / 1e6
         self.context.notes.show_message(f"Saved {path.name}: {counted(count, 'frame')}, {size:.1f} MB.")
         self.context.notes.warn("Saved, but not everything as requested", problems)
 
@@ -295,5 +295,5 @@ class ProjectFeature(Feature):
         name = " — ".join(filter(None, names))
         window.setWindowTitle(f"{name}[*] - {_PROGRAM}" if name else _PROGRAM)
         window.setWindowModified(bool(name) and self.present.unsaved)
-        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project_as")
-        self.context.actions.allow("" if len(workspace.entries) else "Open a frame first.", "save_project")
+        self.context.actions.allow("" if len(workspace.frames.entries) else "Open a frame first.", "save_project_as")
+        self.context.actions.allow("" if len(workspace.frames.entries) else "Open a frame first.", "save_project")

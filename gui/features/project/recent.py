@@ -242,7 +242,7 @@ class RecentFeature(Feature):
         self.frames = RecentOrigins("frames", context.panels.persistent)
         self._noted: set[str] = set()
         self.menu = RecentMenu("Open re&cent", self.frames, self._open, context.window)
-        context.workspace.sessions_changed.connect(self._note)
+        context.workspace.frames.sessions_changed.connect(self._note)
         context.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:
@@ -254,9 +254,9 @@ class RecentFeature(Feature):
     def _note(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
         workspace = self.context.workspace
-        open_now = {session.key: session for session in workspace.sessions}
+        open_now = {session.key: session for session in workspace.frames.sessions}
         for key, session in open_now.items():
-            entry = workspace.entries.of(session.id)
+            entry = workspace.frames.entries.of(session.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
             if key not in self._noted and not brought and isinstance(session.origin, FrameSource | Path):
                 self.menu.note(session.origin)

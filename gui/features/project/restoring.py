@@ -53,7 +53,7 @@ class Restoring(QObject):
 
     def has_no_project(self) -> bool:
         """Whether the window has no project that the restored work would be added to."""
-        return not len(self._context.workspace.entries) and self._context.store.project is None
+        return not len(self._context.workspace.frames.entries) and self._context.store.project is None
 
     def restore(self, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
         """Restore unsaved work; call `then` on success, `fail` otherwise. The journal is deleted only after this window
@@ -72,7 +72,7 @@ class Restoring(QObject):
         )
 
     def _plan(self, left: RecoverableWork) -> _Plan:
-        entries, alone = self._context.workspace.entries, self.has_no_project()
+        entries, alone = self._context.workspace.frames.entries, self.has_no_project()
         is_of_this = (
             left.note is not None and bool(left.note.project) and left.note.project == self._context.recorder.project
         )
@@ -108,7 +108,7 @@ class Restoring(QObject):
         else:
             context.store.places = replace(context.store.places, given={**given, **context.store.places.given})
             new = [entry_of(_with_id(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
-            context.workspace.add_entries(new)
+            context.workspace.frames.add_entries(new)
             if new:
                 present = ids.get(left.read.project.present)
                 context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))

@@ -152,10 +152,10 @@ class Saving(QObject):
     def _take(self, request: SaveRequest) -> _Snapshot:
         """Store everything to save in its current state, and return the snapshot."""
         workspace, store = self._context.workspace, self._context.store
-        if workspace.stroke_in_progress:
-            workspace.prepare_change(workspace.session)
+        if workspace.blocks.stroke_in_progress:
+            workspace.blocks.prepare_change(workspace.session)
         self._view.remember()
-        wanted = [entry for entry in workspace.entries if request.only is None or entry.id in request.only]
+        wanted = [entry for entry in workspace.frames.entries if request.only is None or entry.id in request.only]
         stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
         for session in stamps:
             whole = session not in self._incomplete or not store.has(session.id)
@@ -217,14 +217,14 @@ class Saving(QObject):
                 former.close()
         store.places = opened.places
         there = {frame.id for frame in opened.project.frames if frame.has_state}
-        for entry in workspace.entries:
+        for entry in workspace.frames.entries:
             if entry.id in there:
                 entry.has_state = True
             if entry.session is None and entry.changes == taken.unload.get(entry):
                 entry.set_unsaved(False)
         for session, stamp in taken.stamps.items():
-            if session in workspace.sessions:
-                workspace.note_saved(session, stamp)
+            if session in workspace.frames.sessions:
+                workspace.frames.note_saved(session, stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
         self._context.recorder.project = str(opened.path)
         self._context.recorder.note_project()

@@ -27,8 +27,8 @@ class ViewState(QObject):
         self._workspace = workspace
         self._views = views
         self._shown: Session | None = None
-        workspace.about_to_change.connect(self.remember)
-        refresh.add("place", self._show, (workspace.session_changed,))
+        workspace.blocks.about_to_change.connect(self.remember)
+        refresh.add("place", self._show, (workspace.frames.session_changed,))
 
     def remember(self) -> None:
         """Store the zoom position in the current frame's session."""

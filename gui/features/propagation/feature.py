@@ -279,8 +279,13 @@ class PropagationFeature(Feature):
         actions[remembered if remembered in HOW else HOW[0]].setChecked(True)
         for name in HOW:
             actions[name].triggered.connect(lambda _=False, name=name: QSettings().setValue(_HOW_KEY, name))
-        entries = workspace.entries
-        for signal in (workspace.session_changed, workspace.labels_changed, entries.added, entries.removed):
+        entries = workspace.frames.entries
+        for signal in (
+            workspace.frames.session_changed,
+            workspace.blocks.labels_changed,
+            entries.added,
+            entries.removed,
+        ):
             signal.connect(lambda *_: self._allow())
         self._allow()
 
@@ -348,22 +353,22 @@ class PropagationFeature(Feature):
 
     def _present(self) -> Entry | None:
         workspace = self.context.workspace
-        return workspace.entries.of(workspace.session.id) if workspace.has_session else None
+        return workspace.frames.entries.of(workspace.session.id) if workspace.has_session else None
 
     def _row(self) -> int:
         """Return the row of the current frame in the list."""
         present = self._present()
-        return 0 if present is None else self.context.workspace.entries.row_of(present)
+        return 0 if present is None else self.context.workspace.frames.entries.row_of(present)
 
     def _following(self, most: int | None = None) -> list[Entry]:
         """Return the frames after the current one in the list, at most `most` of them."""
-        first, entries = self._row() + 1, self.context.workspace.entries
+        first, entries = self._row() + 1, self.context.workspace.frames.entries
         end = len(entries) if most is None else min(first + most, len(entries))
         return [entries[row] for row in range(first, end)]
 
     def _preceding(self) -> Entry | None:
         row = self._row()
-        return self.context.workspace.entries[row - 1] if row > 0 else None
+        return self.context.workspace.frames.entries[row - 1] if row > 0 else None
 
     def _allow(self) -> None:
         workspace, allow = self.context.workspace, self.context.actions.allow

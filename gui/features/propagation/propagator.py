@@ -230,7 +230,7 @@ class Propagator(QObject):
 
     def _is_listed(self, entry: Entry) -> bool:
         """Whether a frame is still in the list."""
-        return self._workspace.entries.of(entry.id) is entry
+        return self._workspace.frames.entries.of(entry.id) is entry
 
     @staticmethod
     def _keeps(entry: Entry, propagation_run: PropagationRun) -> bool:
@@ -242,7 +242,7 @@ class Propagator(QObject):
         entry, self._read, propagation_run = self._present, found[-1], self.propagation_run
         shows = propagation_run is not None and propagation_run.shows and entry is not propagation_run.source
         if shows and entry is not None and self._is_listed(entry):
-            self._workspace.show_session(self._open(entry, self._read))
+            self._workspace.frames.show(self._open(entry, self._read))
 
     def _take(self, outcome: Propagated | FrameState) -> None:
         propagation_run, entry = self.propagation_run, self._present
@@ -254,7 +254,7 @@ class Propagator(QObject):
                 self._waiting.clear()
         elif isinstance(outcome, Propagated) and self._read is not None:
             session, source = self._open(entry, self._read), outcome.state.notes.propagated_from
-            self._workspace.take_propagated(session, outcome.state, f"Propagate blocks from {source}")
+            self._workspace.blocks.take_propagated(session, outcome.state, f"Propagate blocks from {source}")
             propagation_run.done.append(_arrival(session, outcome))
             self._before = outcome.state
         elif isinstance(outcome, FrameState) and outcome.labels.any():
@@ -281,7 +281,7 @@ class Propagator(QObject):
         if propagation_run is not None and entry is not None:
             propagation_run.problems.append(f"{entry.name}: {error_text(error)}")
             if self._read is None:
-                self._workspace.note_problem(entry, error_text(error))
+                self._workspace.frames.note_problem(entry, error_text(error))
             if self._before is None:
                 self._waiting.clear()
         self._next()

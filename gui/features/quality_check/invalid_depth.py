@@ -54,8 +54,8 @@ class InvalidDepthPresenter(QObject):
         self._questions = LatestRequest[_Request, Mask](_find, self)
         self._questions.answered.connect(self._take_answer)
         self._questions.failed.connect(self._fail)
-        workspace.session_changed.connect(self.leave)
-        workspace.invalid_mask_changed.connect(self.leave)
+        workspace.frames.session_changed.connect(self.leave)
+        workspace.blocks.invalid_mask_changed.connect(self.leave)
 
     @property
     def busy(self) -> bool:
@@ -79,7 +79,7 @@ class InvalidDepthPresenter(QObject):
             return
         found, before = self._found, self._workspace.session.frame.invalid_mask
         try:
-            self._workspace.set_invalid_mask(
+            self._workspace.blocks.set_invalid_mask(
                 found if before is None else before | found, "Mark suggested depth as invalid"
             )
         except IlfError as error:

@@ -163,10 +163,14 @@ class ReviewPresenter(QObject):
         self._questions = LatestRequest[_Request, Sequence[Place]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
-        workspace.session_changed.connect(self.close)
-        for changed in (workspace.labels_changed, workspace.invalid_mask_changed, workspace.error_changed):
+        workspace.frames.session_changed.connect(self.close)
+        for changed in (
+            workspace.blocks.labels_changed,
+            workspace.blocks.invalid_mask_changed,
+            workspace.runs.error_changed,
+        ):
             changed.connect(lambda *_: self._ask_again())
-        workspace.infos_changed.connect(self._note_checked)
+        workspace.blocks.infos_changed.connect(self._note_checked)
 
     @property
     def busy(self) -> bool:
@@ -197,7 +201,7 @@ class ReviewPresenter(QObject):
         place = self.review.present
         if place is not None and place.kind == "propagated":
             self._pending_step = 1
-            self._workspace.mark_checked(place.labels)
+            self._workspace.blocks.mark_checked(place.labels)
         else:
             self._show(self.review.leave())
 
@@ -254,7 +258,7 @@ class ReviewPresenter(QObject):
         if place is not None:
             session = self._workspace.session
             there = [label for label in place.labels if label in session.counts()]
-            self._workspace.select(there[:1])
+            self._workspace.blocks.select(there[:1])
             self._views.zoom_to(*_region_around(place, session.frame.shape))
         self._say(False)
         self.shown.emit()

@@ -290,7 +290,7 @@ class ReportFeature(Feature):
         self.worker.cancelled.connect(lambda: self.dialog.end("Cancelled. Nothing was written."))
         self.dialog.wished.connect(self._choose_file)
         self.dialog.cancelled.connect(self.worker.cancel)
-        context.workspace.session_changed.connect(self._allow)
+        context.workspace.frames.session_changed.connect(self._allow)
         self._allow()
 
     def ask(self) -> None:
@@ -306,9 +306,11 @@ class ReportFeature(Feature):
         workspace = self.context.workspace
         if self.worker.busy or not workspace.has_session:
             return
-        present = workspace.entries.of(workspace.session.id)
+        present = workspace.frames.entries.of(workspace.session.id)
         entries = self._worked_on() if every else [present] if present is not None else []
-        subjects = subjects_of(entries, self.context.store, workspace.shared.values if workspace.shared.on else None)
+        subjects = subjects_of(
+            entries, self.context.store, workspace.parameters.shared.values if workspace.parameters.shared.on else None
+        )
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
@@ -340,7 +342,7 @@ class ReportFeature(Feature):
         store = self.context.store
         return [
             entry
-            for entry in self.context.workspace.entries
+            for entry in self.context.workspace.frames.entries
             if entry.summary.has_work and (entry.session is not None or store.has(entry.id))
         ]
 

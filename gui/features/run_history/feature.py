@@ -22,8 +22,7 @@ from ilf.io.tables import write_csv
 from ilf.project.run_history import StoredRun
 
 from ...base.commands import Command
-from ...state.run_history import MAX_COMPARED
-from ...state.run_names import title_of
+from ...state.run_history import MAX_COMPARED, title_of
 from ...state.session import Session
 from ...state.workspace import Workspace
 from ...work.frame_runs import RunState
@@ -142,7 +141,7 @@ class RunErrorCalculator(QObject):
         kept, session = question.kept, question.session
         if kept.results is question.results and session.frame.ground_truth is question.ground_truth:
             kept.ground_truth_error, kept.expected_error = measures.ground_truth_error, measures.expected_error
-            self._workspace.note_measured(session)
+            self._workspace.runs.note_measured(session)
         self.go_on()
 
     def _fail(self, question: _Request, error: Exception) -> None:
@@ -243,12 +242,12 @@ class RunHistoryFeature(Feature):
             ]
         )
         context.panels.add(_TITLE, self.table, Qt.DockWidgetArea.BottomDockWidgetArea, "ph.list-numbers", 1.7)
-        results = workspace.session_changed, workspace.run_history_changed, workspace.compared_changed
+        results = workspace.frames.session_changed, workspace.runs.history_changed, workspace.runs.compared_changed
         context.refresh.add(
             "runs",
             self.show,
-            (*results, workspace.results_changed, workspace.infos_changed, self.table.shown),
-            (workspace.results_added,),
+            (*results, workspace.runs.results_changed, workspace.blocks.infos_changed, self.table.shown),
+            (workspace.runs.results_added,),
         )
         handlers: dict[str, Callable[[], object]] = {
             "show_runs": lambda: context.panels.reveal(_TITLE),
@@ -270,7 +269,11 @@ class RunHistoryFeature(Feature):
         self.table.selectionChanged.connect(self._allow)
         self.keeper.message.connect(context.notes.show_message)
         self.measurer.failed.connect(lambda error: context.notes.report("Errors of a run", error))
-        for signal in (workspace.session_changed, workspace.run_history_changed, workspace.ground_truth_changed):
+        for signal in (
+            workspace.frames.session_changed,
+            workspace.runs.history_changed,
+            workspace.blocks.ground_truth_changed,
+        ):
             signal.connect(self._allow)
             signal.connect(self.measurer.go_on)
         context.runs.state_changed.connect(self.measurer.go_on)
@@ -293,7 +296,7 @@ class RunHistoryFeature(Feature):
         chosen = self._selected()[:MAX_COMPARED]
         compared = self.context.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
-        self.context.workspace.compare([] if same else chosen)
+        self.context.workspace.runs.compare([] if same else chosen)
         if not same:
             first = chosen[0]
             title = title_of(first.name, self.context.workspace.session, first.run)
@@ -306,7 +309,7 @@ class RunHistoryFeature(Feature):
         kept = self._chosen()
         if kept is None:
             return
-        if self.context.workspace.restore_run(kept):
+        if self.context.workspace.parameters.restore(kept):
             left = len(self.context.workspace.session.changed_blocks())
             more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
             self.context.notes.show_message(f"Parameters of {kept.name} restored.{more}")
@@ -318,7 +321,7 @@ class RunHistoryFeature(Feature):
         kept = self._chosen()
         if kept is None:
             return
-        taken = len(self.context.workspace.accept_run(kept))
+        taken = len(self.context.workspace.runs.accept(kept))
         count = len(kept.results)
         if not taken:
             text = f"{kept.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
@@ -331,12 +334,12 @@ class RunHistoryFeature(Feature):
     def delete(self) -> None:
         """Delete the selected runs."""
         if self.context.workspace.has_session:
-            self.context.workspace.delete_runs(self.context.workspace.session, self._selected())
+            self.context.workspace.runs.delete(self.context.workspace.session, self._selected())
 
     def clear(self) -> None:
         """Delete all runs of the frame."""
         session = self.context.workspace.session
-        self.context.workspace.delete_runs(session, list(session.run_history))
+        self.context.workspace.runs.delete(session, list(session.run_history))
 
     def ask_export(self) -> None:
         """Write the list to a file that the user chooses."""
@@ -363,11 +366,11 @@ class RunHistoryFeature(Feature):
         return chosen[0] if len(chosen) == 1 else None
 
     def _edit(self, kept: StoredRun, what: str, text: str) -> None:
-        self.context.workspace.change_run(self.context.workspace.session, kept, **{what: text})
+        self.context.workspace.runs.change(self.context.workspace.session, kept, **{what: text})
 
     def _tick(self, kept: StoredRun, on: bool) -> None:
         others = [one for one in self.context.workspace.session.compared if one is not kept]
-        self.context.workspace.compare([*others, kept] if on else others)
+        self.context.workspace.runs.compare([*others, kept] if on else others)
 
     def _allow(self) -> None:
         workspace, actions = self.context.workspace, self.context.actions

@@ -21,8 +21,7 @@ from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import Colour, StoredRun
 
 from ...base import theme
-from ...state.run_history import MAX_COMPARED
-from ...state.run_names import parameters_text, title_of
+from ...state.run_history import MAX_COMPARED, parameters_text, title_of
 from ...state.session import Session
 from ...widgets.basics import literal_text
 from ...widgets.tables import Index, RowModel

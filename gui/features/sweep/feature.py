@@ -47,11 +47,15 @@ class SweepFeature(Feature):
         context.actions["sweep"].triggered.connect(lambda _=False: self.open())
         context.filter_panel.form.menu_requested.connect(self._show_menu)
         workspace = context.workspace
-        turned, values, chosen = workspace.session_changed, workspace.parameters_changed, workspace.selection_changed
-        frame = turned, values, chosen, workspace.infos_changed, workspace.ground_truth_changed
+        turned, values, chosen = (
+            workspace.frames.session_changed,
+            workspace.parameters.changed,
+            workspace.blocks.selection_changed,
+        )
+        frame = turned, values, chosen, workspace.blocks.infos_changed, workspace.blocks.ground_truth_changed
         context.refresh.add("sweep", self.show, (*frame, context.views.ranges.changed))
-        workspace.sessions_changed.connect(self._cancel_closed)
-        workspace.session_changed.connect(self._allow)
+        workspace.frames.sessions_changed.connect(self._cancel_closed)
+        workspace.frames.session_changed.connect(self._allow)
         self._allow()
 
     @cached_property
@@ -88,10 +92,14 @@ class SweepFeature(Feature):
         workspace = self.context.workspace
         if not self._is_visible or not workspace.has_session:
             return
-        session, chosen = workspace.session, workspace.chosen
+        session, chosen = workspace.session, workspace.blocks.chosen
         name = session.info(chosen).name if chosen else ""
         for_selected = bool(chosen) and self.window_.criterion.for_selected
-        parameters = session.parameters_of(chosen, workspace.parameters) if for_selected else workspace.parameters
+        parameters = (
+            session.parameters_of(chosen, workspace.parameters.current)
+            if for_selected
+            else workspace.parameters.current
+        )
         self.window_.set_frame(parameters, session.frame.ground_truth is not None, name)
         self.window_.set_colour_map(self.context.views.ranges.depth_map)
 
@@ -101,8 +109,8 @@ class SweepFeature(Feature):
         if self.worker.busy or not workspace.has_session:
             return
         session = workspace.session
-        label = workspace.chosen if self.window_.criterion.for_selected else 0
-        run = session.run(workspace.parameters)
+        label = workspace.blocks.chosen if self.window_.criterion.for_selected else 0
+        run = session.run(workspace.parameters.current)
         try:
             sweep = Sweep(
                 run, self.window_.variation(), criterion=self.window_.criterion.test(), only=[label] if label else None
@@ -117,9 +125,9 @@ class SweepFeature(Feature):
     def take(self, number: int) -> None:
         """Apply the values of a point to all blocks, or to the only block swept."""
         found, workspace = self.found, self.context.workspace
-        if found is None or found.session not in workspace.sessions:
+        if found is None or found.session not in workspace.frames.sessions:
             return
-        workspace.show_session(found.session)
+        workspace.frames.show(found.session)
         if found.label and found.label not in found.session.counts():
             self.window_.state.show_message("The swept block no longer exists.", "warning")
             return
@@ -171,7 +179,7 @@ class SweepFeature(Feature):
 
     def _cancel_closed(self) -> None:
         """Cancel the sweep if its frame was closed."""
-        if self.found is not None and self.found.session not in self.context.workspace.sessions:
+        if self.found is not None and self.found.session not in self.context.workspace.frames.sessions:
             self.worker.cancel()
             self.found = None
             self.window_.forget()

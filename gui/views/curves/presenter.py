@@ -162,8 +162,8 @@ class ScrubPresenter(QObject):
         self._questions = LatestRequest[_ViewedIteration, NDArray[np.float32]](_compose_depth, self)
         self._questions.answered.connect(self._take)
         self._bar.moved.connect(lambda _: self._show_iteration())
-        edits = workspace.stroke_changed, workspace.labels_changed, workspace.invalid_mask_changed
-        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
+        edits = workspace.blocks.stroke_changed, workspace.blocks.labels_changed, workspace.blocks.invalid_mask_changed
+        for changed in (workspace.frames.session_changed, workspace.blocks.guide_changed, *edits):
             changed.connect(lambda *_: self._bar.go_to_end())
         runs.state_changed.connect(self._follow_run)
 
@@ -173,7 +173,7 @@ class ScrubPresenter(QObject):
         last = 0 if session is None else max((len(records) for records, _ in _tracks(session)), default=0)
         self._bar.set_range(last)
         self._bar.set_hint("" if session is None else _scrub_hint(session))
-        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
+        if not self._bar.at_end or self._workspace.runs.viewed_iteration is not None:
             self._show_iteration()
 
     def shutdown(self) -> bool:
@@ -190,7 +190,7 @@ class ScrubPresenter(QObject):
         if self._bar.at_end or not self._workspace.has_session:
             self._questions.forget()
             self._panel.look_at(None)
-            self._workspace.view_iteration(None)
+            self._workspace.runs.view_iteration(None)
             return
         session, iteration = self._workspace.session, self._bar.position
         self._panel.look_at(iteration)
@@ -201,7 +201,7 @@ class ScrubPresenter(QObject):
 
     def _take(self, moment: _ViewedIteration, depth: NDArray[np.float32]) -> None:
         if self._workspace.has_session and moment.session is self._workspace.session and not self._bar.at_end:
-            self._workspace.view_iteration(ViewedIteration(depth, moment.iteration))
+            self._workspace.runs.view_iteration(ViewedIteration(depth, moment.iteration))
 
 
 def _compose_depth(moment: _ViewedIteration) -> NDArray[np.float32]:

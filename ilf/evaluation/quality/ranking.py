@@ -111,7 +111,7 @@ def propagated_places(labels: NDArray[np.integer], reasons: Mapping[int, str]) -
     --------
     >>> place = propagated_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
     >>> place.kind, place.point, place.reason
-    ('carried', (2.5, 0.5), 'Block 2 was propagated: it is new.')
+    ('propagated', (2.5, 0.5), 'Block 2 was propagated: it is new.')
     """
     places: list[tuple[int, Place]] = []
     for label, reason in reasons.items():

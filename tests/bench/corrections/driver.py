@@ -50,8 +50,8 @@ class Driver:
     def open(self, run: Run, correction: Correction) -> Session:
         """Open a frame with its blocks, and show the region with its surroundings."""
         workspace = self.window.workspace
-        for before in list(workspace.sessions):
-            workspace.close_session(before)
+        for before in list(workspace.frames.sessions):
+            workspace.frames.close(before)
         session = Session.of(run, None, f"{run.frame.name}: {correction.name}")
         workspace.add_session(session)
         self._settle()

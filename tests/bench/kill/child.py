@@ -56,8 +56,8 @@ class RandomUser:
 
     def report(self) -> None:
         """Report the state of all frames; not during a stroke."""
-        if not self.workspace.stroke_in_progress:
-            begun = filter(has_content, self.workspace.sessions)
+        if not self.workspace.blocks.stroke_in_progress:
+            begun = filter(has_content, self.workspace.frames.sessions)
             states = {session.id: digest_of_session(session) for session in begun}
             report_action(state=states, unsaved=self.window.project.present.unsaved)
 
@@ -65,7 +65,7 @@ class RandomUser:
         """Perform a random action."""
         if self.strokes_left:
             self._go_on_with_stroke()
-        elif self.unopened and (not self.workspace.sessions or self.chance.random() < 0.05):
+        elif self.unopened and (not self.workspace.frames.sessions or self.chance.random() < 0.05):
             self.window.loader.open(FrameSource(self.unopened.pop()))
         elif not self.workspace.has_session or not self.workspace.session.counts():
             return
@@ -94,42 +94,42 @@ class RandomUser:
         after = self.at + np.array([self.chance.uniform(-9, 9), self.chance.uniform(-9, 9)])
         stroke = brush_stroke(session.frame.shape, np.array([self.at, after]), 4.0)
         if stroke is not None:
-            self.workspace.stroke(paint(session.labels, stroke, self.label, session.locked))
+            self.workspace.blocks.stroke(paint(session.labels, stroke, self.label, session.locked))
         self.at = after
         self.strokes_left -= 1
         if not self.strokes_left:
-            self.workspace.end_stroke("Paint")
+            self.workspace.blocks.end_stroke("Paint")
 
     def _split(self) -> None:
         session, block = self.workspace.session, self._block()
         points = np.array([self._point(), self._point()])
-        self.workspace.edit_labels(split(session.labels, block, points, session.locked), "Split")
+        self.workspace.blocks.edit(split(session.labels, block, points, session.locked), "Split")
 
     def _rename(self) -> None:
-        self.workspace.edit_info(self._block(), "Rename", name=f"wall {self.chance.random():.6f}")
+        self.workspace.blocks.edit_info(self._block(), "Rename", name=f"wall {self.chance.random():.6f}")
 
     def _lock(self) -> None:
         block = self._block()
-        self.workspace.edit_info(block, "Lock", locked=not self.workspace.session.info(block).locked)
+        self.workspace.blocks.edit_info(block, "Lock", locked=not self.workspace.session.info(block).locked)
 
     def _hide(self) -> None:
         block = self._block()
-        self.workspace.set_visible(block, not self.workspace.session.info(block).visible)
+        self.workspace.blocks.set_visible(block, not self.workspace.session.info(block).visible)
 
     def _own(self) -> None:
-        self.workspace.set_own({"max_iterations": self.chance.randint(3, 12)}, [self._block()])
+        self.workspace.parameters.set_own({"max_iterations": self.chance.randint(3, 12)}, [self._block()])
 
     def _common(self) -> None:
-        common = self.workspace.parameters
-        self.workspace.set_parameters(common.replace(max_iterations=self.chance.randint(3, 12)))
+        common = self.workspace.parameters.current
+        self.workspace.parameters.set(common.replace(max_iterations=self.chance.randint(3, 12)))
 
     def _note(self) -> None:
-        entry = self.workspace.entries.of(self.workspace.session.id)
+        entry = self.workspace.frames.entries.of(self.workspace.session.id)
         if entry is not None:
-            self.workspace.set_note(entry, f"look {self.chance.random():.6f}")
+            self.workspace.frames.set_note(entry, f"look {self.chance.random():.6f}")
 
     def _turn(self) -> None:
-        self.workspace.show_session(self.chance.choice(self.workspace.sessions))
+        self.workspace.frames.show(self.chance.choice(self.workspace.frames.sessions))
 
     def _undo(self) -> None:
         self.workspace.session.undo_stack.undo()
@@ -146,7 +146,7 @@ class RandomUser:
         mask = np.zeros(session.frame.shape, bool)
         row = self.chance.randrange(mask.shape[0] - 4)
         mask[row : row + 4, ::3] = np.isfinite(session.frame.measured[row : row + 4, ::3])
-        self.workspace.set_invalid_mask(mask if mask.any() else None, "MarkInvalid")
+        self.workspace.blocks.set_invalid_mask(mask if mask.any() else None, "MarkInvalid")
 
     def _save(self) -> None:
         if not self.window.project.saving.busy:
