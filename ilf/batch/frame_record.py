@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.files import file_sha256, read_json, write_bytes
-from .._runtime.schema import Section, check_schema
+from .._runtime.schema import check_schema, converted
 from ..data.frame import RGBDFrame
 from ..errors import IlfError
 from ..run.options import RECORD_FILE
@@ -254,17 +254,8 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
     try:
         values = read_json(folder / FRAME_FILE)
         check_schema(values, SCHEMA, "frame record")
-        data = Section("frame record", values)
-        return FrameRecord(
-            FrameOutcome(**data.section("outcome").fields(FrameOutcome)),
-            data.get("settings", str),
-            data.get("reading", str),
-            data.get("content", str, type(None)),
-            data.get("files", dict),
-            data.get("run", str, type(None)),
-            tuple(data.items("outputs", str)),
-        )
-    except (IlfError, AttributeError, KeyError, TypeError, ValueError):
+        return converted(values, FrameRecord, "frame record")
+    except (IlfError, AttributeError):
         return None
 
 

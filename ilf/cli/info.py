@@ -112,21 +112,19 @@ def record_facts(record: RunRecord) -> list[Fact]:
         if ground_truth is not None:
             entries = {"ground_truth": {"path": ground_truth.path, "units_per_m": ground_truth.units}}
             facts.append(Fact("ground truth", f"{ground_truth.path}, {ground_truth.units:g} units per metre", entries))
-    height, width = record.shape
-    origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
+    height, width = record.blocks.shape
+    origin = "given as a label map" if record.extraction is None else "edited" if record.blocks.edited else "extracted"
     entries = {"width": width, "height": height, "blocks_from": origin}
-    facts.append(Fact("blocks", f"{len(record.outcomes)} run, {width} x {height}, {origin}", entries))
+    facts.append(Fact("blocks", f"{len(record.blocks_outcome)} run, {width} x {height}, {origin}", entries))
     if record.extraction is not None:
         changes = record.extraction.differences_from(BlockParameters())
         facts.append(Fact("extraction", _text(changes) or "defaults", {"extraction": changes}))
-    nearest = nearest_preset(record.common)
+    nearest = nearest_preset(record.parameters)
     text = f"preset {nearest.preset}" + (f" with {_text(nearest.differs)}" if nearest.differs else "")
-    facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.common.to_dict()}))
-    own = {
-        label: one.differences_from(record.common) for label, one in record.parameters.items() if one != record.common
-    }
+    facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.parameters.to_dict()}))
+    own = record.block_parameters
     facts += [Fact(f"block {label}", _text(changes), {"block_parameters": own}) for label, changes in own.items()]
-    uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
+    uses = (record.networks.extraction, "blocks"), (record.networks.filter, "the filter")
     used = dict.fromkeys(item for networks, _ in uses for item in networks.items())
     for name, sha256 in used:
         use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
@@ -142,7 +140,7 @@ def record_facts(record: RunRecord) -> list[Fact]:
         facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
     if record.extrapolate:
         facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
-    files = list(record.outputs or record.options.filenames())
+    files = list(record.outputs or record.export.filenames())
     return [*facts, Fact("files", ", ".join(files), {"files": files})]
 
 
@@ -345,7 +343,7 @@ def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
 def _record_section(path: Path) -> Section:
     record = read_record(path)
     wrong = file_problems(record, path.absolute().parent)
-    return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.outcomes)
+    return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.blocks_outcome)
 
 
 def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:

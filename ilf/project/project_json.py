@@ -200,21 +200,10 @@ def _present(path: str, places: Places) -> str:
 def _summary(row: Section) -> FrameSummary:
     """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
     try:
-        summary = row.section("summary")
-        shape = summary.get("shape", list, type(None))
-        return FrameSummary(
-            Stage(summary.get("stage", str)),
-            summary.get("note", str),
-            None if shape is None else (int(shape[0]), int(shape[1])),
-            summary.get("missing", float, type(None)),
-            summary.get("blocks", int),
-            summary.get("completed", int),
-            summary.get("to_check", int),
-            summary.get("problem", str),
-            summary.get("own_parameters", bool),
-        )
-    except UNREADABLE:
+        summary: FrameSummary = row.get("summary", FrameSummary)
+    except FormatError:
         return FrameSummary()
+    return summary
 
 
 def frames_with_state(parts: Parts) -> list[ProjectFrame]:
@@ -234,7 +223,7 @@ def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
-        source = FrameSource.of(parsed_inputs(frame.section("inputs")))
+        source = FrameSource.of(parsed_inputs(frame.get("inputs", dict)))
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
     summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))

@@ -177,7 +177,7 @@ def _result(folder: Path, record: RunRecord) -> _Result:
 
 def _weight(folder: Path, record: RunRecord, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
     """None where no expected errors were written."""
-    options = record.options
+    options = record.export
     if not options.expected_error or not options.depth_formats:
         return None
     depth_format = next(known for known in ("npy", "tiff", "png") if known in options.depth_formats)

@@ -302,10 +302,15 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
     folder = out / frames_in(source)[0].folder
     sound = json.loads((folder / "frame.json").read_text())
     outcome = sound["outcome"]
-    for wrong in ({"outcome": outcome | {"frame": []}}, {"outcome": outcome | {"status": "done"}}, {"outcome": 7}):
+    for wrong in (
+        {"outcome": outcome | {"frame": []}},
+        {"outcome": outcome | {"status": "done"}},
+        {"outcome": 7},
+        {"files": {"x": 3}},
+    ):
         (folder / "frame.json").write_text(json.dumps(sound | wrong))
         assert read_frame_record(folder) is None
-    for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: 3}}):
+    for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: [3]}}):
         (folder / "frame.json").write_text(json.dumps(sound | odd))
         record = read_frame_record(folder)
         assert not (record.has_all_files(folder) and record.is_of(frames_in(source)[0]))

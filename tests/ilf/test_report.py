@@ -250,7 +250,7 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     _, command = replay_text(made)
     assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
     ours, theirs = made.complete(), read_record("out/run.json")
-    assert theirs.outcomes == tuple(ours.outcomes.values())
+    assert theirs.blocks_outcome == tuple(ours.outcomes.values())
     assert theirs.extraction == extraction
     assert replay_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
 
