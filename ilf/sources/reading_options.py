@@ -10,7 +10,7 @@ from typing import Any, Self, get_args, get_type_hints
 
 import numpy as np
 
-from .._runtime.schema import Section, plain
+from .._runtime.schema import Section, converted, plain
 from ..data.camera import INTRINSICS, CameraIntrinsics
 from ..io.cameras import IntrinsicsSpec
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
@@ -231,7 +231,7 @@ class ReadingOptions:
         if isinstance(camera, list):
             found["intrinsics"] = tuple(data.items("intrinsics", float))
         elif isinstance(camera, dict) and camera.keys() == {one.name for one in fields(CameraIntrinsics)}:
-            found["intrinsics"] = CameraIntrinsics(**data.section("intrinsics").fields(CameraIntrinsics))
+            found["intrinsics"] = converted(camera, CameraIntrinsics, data.name, "intrinsics")
         return cls(**found)
 
 
