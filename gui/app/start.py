@@ -23,6 +23,7 @@ from ..base.display import display_problem, qt_problem
 
 if TYPE_CHECKING:
     from ilf.sources.frame_source import FrameSource
+    from ilf.sources.reading_options import ReadingOptions
 
     from .main_window import MainWindow
 
@@ -43,17 +44,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str] | None) -> int:
+    from ilf.sources.reading_options import OPTIONS, ReadingOptions
+
     parser = _parser()
     options = parser.parse_args(arguments)
+    reading = ReadingOptions.from_arguments(vars(options))
     if options.frame is not None and (len(options.frames) != 1 or options.sample):
         parser.error("--frame selects a frame of one folder, data set or recording: give only this one.")
     try:
-        inputs = _inputs(options)
+        inputs = _inputs(options, reading)
     except IlfError as error:
         return _print_refusal(str(error))
-    for flag, file in (("--ground-truth", options.ground_truth), ("--guide", options.guide)):
-        if file and len(inputs.sources) != 1:
-            parser.error(f"{flag} is for one frame: give only this one.")
+    for name in reading.given:
+        if OPTIONS[name].one_frame and len(inputs.sources) != 1:
+            parser.error(f"{OPTIONS[name].flag} is for one frame: give only this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
     if problem and offscreen:
@@ -62,7 +66,9 @@ def _main(arguments: Sequence[str] | None) -> int:
         # the offscreen platform warns for every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     if problem:
-        return _without_display(options, inputs, problem) if options.screenshot is None else _print_refusal(problem)
+        if options.screenshot is not None:
+            return _print_refusal(problem)
+        return _without_display(options, inputs, reading, problem)
     try:
         for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
             optional(package, "app", "The window")
@@ -126,6 +132,9 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    from ilf.cli.parsing import add_options
+    from ilf.sources.reading_options import OPTIONS
+
     parser = argparse.ArgumentParser(
         prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge."
     )
@@ -144,23 +153,7 @@ def _parser() -> argparse.ArgumentParser:
         help="key of a frame in a folder of frames, a data set or a recording, as for `ilf complete`",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--depth-encoding", metavar="NAME", help="encoding of depth files, as for `ilf complete`")
-    how.add_argument("--depth-units", type=float, help="units per metre of depth files (1000: millimetres)")
-    parser.add_argument("--invalid", type=float, metavar="N", help="value of missing depth in depth files")
-    parser.add_argument(
-        "--min-confidence", type=float, metavar="N", help="treat depth of a lower confidence as missing"
-    )
-    parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
-    parser.add_argument(
-        "--ground-truth", metavar="FILE", help="ground truth of the (one) frame, to evaluate results against"
-    )
-    parser.add_argument(
-        "--ground-truth-units", type=float, help="units per metre of the ground truth (1000: millimetres)"
-    )
-    parser.add_argument(
-        "--guide", metavar="FILE", help="depth or inverse depth of the (one) frame from another source, used as a guide"
-    )
+    add_options(parser, OPTIONS, short=True)
     parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame on start")
     parser.add_argument(
         "--screenshot", metavar="FILE.png", help="save a screenshot of the window when all work is done, and exit"
@@ -214,28 +207,20 @@ def _missing_partner(path: Path) -> str:
     return f"{path}: a frame needs a colour and a depth file, or a folder. Give both files, or the folder."
 
 
-def _inputs(options: argparse.Namespace) -> _Inputs:
+def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
     """Sort the arguments; raises IlfError if there is no frame with the key of --frame."""
     from ilf.sources.frame_source import FrameSource
-    from ilf.sources.source import open_source
+    from ilf.sources.source import Source
 
     from ..base.paths import sort_paths
 
-    reading = {name: getattr(options, name) for name in ("depth_units", "intrinsics", "invalid", "min_confidence")}
-    reading["encoding"] = options.depth_encoding
-    beside = {
-        "ground_truth": options.ground_truth,
-        "ground_truth_units": options.ground_truth_units,
-        "guide": options.guide,
-    }
     if options.frame is not None:
-        found = open_source(options.frames[0], **reading).frame_source(options.frame)
-        return _Inputs([], [], [replace(found, **beside)], [])
-    how = FrameSource("", **reading, **beside)
+        found = Source.of(options.frames[0], reading).frame_source(options.frame)
+        return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
     projects, folders, records, files = sort_paths(options.frames)
-    sources = [replace(how, rgb=str(path)) for path in folders]
+    sources = [FrameSource(str(path), options=reading) for path in folders]
     pairs = zip(files[::2], files[1::2], strict=False)
-    sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
+    sources += [FrameSource(str(rgb), str(depth), options=reading) for rgb, depth in pairs]
     return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
 
 
@@ -245,7 +230,7 @@ def _print_refusal(reason: str) -> int:
     return 1
 
 
-def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str) -> int:
+def _without_display(options: argparse.Namespace, inputs: _Inputs, reading: ReadingOptions, problem: str) -> int:
     """Print that no window can be shown, and complete the given frames with the command line."""
     from ilf.cli import main as command_line
 
@@ -265,17 +250,9 @@ def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str)
     if not jobs:
         print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
         return 1
-    reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
-    reading += ["--depth-encoding", options.depth_encoding] if options.depth_encoding else []
-    reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
-    reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
-    reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
-    reading += ["--ground-truth", options.ground_truth] if options.ground_truth else []
-    reading += ["--ground-truth-units", str(options.ground_truth_units)] if options.ground_truth_units else []
-    reading += ["--guide", options.guide] if options.guide else []
     status = 0
     for job in jobs:
-        arguments = ["complete", *job, *([] if job[0] == "--replay" else reading)]
+        arguments = ["complete", *job, *([] if job[0] == "--replay" else reading.to_arguments())]
         print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
         status = command_line(arguments) or status
     return status

@@ -61,22 +61,9 @@ def contains_frames(path: str) -> bool:
     return is_recording(path) or (Path(path).is_dir() and not (Path(path) / META_NAME).is_file())
 
 
-def frames_in(how: FrameSource) -> Listing:
-    """Return the frames of the folder or recording `how.rgb`, with the options of `how`; raises what `list_frames`
-    does."""
-    return list_frames(
-        how.rgb,
-        depth_units=how.depth_units,
-        encoding=how.encoding,
-        invalid=how.invalid,
-        intrinsics=how.intrinsics,
-        min_confidence=how.min_confidence,
-    )
-
-
 def preview_folder(how: FrameSource) -> FolderPreview:
-    """List the frames and read the first; raises what `list_frames` does."""
-    listing = frames_in(how)
+    """List the frames of the folder or recording `how.rgb` and read the first; raises what `list_frames` does."""
+    listing = list_frames(how.rgb, how.options)
     first = listing.sources[0]
     try:
         frame = first.load()
@@ -469,7 +456,7 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
-    listing = frames_in(how)
+    listing = list_frames(how.rgb, how.options)
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 

@@ -1,19 +1,21 @@
-"""Checked access to objects of JSON files written by programs or people: every value is checked when it is read."""
+"""Values of JSON files, written by programs or people, as declared types: every value is checked when it is read."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
-from collections.abc import Mapping, Sequence
+import operator
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar
 
+import msgspec
 import numpy as np
 
 from ..errors import FormatError
-from .formatting import as_float
 from .installation import __version__
 
 
@@ -42,66 +44,113 @@ def check_schema(data: Mapping[str, Any], schema: int, what: str) -> None:
         )
 
 
+T = TypeVar("T")
+
+PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
+"""A file name without any folder; see `is_plain`."""
+
+_EXPECTED = re.compile(r"Expected (?P<wanted>.+?)(, got (?P<found>.+))?")
+
+
+def converted(value: object, kind: type[T], what: str, place: str = "") -> T:
+    """Convert a value of a JSON file to the type that declares it. Unknown keys are ignored.
+
+    Parameters
+    ----------
+    value : object
+        As parsed.
+    kind : type
+        Any type that msgspec supports; nothing in a bare `dict` or `list` is checked. Dataclasses need a value for
+        every field, even for those with a default, unless it is NaN; fields of a `msgspec.Struct` with a default are
+        optional.
+    what : str
+        What the value is, or contains it at `place`, for the message.
+    place : str
+
+    Raises
+    ------
+    FormatError
+        If a value is missing, of another type or not finite, or refused by the dataclass.
+
+    Examples
+    --------
+    >>> converted([1, 2], tuple[float, float], "point")
+    (1.0, 2.0)
+    >>> converted({"at": [1, "2"]}, dict[str, tuple[float, float]], "plan")
+    Traceback (most recent call last):
+    ilf.errors.FormatError: '[...][1]' in the plan must be float, not str.
+    """
+    try:
+        made = msgspec.convert(value, kind, str_keys=True)
+        if kind not in (dict, list):
+            _check_complete(value, made, place, what)
+    except msgspec.ValidationError as error:
+        raise FormatError(_sentence(str(error), what, place)) from error
+    except (RecursionError, UnicodeError) as error:
+        raise FormatError(f"The {what} cannot be read ({error}).") from error
+    return made
+
+
+def _check_complete(value: object, made: object, place: str, what: str) -> None:
+    """Raise FormatError if a field of a dataclass has no value, or a number is not finite."""
+    parts: Iterable[tuple[str, object, object]] = ()
+    if isinstance(value, dict) and dataclasses.is_dataclass(made):
+        for field in dataclasses.fields(made):
+            if field.name not in value and field.default == field.default:
+                raise FormatError(f"The {what} has no {f'{place}.{field.name}'.lstrip('.')!r}.")
+        names = [field.name for field in dataclasses.fields(made) if field.name in value]
+        parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)
+    elif isinstance(value, dict) and isinstance(made, msgspec.Struct):
+        names = [name for name in made.__struct_fields__ if name in value]
+        parts = ((f"{place}.{name}", value[name], getattr(made, name)) for name in names)
+    elif isinstance(value, dict) and isinstance(made, dict):
+        pairs = zip(value.items(), made.values(), strict=False)
+        parts = ((f"{place}.{name}", part, made_part) for (name, part), made_part in pairs)
+    elif isinstance(value, list) and isinstance(made, list | tuple):
+        parts = ((f"{place}[{i}]", *pair) for i, pair in enumerate(zip(value, made, strict=False)))
+    elif isinstance(made, float) and isinstance(value, float) and not math.isfinite(value):
+        raise FormatError(f"{place.lstrip('.')!r} in the {what} must be a finite number, not {value}.")
+    for where, part, made_part in parts:
+        _check_complete(part, made_part, where, what)
+
+
+def _sentence(message: str, what: str, outer: str) -> str:
+    """Turn a message of msgspec, which ends with a path such as `$.a[2].b`, into a sentence."""
+    problem, _, path = message.partition(" - at `")
+    problem, place = problem.replace("`", ""), f"{outer}{path.rpartition('$')[2].rstrip('`')}".lstrip(".")
+    subject = f"{place!r} in the {what}" if place else f"The {what}"
+    if path.startswith("key"):
+        subject = f"A name in {subject[0].lower()}{subject[1:]}"
+    if missing := re.fullmatch(r"Object missing required field (.+)", problem):
+        return f"The {what} has no {f'{place}.{missing[1]}'.lstrip('.')!r}."
+    if not (expected := _EXPECTED.fullmatch(problem)):
+        return f"{subject} is not valid: {problem.rstrip('.')}."
+    wanted = "a plain file name" if "matching regex" in problem else expected["wanted"].replace(" | ", " or ")
+    return f"{subject} must be {wanted}{', not ' + expected['found'] if expected['found'] else ''}."
+
+
 @dataclass(frozen=True)
 class Section:
-    """An object of a JSON file, with clear messages for invalid values."""
+    """An object of a JSON file whose values are converted one by one, so that a damaged one costs only itself."""
 
     name: str
     values: dict[str, Any]
 
-    def get(self, key: str, *kinds: type) -> Any:
-        """Return the value of a key, checked to be of one of these types."""
+    def get(self, key: str, *kinds: Any) -> Any:
+        """Return the value of a key, `converted` to one of these types."""
         if key not in self.values:
             raise FormatError(f"The {self.name} has no {key!r}.")
-        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
+        kind: Any = functools.reduce(operator.or_, kinds)
+        return converted(self.values[key], kind, self.name, key)
 
-    def items(self, key: str, kind: type) -> list[Any]:
+    def items(self, key: str, kind: Any) -> list[Any]:
         """Return a list of values of one type."""
-        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
-
-    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
-        """Return an object whose values are strings, or of these other types."""
-        section = self.section(key)
-        return {name: section.get(name, str, *kinds) for name in section.values}
-
-    def filename(self, key: str) -> str | None:
-        """Return a plain file name, or None for null."""
-        name = self.get(key, str, type(None))
-        if name is not None and not is_plain(name):
-            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
-        return name
-
-    def fields(self, kind: type) -> dict[str, Any]:
-        """Return values for the fields of a dataclass, each of its declared type."""
-        types = get_type_hints(kind)
-        found: dict[str, Any] = {}
-        for field in dataclasses.fields(kind):
-            declared = types[field.name]
-            if isinstance(declared, type) and issubclass(declared, StrEnum):
-                found[field.name] = self._member(field.name, declared)
-            else:
-                found[field.name] = self.get(field.name, *(get_args(declared) or (declared,)))
-        return found
-
-    def _member(self, key: str, kind: type[StrEnum]) -> StrEnum:
-        value = self.get(key, str)
-        if value not in list(kind):
-            raise FormatError(f"{key!r} in the {self.name} must be {' or '.join(kind)}, not {value!r:.60}.")
-        return kind(value)
+        values = self.get(key, list)
+        return [converted(value, kind, self.name, f"{key}[{place}]") for place, value in enumerate(values)]
 
     def section(self, key: str) -> Section:
         """Return an object inside this one."""
         return Section(key, self.get(key, dict))
-
-
-def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
-    """Return `value` if it is of one of these types: integers pass as float, true and false never as numbers."""
-    if float in kinds and type(value) is int:
-        value = as_float(value)
-    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
-        return value
-    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
-    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
 
 
 def is_plain(name: str) -> bool:

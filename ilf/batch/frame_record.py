@@ -13,20 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from .._runtime.files import file_sha256, read_json, write_bytes
-from .._runtime.schema import Section, check_schema
+from .._runtime.schema import check_schema, converted
 from ..data.frame import RGBDFrame
 from ..errors import IlfError
 from ..run.options import RECORD_FILE
 from ..run.record import PROGRAM, array_sha256
 from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME
+from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
 from .settings import SCHEMA
 
 # The input of a frame of a batch: options, files and their content.
-
-_PATHS = ("rgb", "depth", "ground_truth", "guide")
-"""Paths in a FrameSource; they may change when a data set is moved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +68,11 @@ def current_content(frame: BatchFrame) -> str | None:
 
 
 def reading_sha256(frame: BatchFrame) -> str:
-    """Return the SHA-256 of the options that a frame is read with: all of its sources but paths."""
+    """Return the SHA-256 of the options that a frame is read with: all of its sources but paths, which may change when
+    a data set is moved."""
     return _sha256(
         [
-            sorted((name, repr(value)) for name, value in vars(source).items() if name not in _PATHS)
+            [source.frame, sorted(item for item in source.options.to_json().items() if not OPTIONS[item[0]].is_path)]
             for source in (frame.source, *frame.neighbours)
         ]
     )
@@ -81,12 +80,12 @@ def reading_sha256(frame: BatchFrame) -> str:
 
 def source_files(frame: BatchFrame) -> dict[str, list[int]]:
     """Return the files of a frame's sources, as in `LoadedFrame.files`."""
-    paths: list[str | None] = []
+    paths: list[str] = []
     for source in (frame.source, *frame.neighbours):
-        paths += [source.rgb, source.depth, source.ground_truth, source.guide]
+        paths += source.paths
         if source.depth is None:
             paths.append(os.path.join(source.rgb, META_NAME))
-    return file_stamps(path for path in paths if path is not None)
+    return file_stamps(paths)
 
 
 def file_stamps(paths: Iterable[str]) -> dict[str, list[int]]:
@@ -255,17 +254,8 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
     try:
         values = read_json(folder / FRAME_FILE)
         check_schema(values, SCHEMA, "frame record")
-        data = Section("frame record", values)
-        return FrameRecord(
-            FrameOutcome(**data.section("outcome").fields(FrameOutcome)),
-            data.get("settings", str),
-            data.get("reading", str),
-            data.get("content", str, type(None)),
-            data.get("files", dict),
-            data.get("run", str, type(None)),
-            tuple(data.items("outputs", str)),
-        )
-    except (IlfError, AttributeError, KeyError, TypeError, ValueError):
+        return converted(values, FrameRecord, "frame record")
+    except (IlfError, AttributeError):
         return None
 
 

@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from ..errors import InputError, cause
 from ..sources.frame_source import FrameSource
@@ -148,7 +147,7 @@ def with_companion_files(frames: Sequence[BatchFrame], kind: str, folder: str | 
     ----------
     frames : sequence of BatchFrame
     kind : str
-        Kind of the files: "guide" or "truth".
+        Kind of the files: "guide" or "ground_truth".
     folder : path-like
         Its files are named as the frames or as their folders: 0001.png or rgb__0001.png for rgb/0001.
 
@@ -171,8 +170,7 @@ def with_companion_files(frames: Sequence[BatchFrame], kind: str, folder: str | 
             raise InputError(
                 f"{folder} has no file for {frame.key}. Add one named {names[0]} or {names[-1]}, with any suffix."
             )
-        beside: dict[str, Any] = {kind: path}
-        found.append(replace(frame, source=replace(frame.source, **beside)))
+        found.append(replace(frame, source=frame.source.with_options(**{kind: path})))
     return found
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from .._runtime.files import file_sha256, read_json, write_bytes
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION
-from .._runtime.schema import Section, check_schema
+from .._runtime.schema import check_schema, converted
 from ..errors import FormatError, InputError, cause
 from ..evaluation.hold_out import HoldOutTest
 from ..run.options import ExportOptions
@@ -111,10 +111,18 @@ def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
         raise no_batch
     check_schema(data, SCHEMA, f"batch {path}")
     try:
-        low, high = Section("batch", data).items("levels", float)
-        return dict(data["settings"]), (low, high)
-    except (KeyError, TypeError, ValueError, FormatError):
+        batch = converted(data, _BatchFile, "batch")
+    except FormatError:
         raise no_batch from None
+    return batch.settings, batch.levels
+
+
+@dataclass(frozen=True)
+class _BatchFile:
+    """The content of batch.json, besides its schema."""
+
+    settings: dict[str, Any]
+    levels: Levels
 
 
 def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:

@@ -26,7 +26,7 @@ from ..errors import IlfError
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.depth_reading import unique_warnings
 from ..run.run import RunConfiguration
-from ..sources.source import open_source
+from ..sources.source import Source
 from .options import add_export_options, add_given_blocks, check_given_blocks, export_options
 from .output import FramesBar, print_json, warn
 from .parsing import (
@@ -235,9 +235,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [
-        open_source(path, **reading_options(arguments), **pairing_options(arguments)) for path in arguments.sources
-    ]
+    sources = [Source.of(path, reading_options(arguments), **pairing_options(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     frames = slice_frames(
@@ -252,7 +250,7 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     if arguments.ground_truth_units is None:
         return frames
     return [
-        replace(frame, source=replace(frame.source, ground_truth_units=arguments.ground_truth_units))
+        replace(frame, source=frame.source.with_options(ground_truth_units=arguments.ground_truth_units))
         for frame in frames
     ]
 

@@ -29,9 +29,8 @@ from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
+    add_companions,
     add_frame,
-    add_ground_truth,
-    add_guide,
     add_invalid_mask,
     add_parameters,
     add_preset,
@@ -39,6 +38,7 @@ from .parsing import (
     frame_from,
     parameter_flags,
     preset_from,
+    reading_flags,
     with_given,
 )
 from .run_output import COMPLETION_KEYS, FinishedRun, RunProgress, completion_record, completion_report
@@ -68,8 +68,7 @@ def add_arguments(parser: Parser) -> None:
     add_frame(parser)
     add_strict(parser, "complete nothing")
     add_invalid_mask(parser)
-    add_guide(parser)
-    add_ground_truth(parser)
+    add_companions(parser)
     add_preset(parser)
     add_given_blocks(parser, "--blocks")
     add_borders(parser)
@@ -151,14 +150,21 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("frame", "max_gap", "topics", "preset", "blocks", "borders", "invalid_mask", "guide"),
-            *("ground_truth", "ground_truth_units"),
-            *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
-            *("depth_formats", "png_units"),
+            *(
+                "frame",
+                "max_gap",
+                "topics",
+                "preset",
+                "blocks",
+                "borders",
+                "invalid_mask",
+                "depth_formats",
+                "png_units",
+            ),
         )
         if getattr(arguments, name) is not None
     ]
-    also += geometry_flags(arguments)
+    also += [*reading_flags(arguments), *geometry_flags(arguments)]
     also += ["--strict"] * arguments.strict
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--extrapolate"] * arguments.extrapolate
     also += ["--fill-gaps"] * arguments.fill_gaps

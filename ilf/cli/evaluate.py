@@ -29,9 +29,8 @@ from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
     add_borders,
+    add_companions,
     add_frame,
-    add_ground_truth,
-    add_guide,
     add_invalid_mask,
     add_parameters,
     add_preset,
@@ -103,8 +102,7 @@ def add_arguments(parser: Parser) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_invalid_mask(parser)
-    add_guide(parser)
-    add_ground_truth(parser)
+    add_companions(parser)
     add_preset(parser, action="append")
     add_given_blocks(parser, "--blocks")
     add_borders(parser)

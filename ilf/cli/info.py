@@ -21,9 +21,9 @@ from ..data.frame import RGBDFrame, check_depth_scale, check_same_size
 from ..data.parameters import BlockParameters, nearest_preset
 from ..data.results import BlockOutcome
 from ..errors import IlfError, InputError
-from ..io.cameras import intrinsics_from
+from ..io.cameras import IntrinsicsSpec, intrinsics_from
 from ..io.depth_reading import DepthReading, read_depth, unique_warnings
-from ..io.encodings import encoding_of_inputs, single_encoding
+from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import (
     UNUSED_CONFIDENCE,
     load_guide,
@@ -41,15 +41,16 @@ from ..run.replaying import file_problems
 from ..sources.frame_source import FrameSource
 from ..sources.frames import META_NAME, FrameFiles, frame_folder, meta_beside
 from ..sources.opening import is_recording
+from ..sources.reading_options import ReadingOptions
 from ..sources.source import Source
 from .output import print_json
 from .parsing import (
+    add_companions,
     add_frame,
-    add_ground_truth,
-    add_guide,
     add_strict,
     check_plausibility,
     frame_of_source,
+    reading_options,
     source_from,
 )
 from .run_output import outcome_lines, outcome_record
@@ -111,21 +112,19 @@ def record_facts(record: RunRecord) -> list[Fact]:
         if ground_truth is not None:
             entries = {"ground_truth": {"path": ground_truth.path, "units_per_m": ground_truth.units}}
             facts.append(Fact("ground truth", f"{ground_truth.path}, {ground_truth.units:g} units per metre", entries))
-    height, width = record.shape
-    origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
+    height, width = record.blocks.shape
+    origin = "given as a label map" if record.extraction is None else "edited" if record.blocks.edited else "extracted"
     entries = {"width": width, "height": height, "blocks_from": origin}
-    facts.append(Fact("blocks", f"{len(record.outcomes)} run, {width} x {height}, {origin}", entries))
+    facts.append(Fact("blocks", f"{len(record.blocks_outcome)} run, {width} x {height}, {origin}", entries))
     if record.extraction is not None:
         changes = record.extraction.differences_from(BlockParameters())
         facts.append(Fact("extraction", _text(changes) or "defaults", {"extraction": changes}))
-    nearest = nearest_preset(record.common)
+    nearest = nearest_preset(record.parameters)
     text = f"preset {nearest.preset}" + (f" with {_text(nearest.differs)}" if nearest.differs else "")
-    facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.common.to_dict()}))
-    own = {
-        label: one.differences_from(record.common) for label, one in record.parameters.items() if one != record.common
-    }
+    facts.append(Fact("parameters", text, {"preset": nearest.preset, "parameters": record.parameters.to_dict()}))
+    own = record.block_parameters
     facts += [Fact(f"block {label}", _text(changes), {"block_parameters": own}) for label, changes in own.items()]
-    uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
+    uses = (record.networks.extraction, "blocks"), (record.networks.filter, "the filter")
     used = dict.fromkeys(item for networks, _ in uses for item in networks.items())
     for name, sha256 in used:
         use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
@@ -141,7 +140,7 @@ def record_facts(record: RunRecord) -> list[Fact]:
         facts.append(Fact("guide", f"in {record.guide.file}{origin}", entries))
     if record.extrapolate:
         facts.append(Fact("extrapolated", "depth that was still missing after the run", {"extrapolated": True}))
-    files = list(record.outputs or record.options.filenames())
+    files = list(record.outputs or record.export.filenames())
     return [*facts, Fact("files", ", ".join(files), {"files": files})]
 
 
@@ -224,8 +223,7 @@ def add_arguments(parser: Parser) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_strict(parser, "fail")
-    add_guide(parser)
-    add_ground_truth(parser)
+    add_companions(parser)
     add_json(parser)
 
 
@@ -261,12 +259,12 @@ def _input_sections(inputs: list[Path], arguments: argparse.Namespace) -> list[S
     beside = meta_beside(*inputs)
     if beside is not None:
         return [_frame_section(beside, arguments)]
-    given = single_encoding(arguments.depth_encoding, arguments.depth_units)
-    depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
+    given = reading_options(arguments)
+    depth = read_depth(read_file(inputs[1]), given.depth_encoding, None, given.invalid)
     facts = [
-        *_pair_facts(inputs[0], inputs[1], depth, arguments.intrinsics),
-        *_ground_truth_facts(arguments.ground_truth, arguments.ground_truth_units, depth),
-        *_guide_facts(arguments.guide, depth.metres),
+        *_pair_facts(inputs[0], inputs[1], depth, given.intrinsics),
+        *_ground_truth_facts(given, depth),
+        *_guide_facts(given.guide, depth.metres),
     ]
     return [Section("frame", facts)]
 
@@ -291,7 +289,7 @@ def _source_frame(source: FrameSource, arguments: argparse.Namespace) -> Section
     frame, recorded = source.load(), source.recorded()
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
-    sure = [] if levels is None else _confidence_value_facts(None, levels, source.min_confidence, depth.metres)
+    sure = [] if levels is None else _confidence_value_facts(None, levels, source.options.min_confidence, depth.metres)
     entries = {"colour": source.rgb, "width": width, "height": height}
     shares = {"missing_share": frame.missing_share, "outside_view_share": frame.outside_share}
     facts = [
@@ -324,23 +322,20 @@ def _folder_sections(folder: Path, arguments: argparse.Namespace) -> list[Sectio
 
 def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
     """Make the section of a frame with a meta.json."""
-    given = single_encoding(arguments.depth_encoding, arguments.depth_units)
-    invalid = files.invalid if arguments.invalid is None else arguments.invalid
-    depth = read_depth(read_file(files.depth), given, files.stated_encoding, invalid)
-    stated = files.ground_truth_units if arguments.ground_truth is None else None
-    ground_truth = _ground_truth_facts(
-        arguments.ground_truth or files.ground_truth, arguments.ground_truth_units or stated, depth
-    )
+    given = reading_options(arguments)
+    options = given.or_else(files.options)
+    depth = read_depth(read_file(files.depth), given.depth_encoding, files.options.depth_encoding, options.invalid)
+    ground_truth = _ground_truth_facts(options, depth)
     if not ground_truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         ground_truth = [
             Fact("ground truth", f"none: according to {META_NAME}, {filled[0].name} is not measured or exact depth")
         ]
     facts = [
         Fact("name", files.name, {"name": files.name}),
-        *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
+        *_pair_facts(files.rgb, files.depth, depth, options.intrinsics),
         *ground_truth,
-        *_guide_facts(arguments.guide or files.guide, depth.metres),
-        *_confidence_facts(files, arguments.min_confidence, depth.metres),
+        *_guide_facts(options.guide, depth.metres),
+        *_confidence_facts(options, depth.metres),
     ]
     return Section("frame", facts)
 
@@ -348,7 +343,7 @@ def _frame_section(files: FrameFiles, arguments: argparse.Namespace) -> Section:
 def _record_section(path: Path) -> Section:
     record = read_record(path)
     wrong = file_problems(record, path.absolute().parent)
-    return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.outcomes)
+    return Section("run", [*record_facts(record), *(Fact("problem", text) for text in wrong)], record.blocks_outcome)
 
 
 def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
@@ -358,7 +353,7 @@ def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[Fact]:
     return [Fact("colour", f"{path}, {width} x {height}", entries), *([Fact("warning", doubt)] if doubt else [])]
 
 
-def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
+def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: IntrinsicsSpec | None) -> list[Fact]:
     """List the facts of colour and depth, and whether they match."""
     rgb, doubt = read_colour_with_warning(colour)
     facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
@@ -369,7 +364,7 @@ def _pair_facts(colour: Path, path: Path, depth: DepthReading, camera: str | Cam
     return facts
 
 
-def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[Fact]:
+def _depth_facts(path: Path, depth: DepthReading, camera: IntrinsicsSpec | None) -> list[Fact]:
     """List the facts of a depth file."""
     values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
@@ -400,13 +395,14 @@ def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics
     return [*facts, *(Fact("warning", doubt.text) for doubt in depth.plausibility_warnings)]
 
 
-def _ground_truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[Fact]:
+def _ground_truth_facts(options: ReadingOptions, reading: DepthReading) -> list[Fact]:
     """List the facts of the ground truth; empty if there is none."""
-    if path is None:
+    if options.ground_truth is None:
         return []
     depth = reading.metres
+    shape, units = (depth.shape[0], depth.shape[1]), options.ground_truth_units
     try:
-        ground_truth, file = read_ground_truth(path, (depth.shape[0], depth.shape[1]), units, reading.encoding.units)
+        ground_truth, file = read_ground_truth(options.ground_truth, shape, units, reading.encoding.units)
     except InputError as error:
         return [Fact("problem", str(error))]
     known = np.isfinite(ground_truth)
@@ -432,16 +428,15 @@ def _known_text(share: float, of_missing: float) -> str:
     return f"known at {share:.1%} of all pixels and {of_missing:.1%} of the missing ones"
 
 
-def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.float32]) -> list[Fact]:
+def _confidence_facts(options: ReadingOptions, depth: NDArray[np.float32]) -> list[Fact]:
     """List the facts of a confidence map; empty if there is none."""
-    if files.confidence is None:
+    if options.confidence is None:
         return []
-    minimum = files.min_confidence if given is None else given
     try:
-        levels = read_confidence(files.confidence, (depth.shape[0], depth.shape[1]))
+        levels = read_confidence(options.confidence, (depth.shape[0], depth.shape[1]))
     except InputError as error:
         return [Fact("problem", str(error))]
-    return _confidence_value_facts(str(files.confidence), levels, minimum, depth)
+    return _confidence_value_facts(options.confidence, levels, options.min_confidence, depth)
 
 
 def _confidence_value_facts(
@@ -458,7 +453,7 @@ def _confidence_value_facts(
     return [Fact("confidence", f"{where}from {low:g} to {high:g}. {effect}", {"confidence": entries})]
 
 
-def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[Fact]:
+def _guide_facts(path: str | None, depth: NDArray[np.float32]) -> list[Fact]:
     """List the facts of a guide; empty if there is none."""
     if path is None:
         return []

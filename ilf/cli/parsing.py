@@ -7,16 +7,15 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from ..data.camera import INTRINSICS
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..errors import InputError, ParameterError
-from ..io.encodings import ENCODING_DESCRIPTIONS
 from ..io.labels import with_more_invalid
 from ..run.preset_files import UserPreset, find_preset
 from ..sources.frame_source import FrameSource
-from ..sources.source import Source, open_source
+from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
+from ..sources.source import Source
 from ..sources.times import MAX_TIME_GAP_S
 from .output import warn
 from .usage import UsageError, count
@@ -74,7 +73,7 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
 
 
 def pairing_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of `add_pairing` as arguments of `open_source`."""
+    """Return the values of `add_pairing` as arguments of `Source.of`."""
     max_gap = MAX_TIME_GAP_S if arguments.max_gap is None else float(arguments.max_gap)
     return {"max_gap": max_gap, "topics": arguments.topics}
 
@@ -88,40 +87,33 @@ def _topics(text: str) -> tuple[str, str]:
     return colour.strip(), depth.strip()
 
 
-def add_reading(reading: argparse._ArgumentGroup) -> None:
-    """Add the arguments for reading depth files and for their camera; see `reading_options`."""
-    how = reading.add_mutually_exclusive_group()
-    how.add_argument(
-        "--depth-encoding",
-        metavar="NAME",
-        help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
-        "number (default: "
-        "from meta.json; for two files, mm for integers and m for floats). An explicit encoding skips the plausibility "
-        "check",
-    )
-    how.add_argument(
-        "--depth-units", type=float, metavar="N", help="units per metre of the depth file (1000: millimetres)"
-    )
-    reading.add_argument(
-        "--invalid",
-        type=float,
-        metavar="N",
-        help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
-        "meta.json)",
-    )
-    reading.add_argument(
-        "--min-confidence",
-        type=float,
-        metavar="N",
-        help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
-        "(default: from meta.json, otherwise all depth is used)",
-    )
-    reading.add_argument(
-        "--intrinsics",
-        metavar="CAMERA",
-        help="camera preset, fx,fy,cx,cy or a JSON file, for point clouds and meshes. Presets: "
-        f"{', '.join(INTRINSICS)}",
-    )
+def add_reading(parser: argparse._ActionsContainer) -> None:
+    """Add the arguments of the reading options of all frames; see `reading_options`."""
+    add_options(parser, {name: option for name, option in OPTIONS.items() if not option.one_frame})
+
+
+def add_companions(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the reading options of a single frame: its guide and its ground truth."""
+    add_options(parser, {name: option for name, option in OPTIONS.items() if option.one_frame and not option.group})
+    for title in dict.fromkeys(option.group for option in OPTIONS.values() if option.group):
+        group = parser.add_argument_group(title)
+        add_options(group, {name: option for name, option in OPTIONS.items() if option.group == title})
+
+
+def add_options(
+    parser: argparse._ActionsContainer, options: Mapping[str, ReadingOption], *, short: bool = False
+) -> None:
+    """Add the flags of reading options, with their `help`, or their `short_help`."""
+    exclusive = parser.add_mutually_exclusive_group()
+    for name, option in options.items():
+        if option.flag:
+            (exclusive if option.exclusive else parser).add_argument(
+                option.flag,
+                dest=name,
+                type=str if str in KINDS[name] else float,
+                metavar=option.metavar,
+                help=option.short_help if short else option.help,
+            )
 
 
 def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
@@ -156,34 +148,6 @@ def add_borders(parser: argparse.ArgumentParser) -> None:
         metavar="MASK.png",
         help="mask of block borders that no depth crosses, as drawn by hand: a single-channel image of the frame's "
         "size, non-zero at block pixels along such a border",
-    )
-
-
-def add_guide(parser: argparse.ArgumentParser) -> None:
-    """Add the argument of a frame's guide."""
-    parser.add_argument(
-        "--guide",
-        metavar="FILE",
-        help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any unit: "
-        "8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Its weight follows from its agreement with the "
-        "known depth (default: guide.* in the frame's folder)",
-    )
-
-
-def add_ground_truth(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of a frame's ground truth."""
-    group = parser.add_argument_group("ground truth")
-    group.add_argument(
-        "--ground-truth",
-        metavar="FILE",
-        help="depth to evaluate the result against, in the format of the depth file (default: gt.* in the frame's "
-        "folder)",
-    )
-    group.add_argument(
-        "--ground-truth-units",
-        type=float,
-        metavar="N",
-        help="its units per metre (default: from meta.json, otherwise those of the depth file; 1 for floats)",
     )
 
 
@@ -227,29 +191,29 @@ def preset_from(name: str | None) -> UserPreset:
         raise UsageError(str(error)) from error
 
 
-def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the values of `add_reading` as arguments of `load_frame` and `list_frames`."""
-    return {
-        "depth_units": arguments.depth_units,
-        "encoding": arguments.depth_encoding,
-        "invalid": arguments.invalid,
-        "intrinsics": arguments.intrinsics,
-        "min_confidence": arguments.min_confidence,
-    }
+def reading_options(arguments: argparse.Namespace) -> ReadingOptions:
+    """Return the values of `add_reading` and `add_companions`."""
+    return ReadingOptions.from_arguments(vars(arguments))
+
+
+def reading_flags(arguments: argparse.Namespace) -> list[str]:
+    """Return the flags of reading options that are given on the command line."""
+    return [OPTIONS[name].flag for name in reading_options(arguments).given]
 
 
 def source_from(arguments: argparse.Namespace) -> Source:
     """Open the folder of frames, data set or recording that the arguments name, and print its warnings."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Give one folder of frames, data set or recording, not {len(arguments.inputs)} paths.")
-    source = open_source(arguments.inputs[0], **reading_options(arguments), **pairing_options(arguments))
+    source = Source.of(arguments.inputs[0], reading_options(arguments), **pairing_options(arguments))
     warn(source.notes)
     return source
 
 
 def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
     """Return the frame that --frame selects."""
-    return replace(source_from(arguments).frame_source(arguments.frame), **_companion_files(arguments))
+    found = source_from(arguments).frame_source(arguments.frame)
+    return replace(found, options=reading_options(arguments).or_else(found.options))
 
 
 def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
@@ -259,14 +223,7 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     if arguments.max_gap is not None or arguments.topics is not None:
         raise UsageError("--max-gap and --topics apply to frames of a folder or a recording: select one with --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
-    return FrameSource(rgb, depth, **reading_options(arguments), **_companion_files(arguments))
-
-
-def _companion_files(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return ground truth and guide of the arguments, if the command has such arguments."""
-    given = vars(arguments)
-    names = {"ground_truth": "ground_truth", "ground_truth_units": "ground_truth_units", "guide": "guide"}
-    return {name: given.get(argument) for name, argument in names.items()}
+    return FrameSource(rgb, depth, options=reading_options(arguments))
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:

@@ -268,14 +268,14 @@ def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     inputs, how = arguments.inputs, reading_options(arguments)
     if all(os.path.isdir(path) or is_recording(path) for path in inputs):
         for path in inputs:
-            listing = list_frames(path, **how)
+            listing = list_frames(path, how)
             warn(listing.notes)
             yield from listing.sources
         return
     if len(inputs) != 2 or any(os.path.isdir(path) for path in inputs):
         raise UsageError("Give folders and recordings, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
-    source = FrameSource(rgb, depth, **how)
+    source = FrameSource(rgb, depth, options=how)
     warn(source.load().notes)  # reports a wrong file now
     yield source
 

@@ -28,9 +28,8 @@ from .output import ShareProgress, warn
 from .parsing import (
     MAIN_PARAMETERS,
     add_block_parameters,
+    add_companions,
     add_frame,
-    add_ground_truth,
-    add_guide,
     add_invalid_mask,
     add_look_in,
     add_parameters,
@@ -39,6 +38,7 @@ from .parsing import (
     frame_from,
     parameter_flags,
     preset_from,
+    reading_flags,
     seeds_from,
     with_given,
 )
@@ -156,20 +156,9 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
     """Raise UsageError for flags whose settings the file already contains."""
-    reading = "depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"
-    names = (
-        "frame",
-        "max_gap",
-        "topics",
-        "preset",
-        "invalid_mask",
-        "guide",
-        "ground_truth",
-        "ground_truth_units",
-        *reading,
-    )
+    names = "frame", "max_gap", "topics", "preset", "invalid_mask"
     also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
-    if also := [*also, *parameter_flags(arguments)]:
+    if also := [*also, *reading_flags(arguments), *parameter_flags(arguments)]:
         raise UsageError(f"{file} contains the settings of its runs: leave out {', '.join(also)}.")
 
 
@@ -193,8 +182,7 @@ def add_arguments(parser: Parser) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_invalid_mask(parser)
-    add_guide(parser)
-    add_ground_truth(parser)
+    add_companions(parser)
     add_look_in(parser)
     add_preset(parser)
     parser.add_argument(

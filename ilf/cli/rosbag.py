@@ -139,5 +139,5 @@ def _expected_error(folder: Path, shape: tuple[int, int]) -> NDArray[np.float32]
         values = read_depth_values(path)
         if values.shape != shape:
             raise InputError(f"{path} and the frame differ in size. Complete the frame again.")
-        return depth_in_metres(values, read_record(folder / RECORD_FILE).options.depth_units if kind == "png" else 1.0)
+        return depth_in_metres(values, read_record(folder / RECORD_FILE).export.depth_units if kind == "png" else 1.0)
     return None

@@ -22,22 +22,19 @@ from ..run.run import Run
 from ..sources.frame_source import FrameSource
 from .archive import Parts
 from .encoding import Origin, measured_sha256
-from .frame_state import BlockNotes, FrameState
+from .frame_state import BlockInfo, BlockNotes, FrameState
 from .packing import Npz, labels_from_bytes, mask_from_bytes
 from .result_packs import unpack_results
-from .run_history import Extrapolation, StoredRun
+from .run_history import Colour, Extrapolation, StoredRun
 from .sources import ChangedSource, MissingSource, Places, with_ground_truth
 from .state_json import (
     UNREADABLE,
     array_content,
-    block_infos,
-    colour_of,
     empty_state,
     inspection_of,
     number_or_none,
     own_values_of,
     read_frame_part,
-    reasons_of,
     recorded_frame,
     recorded_shape,
     result_rows,
@@ -185,13 +182,13 @@ class _Decoding:
     def _plain_fields(self, data: Section) -> dict[str, Any]:
         """Decode the fields without arrays."""
         readers: dict[str, Callable[[], Any]] = {
-            "compared": lambda: tuple(data.items("compared", int)),
+            "compared": lambda: data.get("compared", tuple[int, ...]),
             "next_number": lambda: data.get("next_number", int),
             "extrapolate": lambda: data.get("extrapolate", bool),
             "own_parameters": lambda: data.get("own_parameters", bool),
             "note": lambda: data.get("note", str),
-            "to_check": lambda: frozenset(data.items("to_check", int)),
-            "selected": lambda: tuple(data.items("selected", int)),
+            "to_check": lambda: data.get("to_check", frozenset[int]),
+            "selected": lambda: data.get("selected", tuple[int, ...]),
             "looked": lambda: inspection_of(data.section("looked")),
             "view": lambda: data.get("view", dict),
         }
@@ -222,7 +219,7 @@ class _Decoding:
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
         """Read an array; all references to the same part share one array."""
-        name = data.get(key, str, type(None))
+        name = data.get(key, str, None)
         if name is None:
             return None
         if (name, read) not in self.arrays:
@@ -260,7 +257,7 @@ class _Decoding:
         key = json.dumps(section.values, sort_keys=True)
         if key not in self.guides:
             values, confidence = (self._array(section, name, _depth) for name in ("values", "confidence"))
-            guide = Guide(values, confidence, section.get("path", str, type(None)))
+            guide = Guide(values, confidence, section.get("path", str, None))
             for array, name in ((guide.values, "values"), (guide.confidence, "confidence")):
                 if array is not None:
                     self.origins.append((array, section.get(name, str)))
@@ -281,14 +278,12 @@ class _Decoding:
 
     def _with_ground_truth(self, data: Section) -> RGBDFrame:
         """Return the frame with the ground truth of `data`."""
-        if data.get("ground_truth", dict, type(None)) is None:
+        if data.get("ground_truth", dict, None) is None:
             return self.frame if self.frame.ground_truth is None else self.frame.with_ground_truth(None)
         ground_truth = data.section("ground_truth")
         if "array" in ground_truth.values:
             return self.frame.with_ground_truth(self._array(ground_truth, "array", _depth))
-        file = GroundTruthFile(
-            ground_truth.get("path", str), ground_truth.get("sha256", str), ground_truth.get("units", float)
-        )
+        file = data.get("ground_truth", GroundTruthFile)
         known = None if self.frame.inputs is None else self.frame.inputs.ground_truth
         if self.frame.ground_truth is not None and known and (known.sha256, known.units) == (file.sha256, file.units):
             return self.frame
@@ -300,21 +295,21 @@ class _Decoding:
 
     def _notes(self, data: Section) -> BlockNotes:
         readers: dict[str, Callable[[], Any]] = {
-            "infos": lambda: block_infos(data.section("infos")),
-            "own": lambda: own_values_of(data.section("own")),
+            "infos": lambda: data.get("infos", dict[int, BlockInfo]),
+            "own": lambda: own_values_of(data),
             "drawn": lambda: self._mask(data, "drawn"),
             "extraction": lambda: self._extraction(data),
-            "network": lambda: data.get("network", str, type(None)),
+            "network": lambda: data.get("network", str, None),
             "extracted": lambda: self._labels(data, "extracted"),
-            "kept": lambda: frozenset(data.items("kept", int)),
-            "handmade": lambda: frozenset(data.items("handmade", int)),
+            "kept": lambda: data.get("kept", frozenset[int]),
+            "handmade": lambda: data.get("handmade", frozenset[int]),
             "propagated_from": lambda: data.get("propagated_from", str),
-            "reasons": lambda: reasons_of(data.section("reasons")),
+            "reasons": lambda: data.get("reasons", dict[int, str]),
         }
         return BlockNotes(**self._readable_fields(readers))
 
     def _extraction(self, data: Section) -> BlockParameters | None:
-        values = data.get("extraction", dict, type(None))
+        values = data.get("extraction", dict, None)
         return None if values is None else BlockParameters.from_dict(values)
 
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
@@ -342,7 +337,7 @@ class _Decoding:
         return unpack_results(name, self._content(name), self.frame.measured)
 
     def _extrapolation(self, data: Section, key: str) -> Extrapolation | None:
-        if data.get(key, dict, type(None)) is None:
+        if data.get(key, dict, None) is None:
             return None
         extrapolation = data.section(key)
         name, count = extrapolation.get("array", str), extrapolation.get("count", int)
@@ -357,7 +352,7 @@ class _Decoding:
         depth.setflags(write=False)
         self.origins.append((depth, name))
         return Extrapolation(
-            pixels, depth, tuple(extrapolation.items("notes", str)), extrapolation.get("network", str, type(None))
+            pixels, depth, extrapolation.get("notes", tuple[str, ...]), extrapolation.get("network", str, None)
         )
 
     def _run_history(self, data: Section) -> tuple[StoredRun, ...]:
@@ -373,21 +368,16 @@ class _Decoding:
         return tuple(runs)
 
     def _kept(self, kept: Section, data: Section) -> StoredRun:
-        test = None
-        if kept.get("hold_out_test", dict, type(None)) is not None:
-            stated = kept.section("hold_out_test")
-            test = HoldOutTest(stated.get("pattern", str), tuple(stated.items("seeds", int)))
-        run = self._run(kept.section("run"))
         return StoredRun(
             number=kept.get("number", int),
             name=kept.get("name", str),
-            run=run,
+            run=self._run(kept.section("run")),
             results=self._results(kept, data),
             seconds=kept.get("seconds", float),
-            colour=colour_of(kept),
+            colour=kept.get("colour", Colour),
             note=kept.get("note", str),
-            when=datetime.datetime.fromisoformat(kept.get("when", str)),
-            done=frozenset(kept.items("done", int)),
+            when=kept.get("when", datetime.datetime),
+            done=kept.get("done", frozenset[int]),
             how=kept.get("how", str),
             extrapolation=self._read_or_report(
                 "The extrapolated depth of a stored run is", lambda: self._extrapolation(kept, "extrapolation"), None
@@ -395,16 +385,16 @@ class _Decoding:
             ground_truth_error=number_or_none(kept, "ground_truth_error"),
             hold_out_error=number_or_none(kept, "hold_out_error"),
             expected_error=number_or_none(kept, "expected_error"),
-            hold_out_test=test,
+            hold_out_test=kept.get("hold_out_test", HoldOutTest, None),
         )
 
     def _run(self, data: Section) -> Run:
-        only = data.get("only", list, type(None))
+        only = data.get("only", list, None)
         labels = self._labels(data, "blocks")
         if labels is None:
             raise FormatError("It has no blocks.")
         parameters = Parameters.from_dict(data.get("parameters", dict))
-        own = own_values_of(data.section("own"))
+        own = own_values_of(data)
         return Run(
             self._frame_with_layers(data),
             labels,
@@ -414,8 +404,8 @@ class _Decoding:
             extrapolate=data.get("extrapolate", bool),
             extraction=self._extraction(data),
             edited=data.get("edited", bool),
-            network=data.get("network", str, type(None)),
-            notes=tuple(data.items("notes", str)),
+            network=data.get("network", str, None),
+            notes=data.get("notes", tuple[str, ...]),
             drawn=self._mask(data, "drawn"),
         )
 

@@ -194,7 +194,7 @@ class _Encoding:
         ground_truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.ground_truth
         if file is not None:
-            ground_truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
+            ground_truth = dataclasses.asdict(file)
         elif frame.ground_truth is not None:
             ground_truth = {"array": self._array(frame.ground_truth, _depth)}
         seen = {"invalid_mask": self._array(frame.invalid_mask, mask_to_bytes), "ground_truth": ground_truth}
@@ -206,15 +206,7 @@ class _Encoding:
 
     def _notes(self, notes: BlockNotes) -> dict[str, Any]:
         return {
-            "infos": {
-                str(label): {
-                    "name": info.name,
-                    "colour": list(info.colour),
-                    "visible": info.visible,
-                    "locked": info.locked,
-                }
-                for label, info in notes.infos.items()
-            },
+            "infos": {str(label): dataclasses.asdict(info) for label, info in notes.infos.items()},
             "own": {str(label): dict(own) for label, own in notes.own.items()},
             "drawn": self._array(notes.drawn, mask_to_bytes),
             "extraction": None if notes.extraction is None else notes.extraction.to_dict(),
@@ -240,7 +232,7 @@ class _Encoding:
             "done": sorted(kept.done),
             "how": kept.how,
             "extrapolation": None if kept.extrapolation is None else self._extrapolation(kept.extrapolation),
-            "hold_out_test": None if test is None else {"pattern": test.pattern, "seeds": list(test.seeds)},
+            "hold_out_test": None if test is None else dataclasses.asdict(test),
         }
         errors = ("ground_truth_error", "hold_out_error", "expected_error")
         # an error that was not computed has no key; an undefined one is null

@@ -104,8 +104,7 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
 
 def _places(source: FrameSource) -> dict[str, str]:
     """Return the state of each file of a frame without stored work, whose hashes are unknown."""
-    paths = [path for path in (source.rgb, source.depth, source.ground_truth, source.guide) if path is not None]
-    return {path: "present" if Path(path).exists() else "missing" for path in paths}
+    return {path: "present" if Path(path).exists() else "missing" for path in source.paths}
 
 
 def _run_facts(run: Section) -> RunFacts:

@@ -185,8 +185,8 @@ class PartCollector:
     def _record_paths(self, frame: ProjectFrame) -> None:
         source = frame.source
         if source is not None:
-            for path in (source.rgb, source.depth, source.ground_truth):
-                if path is not None and path not in self._files:
+            for path in source.paths:
+                if path not in self._files:
                     self._files[path] = FilePlace(_relative(Path(path), self._path.parent), path)
 
 

@@ -15,7 +15,7 @@ from ..data.frame import RGBDFrame
 from ..data.parameters import BlockParameters, Parameters, preset
 from ..data.results import BlockResult
 from ..run.run import Run
-from .run_history import Extrapolation, StoredRun
+from .run_history import Colour, Extrapolation, StoredRun
 
 # Own parameters of blocks: values that replace the common ones.
 
@@ -48,7 +48,7 @@ class BlockInfo:
     """The user's settings of a block."""
 
     name: str
-    colour: tuple[int, int, int]
+    colour: Colour
     visible: bool = True
     locked: bool = False
 

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from .._runtime.files import MAX_FILE_BYTES, remedy
 from .._runtime.installation import __version__
-from .._runtime.schema import check_schema
+from .._runtime.schema import check_schema, converted
 from .._runtime.temporary_files import private_file
-from ..errors import ExportError, InputError
+from ..errors import ExportError, FormatError, InputError
 from ..io.sqlite_files import DEFINITIONS, LimitedConnection, check_plain
 from .packing import chunks
 
@@ -203,11 +203,9 @@ class JournalHeader:
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Decode the JSON of `to_json`; raises ValueError, TypeError or KeyError for anything else."""
+        """Decode the JSON of `to_json`; raises FormatError, ValueError or TypeError for anything else."""
         values = json.loads(text)
-        times = {name: datetime.fromisoformat(values[name]) for name in ("started", "changed")}
-        frames = values["frames"]
-        return cls(**{**values, **times, "frames": None if frames is None else tuple(frames)})
+        return cls(**values | vars(converted(values, cls, "journal's note")))  # refuses unknown names
 
 
 class Journal:
@@ -283,7 +281,7 @@ class Journal:
         try:
             row = self._database.execute("SELECT content FROM note").fetchone()
             return JournalHeader() if row is None else JournalHeader.from_json(row[0])
-        except (sqlite3.DatabaseError, ValueError, TypeError, KeyError):
+        except (sqlite3.DatabaseError, FormatError, ValueError, TypeError):
             changed = datetime.fromtimestamp(self.path.stat().st_mtime, UTC)
             return JournalHeader("", True, "", 0, "", changed, changed)
 

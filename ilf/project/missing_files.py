@@ -6,7 +6,7 @@ import hashlib
 import os
 import re
 from collections.abc import Collection, Generator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import platformdirs
@@ -96,9 +96,7 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
             return list(files_of(parts.read(name)))
         except UNREADABLE:
             pass  # fall back to the source
-    source = frame.source
-    paths = [] if source is None else [source.rgb, source.depth, source.ground_truth, source.guide]
-    return [InputFile(path, "") for path in paths if path is not None]
+    return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
 
 
 def find_in_folder(
@@ -160,13 +158,7 @@ def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
     >>> relocated(FrameSource("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
     '/new/a'
     """
-    return replace(
-        source,
-        rgb=_relocated(source.rgb, found),
-        depth=None if source.depth is None else _relocated(source.depth, found),
-        ground_truth=None if source.ground_truth is None else _relocated(source.ground_truth, found),
-        guide=None if source.guide is None else _relocated(source.guide, found),
-    )
+    return source.with_paths(lambda path: _relocated(path, found))
 
 
 def _relocated(path: str, found: Mapping[str, Path]) -> str:

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.schema import Section, check_schema, plain, strict_json
-from ..data.camera import CameraIntrinsics
 from ..data.declarations import ParameterSet
 from ..data.parameters import BlockParameters, Parameters
 from ..errors import FormatError, IlfError
-from ..io.cameras import IntrinsicsSpec
 from ..run.record_file import parsed_inputs
 from ..sources.frame_source import FrameSource
 from .archive import Parts
@@ -91,7 +85,7 @@ def _encoded_frame(frame: ProjectFrame) -> bytes:
     data = {
         "id": frame.id,
         "name": frame.name,
-        "source": None if frame.source is None else _source(frame.source),
+        "source": None if frame.source is None else frame.source.to_json(),
         "summary": vars(frame.summary),
         "has_state": frame.has_state,
     }
@@ -188,15 +182,9 @@ def _frame(row: Section, moved: Places | None) -> ProjectFrame:
     """Decode a frame of the list; `moved` locates the files of a project that has been moved."""
     source = None
     if row.get("source", dict, type(None)) is not None:
-        source = _source_from(row.section("source"))
+        source = FrameSource.from_json(row.section("source"))
         if moved is not None:
-            source = dataclasses.replace(
-                source,
-                rgb=_present(source.rgb, moved),
-                depth=None if source.depth is None else _present(source.depth, moved),
-                ground_truth=None if source.ground_truth is None else _present(source.ground_truth, moved),
-                guide=None if source.guide is None else _present(source.guide, moved),
-            )
+            source = source.with_paths(lambda path: _present(path, moved))
     identity = row.get("id", str)
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
         raise FormatError(f"{identity!r:.40} is not a valid id.")
@@ -212,70 +200,10 @@ def _present(path: str, places: Places) -> str:
 def _summary(row: Section) -> FrameSummary:
     """Decode the frame's summary; an empty one if it cannot be read, since it can be recomputed."""
     try:
-        summary = row.section("summary")
-        shape = summary.get("shape", list, type(None))
-        return FrameSummary(
-            Stage(summary.get("stage", str)),
-            summary.get("note", str),
-            None if shape is None else (int(shape[0]), int(shape[1])),
-            summary.get("missing", float, type(None)),
-            summary.get("blocks", int),
-            summary.get("completed", int),
-            summary.get("to_check", int),
-            summary.get("problem", str),
-            summary.get("own_parameters", bool),
-        )
-    except UNREADABLE:
+        summary: FrameSummary = row.get("summary", FrameSummary)
+    except FormatError:
         return FrameSummary()
-
-
-def _source(source: FrameSource) -> dict[str, Any]:
-    return {
-        "rgb": source.rgb,
-        "depth": source.depth,
-        "depth_units": source.depth_units,
-        "intrinsics": _camera(source.intrinsics),
-        "ground_truth": source.ground_truth,
-        "ground_truth_units": source.ground_truth_units,
-        "guide": source.guide,
-        "encoding": source.encoding,
-        "invalid": source.invalid,
-        "frame": source.frame,
-        "confidence": source.confidence,
-        "min_confidence": source.min_confidence,
-    }
-
-
-def _source_from(data: Section) -> FrameSource:
-    camera = data.values.get("intrinsics")
-    if isinstance(camera, dict) and "camera" in camera:
-        fx, fy, cx, cy, name = camera["camera"]
-        camera = CameraIntrinsics(float(fx), float(fy), float(cx), float(cy), str(name))
-    elif isinstance(camera, list):
-        camera = tuple(camera)
-    return FrameSource(
-        data.get("rgb", str),
-        data.get("depth", str, type(None)),
-        data.get("depth_units", float, type(None)),
-        camera,
-        data.get("ground_truth", str, type(None)),
-        data.get("ground_truth_units", float, type(None)),
-        data.get("guide", str, type(None)),
-        data.get("encoding", str, float, type(None)),
-        data.get("invalid", float, type(None)),
-        frame=data.get("frame", str, type(None)),
-        confidence=data.get("confidence", str, type(None)),
-        min_confidence=data.get("min_confidence", float, type(None)),
-    )
-
-
-def _camera(given: IntrinsicsSpec | None) -> Any:
-    """Encode intrinsics for JSON: a camera as an object, everything else as given."""
-    if isinstance(given, CameraIntrinsics):
-        return {"camera": [given.fx, given.fy, given.cx, given.cy, given.name]}
-    if isinstance(given, np.ndarray):
-        return given.tolist()
-    return plain(os.fspath(given) if isinstance(given, os.PathLike) else given)
+    return summary
 
 
 def frames_with_state(parts: Parts) -> list[ProjectFrame]:
@@ -295,7 +223,7 @@ def _frame_from_part(identity: str, parts: Parts) -> ProjectFrame:
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
-        source = FrameSource.of(parsed_inputs(frame.section("inputs")))
+        source = FrameSource.of(parsed_inputs(frame.get("inputs", dict)))
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
     summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))

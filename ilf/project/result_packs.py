@@ -5,17 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.schema import Section, strict_json
+from .._runtime.schema import converted, strict_json
 from ..data.blocks import Block, Box
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockResult, CompactHistory, EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
-from ..run.record import outcome_to_dict
 from ..run.record_file import parsed_outcome
 from .packing import MAX_UNPACKED, Npz, npz
 
@@ -41,24 +41,24 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
         The frame's `measured` depth [m], which is needed to unpack them.
     """
     parameters, edges = _UniqueValues(), _UniqueValues()
-    entries: list[dict[str, Any]] = []
+    entries: list[_Entry] = []
     masks, changed, depths, drawn = [], [], [], []
     columns: dict[tuple[str, str], list[NDArray[Any]]] = {}
     for result in results:
         history = _compact(result.history)
         entries.append(
-            {
-                "label": result.block.label,
-                "box": [int(end) for side in result.block.box for end in (side.start, side.stop)],
-                "outcome": outcome_to_dict(result.outcome),
-                "parameters": parameters.of(result.parameters.to_dict()),
-                "edges": None if result.edges is None else edges.of(result.edges.to_dict()),
-                "network": result.network,
-                "correction": result.correction,
-                "notes": list(result.notes),
-                "drawn": result.drawn is not None,
-                "history": None if history is None else [history.kind.__name__, len(history)],
-            }
+            _Entry(
+                label=result.block.label,
+                box=_ends(result.block.box),
+                outcome=dataclasses.asdict(result.outcome),
+                parameters=parameters.of(result.parameters.to_dict()),
+                edges=None if result.edges is None else edges.of(result.edges.to_dict()),
+                network=result.network,
+                correction=result.correction,
+                notes=tuple(result.notes),
+                drawn=result.drawn is not None,
+                history=None if history is None else (history.kind.__name__, len(history)),
+            )
         )
         before = measured[result.block.box][result.block.mask]
         differs = _bits(result.depth) != _bits(before)
@@ -73,8 +73,8 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
     arrays = {"masks": _joined(masks, np.uint8), "changed": _joined(changed, np.uint8)}
     arrays |= {"depth": _joined(depths, np.float32), "drawn": _joined(drawn, np.uint8)}
     arrays |= {f"{kind}.{name}": _joined(parts, _dtype(name)) for (kind, name), parts in columns.items()}
-    head = {"results": entries, "parameters": parameters.values, "edges": edges.values}
-    return npz(arrays, {_RESULTS: strict_json(head)})
+    head = _Head(tuple(entries), tuple(parameters.values), tuple(edges.values))
+    return npz(arrays, {_RESULTS: strict_json(dataclasses.asdict(head))})
 
 
 def packed_bytes(result: BlockResult) -> int:
@@ -92,12 +92,37 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
     """
     packed = Npz(name, content)
     try:
-        head = Section("results", json.loads(packed.text(_RESULTS, MAX_UNPACKED // 8)))
+        head = converted(json.loads(packed.text(_RESULTS, MAX_UNPACKED // 8)), _Head, "list of results")
         return list(_unpacked(packed, head, measured))
     except FormatError:
         raise
     except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"The results in {name[:24]}... cannot be read ({error}).") from error
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A result without its arrays; parameters are numbers in the lists of the head."""
+
+    label: int
+    box: tuple[int, int, int, int]
+    outcome: dict[str, Any]
+    parameters: int
+    edges: int | None
+    network: str | None
+    correction: str | None
+    notes: tuple[str, ...]
+    drawn: bool
+    history: tuple[str, int] | None
+
+
+@dataclass(frozen=True)
+class _Head:
+    """The JSON of a pack."""
+
+    results: tuple[_Entry, ...]
+    parameters: tuple[dict[str, Any], ...]
+    edges: tuple[dict[str, Any], ...]
 
 
 class _UniqueValues:
@@ -129,10 +154,10 @@ class _ArrayReader:
         return np.unpackbits(self.next((count + 7) // 8), count=count).astype(bool)
 
 
-def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list[BlockResult]:
-    entries = [Section("result", entry) for entry in head.items("results", dict)]
-    parameters = [Parameters.from_dict(values) for values in head.items("parameters", dict)]
-    edges = [BlockParameters.from_dict(values) for values in head.items("edges", dict)]
+def _unpacked(packed: Npz, head: _Head, measured: NDArray[np.float32]) -> list[BlockResult]:
+    entries = head.results
+    parameters = [Parameters.from_dict(values) for values in head.parameters]
+    edges = [BlockParameters.from_dict(values) for values in head.edges]
     boxes = [_box(entry, measured.shape) for entry in entries]
     shapes = [(box[0].stop - box[0].start, box[1].stop - box[1].start) for box in boxes]
     if sum(h * w for h, w in shapes) > 8 * PACK_BYTES + measured.size:
@@ -143,41 +168,40 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
     changed_bits = _ArrayReader(packed.array("changed", np.uint8, (sum((count + 7) // 8 for count in pixels),)))
     changed = [changed_bits.bits(count) for count in pixels]
     depth = _ArrayReader(packed.array("depth", np.float32, (sum(int(np.count_nonzero(one)) for one in changed),)))
-    with_drawn = [entry.get("drawn", bool) for entry in entries]
+    with_drawn = [entry.drawn for entry in entries]
     size = sum((count + 7) // 8 for count, has in zip(pixels, with_drawn, strict=True) if has)
     drawn = _ArrayReader(packed.array("drawn", np.uint8, (size,)))
     histories = _histories(packed, entries)
     results = []
     for place, entry in enumerate(entries):
-        block = Block(entry.get("label", int), boxes[place], masks[place])
+        block = Block(entry.label, boxes[place], masks[place])
         found = measured[block.box][block.mask]
         found[changed[place]] = depth.next(int(np.count_nonzero(changed[place])))
         found.setflags(write=False)
-        edge = entry.get("edges", int, type(None))
         results.append(
             BlockResult(
                 block,
                 found,
-                parsed_outcome(entry.section("outcome")),
+                parsed_outcome(entry.outcome),
                 histories[place],
-                parameters[entry.get("parameters", int)],
-                entry.get("network", str, type(None)),
-                tuple(entry.items("notes", str)),
-                None if edge is None else edges[edge],
+                parameters[entry.parameters],
+                entry.network,
+                entry.notes,
+                None if entry.edges is None else edges[entry.edges],
                 drawn.bits(pixels[place]) if with_drawn[place] else None,
-                entry.get("correction", str, type(None)),
+                entry.correction,
             )
         )
     return results
 
 
-def _histories(packed: Npz, entries: Sequence[Section]) -> list[History]:
+def _histories(packed: Npz, entries: Sequence[_Entry]) -> list[History]:
     """Read the histories of all results; the columns of each kind are stored one after the other."""
     lengths: dict[str, int] = {}
-    stated = [entry.get("history", list, type(None)) for entry in entries]
+    stated = [entry.history for entry in entries]
     for kind, length in (history for history in stated if history is not None):
-        if kind not in _KINDS or type(length) is not int or length < 1:
-            raise FormatError(f"A history of kind {kind!r:.40} with {length!r:.40} iterations is not valid.")
+        if kind not in _KINDS or length < 1:
+            raise FormatError(f"A history of kind {kind!r:.40} with {length} iterations is not valid.")
         lengths[kind] = lengths.get(kind, 0) + length
     columns = {
         kind: {
@@ -206,8 +230,13 @@ def _compact(history: History) -> CompactHistory | None:
     return CompactHistory(history) if history else None
 
 
-def _box(entry: Section, shape: tuple[int, ...]) -> Box:
-    top, bottom, left, right = entry.items("box", int)
+def _ends(box: Box) -> tuple[int, int, int, int]:
+    rows, columns = box
+    return int(rows.start), int(rows.stop), int(columns.start), int(columns.stop)
+
+
+def _box(entry: _Entry, shape: tuple[int, ...]) -> Box:
+    top, bottom, left, right = entry.box
     if not (0 <= top < bottom <= shape[0] and 0 <= left < right <= shape[1]):
         raise FormatError("A result lies outside the frame.")
     return slice(top, bottom), slice(left, right)

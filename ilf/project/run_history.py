@@ -7,9 +7,10 @@ import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 from zlib import crc32
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +18,8 @@ from ..data.results import BlockResult, Completion, compose
 from ..evaluation.hold_out import HoldOutTest
 from ..run.run import Run
 
-Colour = tuple[int, int, int]
+_Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
+Colour = tuple[_Byte, _Byte, _Byte]
 """Red, green, blue, 0-255."""
 
 

@@ -18,13 +18,15 @@ from ..errors import FormatError, IlfError
 from ..run.record_file import parsed_inputs
 from .archive import Parts
 from .encoding import SCHEMA, frame_part
-from .frame_state import BlockInfo, FrameState, InspectionState, OwnValues
+from .frame_state import FrameState, InspectionState, OwnValues, Point
 from .packing import Npz, check_content, colour_from_bytes, mask_from_bytes
-from .run_history import Colour
 from .sources import Places, load_inputs
 
 UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 """Exceptions of reading damaged or foreign data."""
+
+_Camera = tuple[float, float, float, float, str]
+_Ends = tuple[int, int]
 
 
 def read_frame_part(frame_id: str, parts: Parts) -> Section:
@@ -48,9 +50,8 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
     """Load the frame from its files, or from its stored arrays."""
     name, shape = data.get("name", str), recorded_shape(data)
     camera = None
-    if data.get("intrinsics", list, type(None)) is not None:
-        fx, fy, cx, cy, called = data.get("intrinsics", list)
-        camera = CameraIntrinsics(float(fx), float(fy), float(cx), float(cy), str(called))
+    if (stated_camera := data.get("intrinsics", _Camera, None)) is not None:
+        camera = CameraIntrinsics(*stated_camera)
     stated: dict[str, Any] = {}
     if "pose" in data.values:
         stated["pose"] = data.get("pose", list)
@@ -58,7 +59,7 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
         outside = data.get("outside_view", str)
         stated["outside_view"] = mask_from_bytes(outside, array_content(parts, outside), shape)
     if "inputs" in data.values:
-        frame = load_inputs(parsed_inputs(data.section("inputs")), name, camera, parts, places)
+        frame = load_inputs(parsed_inputs(data.get("inputs", dict)), name, camera, parts, places)
         return dataclasses.replace(frame, **stated)
     colour, depth = data.get("rgb", str), data.get("depth", str)
     return RGBDFrame(
@@ -79,8 +80,8 @@ def array_content(parts: Parts, name: str) -> bytes:
 
 def recorded_shape(data: Section) -> tuple[int, int]:
     """Return height and width of the frame."""
-    height, width = data.items("shape", int)
-    return height, width
+    shape: tuple[int, int] = data.get("shape", tuple[int, int])
+    return shape
 
 
 def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
@@ -97,14 +98,13 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
     frame = data.section("frame")
     files: list[InputFile] = []
     if "inputs" in frame.values:
-        inputs = parsed_inputs(frame.section("inputs"))
+        inputs = parsed_inputs(frame.get("inputs", dict))
         pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
         files += [file for file in (*pair, inputs.ground_truth) if file is not None]
     runs = [Section("stored run", run).section("run") for run in data.items("runs", dict)]
     for part in (data, *runs):
-        if part.get("ground_truth", dict, type(None)) is not None and "path" in part.section("ground_truth").values:
-            ground_truth = part.section("ground_truth")
-            files.append(InputFile(ground_truth.get("path", str), ground_truth.get("sha256", str)))
+        if "path" in (part.get("ground_truth", dict, None) or {}):
+            files.append(part.get("ground_truth", InputFile))
     return tuple({(file.path, file.sha256): file for file in files}.values())
 
 
@@ -126,44 +126,15 @@ def empty_state(frame_id: str, frame: RGBDFrame) -> FrameState:
 def result_rows(data: Section, frame_part: Section) -> list[tuple[int, str, int]]:
     """Return label, pack and index in the pack of every result."""
     packs = frame_part.items("packs", str)
-    rows = data.items("results", list)
-    if not all(len(row) == 3 and all(type(number) is int for number in row) for row in rows):
-        raise FormatError("They are not listed as label, part and index.")
+    rows = data.get("results", list[tuple[int, int, int]])
     return [(label, packs[pack], place) for label, pack, place in rows if 0 <= pack < len(packs)]
-
-
-def block_infos(data: Section) -> dict[int, BlockInfo]:
-    """Return names, colours, visibility and locks of blocks, by label."""
-    infos = {}
-    for label in data.values:
-        info = data.section(label)
-        infos[int(label)] = BlockInfo(
-            info.get("name", str), colour_of(info), info.get("visible", bool), info.get("locked", bool)
-        )
-    return infos
 
 
 def own_values_of(data: Section) -> dict[int, OwnValues]:
     """Return the own parameters of blocks, by label."""
-    found: dict[int, OwnValues] = {}
-    for label in data.values:
-        values = data.get(label, dict)
-        checked = Parameters().replace(**values).to_dict()
-        found[int(label)] = {name: checked[name] for name in values}
-    return found
-
-
-def reasons_of(data: Section) -> dict[int, str]:
-    """Return why blocks have to be checked, by label."""
-    return {int(label): data.get(label, str) for label in data.values}
-
-
-def colour_of(data: Section) -> Colour:
-    """Return red, green, blue."""
-    red, green, blue = data.items("colour", int)
-    if not all(0 <= value <= 255 for value in (red, green, blue)):
-        raise FormatError("A colour has values outside 0 to 255.")
-    return red, green, blue
+    own = data.get("own", dict[int, dict[str, Any]])
+    checked = {label: Parameters().replace(**values).to_dict() for label, values in own.items()}
+    return {label: {name: checked[label][name] for name in values} for label, values in own.items()}
 
 
 def selected_labels(data: Section) -> Sequence[int] | frozenset[int]:
@@ -176,25 +147,16 @@ def number_or_none(data: Section, key: str) -> float | None:
     """Return an error; None if it was not computed, NaN if it is undefined."""
     if key not in data.values:
         return None
-    number: float | None = data.get(key, float, type(None))
+    number: float | None = data.get(key, float, None)
     return math.nan if number is None else number
 
 
 def inspection_of(data: Section) -> InspectionState:
     """Return the user's inspections of the frame."""
-    line, region = data.get("line", list, type(None)), data.get("region", list, type(None))
-    box = None
-    if region is not None:
-        (top, bottom), (left, right) = region
-        box = slice(int(top), int(bottom)), slice(int(left), int(right))
-    ends = None
-    if line is not None:
-        one, other = line
-        ends = _point(one), _point(other)
-    chains = tuple(tuple(map(_point, chain)) for chain in data.items("chains", list))
-    return InspectionState(ends, box, chains, data.get("reference", int))
-
-
-def _point(numbers: Any) -> tuple[float, float]:
-    x, y = numbers
-    return float(x), float(y)
+    region = data.get("region", tuple[_Ends, _Ends], None)
+    return InspectionState(
+        data.get("line", tuple[Point, Point], None),
+        None if region is None else (slice(*region[0]), slice(*region[1])),
+        data.get("chains", tuple[tuple[Point, ...], ...]),
+        data.get("reference", int),
+    )

@@ -477,10 +477,10 @@ def _provenance(record: RunRecord) -> Facts:
     if record.guide is not None:
         given = [Fact("Guide", record.guide.path)] if record.guide.path is not None else []
         facts += [*given, Fact("Guide, SHA-256 of its values", record.guide.sha256, is_hash=True)]
-    facts.append(Fact("Blocks, SHA-256", record.labels_sha256, is_hash=True))
-    if record.outcomes and record.depth_sha256:
+    facts.append(Fact("Blocks, SHA-256", record.blocks.sha256, is_hash=True))
+    if record.blocks_outcome and record.depth_sha256:
         facts.append(Fact("Depth out, SHA-256", record.depth_sha256, is_hash=True))
-    for name, sha256 in (record.extraction_networks | record.networks).items():
+    for name, sha256 in (record.networks.extraction | record.networks.filter).items():
         facts.append(Fact(f"Edge network {name}", sha256, is_hash=True))
     versions = ", ".join(f"{library} {version or 'not installed'}" for library, version in record.versions.items())
     facts += [Fact("Program", f"ILF Studio {record.version}"), Fact("Libraries", versions)]

@@ -16,6 +16,7 @@ from .._runtime.files import read_file, write_bytes
 from .._runtime.formatting import counted
 from ..data.camera import CameraIntrinsics
 from ..errors import ExportError, InputError, cause
+from ..io.cameras import intrinsics_from
 from ..io.depth import read_depth_values, write_depth
 from ..io.depth_reading import read_depth
 from ..io.images import encode_image, read_colour
@@ -161,8 +162,8 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
 
 def _result(folder: Path, record: RunRecord) -> _Result:
     files = frame_folder(folder)
-    depth = read_depth(read_file(files.depth), None, files.stated_encoding).metres
-    camera, colour, told = files.intrinsics, None, record.inputs
+    depth = read_depth(read_file(files.depth), None, files.options.depth_encoding).metres
+    camera, colour, told = intrinsics_from(files.options.intrinsics), None, record.inputs
     if told is not None and told.frame is not None and is_recording(told.rgb.path):
         with opened(told.rgb.path) as recording:
             cameras = recording.cameras(told.frame)
@@ -176,7 +177,7 @@ def _result(folder: Path, record: RunRecord) -> _Result:
 
 def _weight(folder: Path, record: RunRecord, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
     """None where no expected errors were written."""
-    options = record.options
+    options = record.export
     if not options.expected_error or not options.depth_formats:
         return None
     depth_format = next(known for known in ("npy", "tiff", "png") if known in options.depth_formats)

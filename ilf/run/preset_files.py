@@ -9,12 +9,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import platformdirs
 
 from .._runtime.files import ensure_folder, read_json, write_bytes
-from .._runtime.schema import check_schema
+from .._runtime.schema import check_schema, converted
 from ..data.declarations import Value
 from ..data.parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 from ..errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
@@ -287,21 +288,20 @@ def import_preset(path: str | os.PathLike[str], name: str | None = None, *, repl
 
 def _parsed(data: Mapping[str, Any], stem: str) -> UserPreset:
     check_schema(data, SCHEMA, "preset")
-    name, base = data.get("name", stem), data.get("base", DEFAULT_PRESET)
-    if not isinstance(name, str) or not name:
-        raise FormatError(f"Its name must be text, not {name!r:.40}.")
-    if not isinstance(base, str) or base not in PRESETS:
-        raise FormatError(f"Its base preset {base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
-    parts = {key: data.get(key, {}) for key in ("parameters", "extraction")}
-    for key, values in parts.items():
-        if not isinstance(values, dict):
-            raise FormatError(f"Its {key} must be an object of names and values, not {values!r:.40}.")
-    try:
-        parameters = PRESETS[base].replace(**parts["parameters"])
-        extraction = BlockParameters().replace(**parts["extraction"]) if "extraction" in data else None
-    except ParameterError as error:
-        raise FormatError(str(error)) from error
-    return UserPreset(name, parameters, base, extraction)
+    file = converted(data, _PresetFile, "preset")
+    if file.base not in PRESETS:
+        raise FormatError(f"Its base preset {file.base!r:.40} does not exist. Known: {', '.join(PRESETS)}.")
+    extraction = None if file.extraction is msgspec.UNSET else BlockParameters().replace(**file.extraction)
+    return UserPreset(file.name or stem, PRESETS[file.base].replace(**file.parameters), file.base, extraction)
+
+
+class _PresetFile(msgspec.Struct):
+    """The content of a preset's file, besides its kind and schema."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)] = ""
+    base: str = DEFAULT_PRESET
+    parameters: dict[str, Any] = {}
+    extraction: dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
 
 def _user_preset(name: str) -> Path:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import math
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from .._runtime.installation import __version__
 from .._runtime.machine import library_versions, processor
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, model_path
+from .._runtime.schema import PlainName, plain
 from ..completion.correction_network import load_correction_network
+from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Guide
 from ..data.parameters import BlockParameters, Parameters, preset
@@ -85,7 +87,7 @@ class RecordedMask:
     """A mask of a run's inputs: the SHA-256 of its values (`array_sha256`), and its file beside the record."""
 
     sha256: str
-    file: str
+    file: PlainName
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,47 @@ class RecordedGuide(RecordedMask):
 
 
 @dataclass(frozen=True)
-class RunRecord:
-    """The inputs and results of a run, independent of time, place and speed of its execution.
+class RecordedBlocks:
+    """The blocks of a run.
 
     Attributes
     ----------
+    sha256 : str
+        SHA-256 of the label map as int32 (`array_sha256`).
+    shape : (int, int)
+        (H, W) of the label map.
+    edited : bool
+        Whether the blocks differ from the result of the extraction.
+    file : str or None
+        Name of the label map beside the record, None if it was not written.
+    """
+
+    sha256: str
+    shape: tuple[int, int]
+    edited: bool
+    file: PlainName | None
+
+
+@dataclass(frozen=True)
+class RecordedNetworks:
+    """Name of every network used by the extraction, and by the filter and later steps -> SHA-256 of its file."""
+
+    extraction: dict[str, str]
+    filter: dict[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRecord:
+    """The inputs and results of a run, independent of time, place and speed of its execution: the content of run.json.
+
+    Attributes
+    ----------
+    version : str
+        Version of this program.
+    versions : dict
+        Library -> version, None if it was not installed.
+    processor : str
+        Features of the processor that results may depend on.
     name : str
         Name of the frame.
     inputs : FrameInputs or None
@@ -114,60 +152,49 @@ class RunRecord:
         Pose of the frame's camera, as rows of a matrix; None if unknown.
     extraction : BlockParameters or None
         None if the blocks were not extracted.
-    labels_sha256 : str
-        SHA-256 of the label map as int32 (`array_sha256`).
-    shape : (int, int)
-        (H, W) of the label map.
-    edited : bool
-        Whether the blocks differ from the result of the extraction.
-    labels_file : str or None
-        Name of the label map beside the record, None if it was not written.
-    extraction_networks, networks : dict
-        Name of every network used by the extraction, and by the filter and later steps -> SHA-256 of its file.
-    parameters : dict
-        Label of every block that was run -> its parameters.
-    common : Parameters
+    blocks : RecordedBlocks
+    networks : RecordedNetworks
+    parameters : Parameters
         Parameters of most blocks.
+    block_parameters : dict
+        Label of every block with other parameters -> the values that differ.
     extrapolate : bool
         Whether the remaining depth was extrapolated.
-    options : ExportOptions
-    outcomes : tuple of BlockOutcome
+    export : ExportOptions
+    blocks_outcome : tuple of BlockOutcome
+        Of every block that was run.
     depth_sha256 : str
         SHA-256 of the completed depth as float32 (`array_sha256`).
     outputs : dict
         Name of every other file of the set -> SHA-256.
-    version : str
-        Version of this program.
-    versions : dict
-        Library -> version, None if it was not installed.
-    processor : str
-        Features of the processor that results may depend on.
     """
 
-    name: str
-    inputs: FrameInputs | None
-    invalid_mask: RecordedMask | None
-    extraction: BlockParameters | None
-    labels_sha256: str
-    shape: tuple[int, int]
-    edited: bool
-    labels_file: str | None
-    extraction_networks: dict[str, str]
-    networks: dict[str, str]
-    parameters: dict[int, Parameters]
-    common: Parameters
-    extrapolate: bool
-    options: ExportOptions
-    outcomes: tuple[BlockOutcome, ...]
-    depth_sha256: str
-    drawn: RecordedMask | None = None
-    outside_view: RecordedMask | None = None
-    pose: tuple[tuple[float, ...], ...] | None = None
-    guide: RecordedGuide | None = None
-    outputs: dict[str, str] = field(default_factory=dict)
     version: str = __version__
     versions: dict[str, str | None] = field(default_factory=library_versions)
     processor: str = field(default_factory=processor)
+    name: str
+    inputs: FrameInputs | None
+    invalid_mask: RecordedMask | None
+    drawn: RecordedMask | None = None
+    outside_view: RecordedMask | None = None
+    guide: RecordedGuide | None = None
+    pose: tuple[tuple[float, ...], ...] | None = None
+    extraction: BlockParameters | None
+    blocks: RecordedBlocks
+    networks: RecordedNetworks
+    parameters: Parameters
+    block_parameters: dict[int, dict[str, Value]]
+    extrapolate: bool
+    export: ExportOptions
+    blocks_outcome: tuple[BlockOutcome, ...]
+    depth_sha256: str
+    outputs: dict[PlainName, str] = field(default_factory=dict)
+
+    @cached_property
+    def own_parameters(self) -> dict[int, Parameters]:
+        """Label of every block that was run -> its parameters."""
+        own = {label: self.parameters.replace(**values) for label, values in self.block_parameters.items()}
+        return {outcome.label: own.get(outcome.label, self.parameters) for outcome in self.blocks_outcome}
 
 
 def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -> RunRecord:
@@ -184,27 +211,30 @@ def make_record(run: RunSetup, completion: Completion, options: ExportOptions) -
     # for recordings, the replay registers the depth again
     is_of_files = run.frame.inputs is not None and run.frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
+    common = used.most_common(1)[0][0] if used else run.parameters
     return RunRecord(
         name=run.frame.name,
         inputs=run.frame.inputs,
         invalid_mask=_recorded(run.frame.invalid_mask, INVALID_MASK_FILE),
-        extraction=run.extraction,
-        labels_sha256=array_sha256(run.blocks),
-        shape=run.frame.shape,
-        edited=run.edited,
-        labels_file=LABELS_FILE if options.labels else None,
-        extraction_networks=_extraction_networks(run),
-        networks=_networks(completion),
-        parameters={label: result.parameters for label, result in results.items()},
-        common=used.most_common(1)[0][0] if used else run.parameters,
-        extrapolate=run.extrapolate,
-        options=options,
-        outcomes=tuple(result.outcome for result in results.values()),
-        depth_sha256=array_sha256(completion.depth),
         drawn=_recorded(run.drawn, DRAWN_FILE),
         outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
-        pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
         guide=_recorded_guide(run.frame.guide),
+        pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
+        extraction=run.extraction,
+        blocks=RecordedBlocks(
+            array_sha256(run.blocks), run.frame.shape, run.edited, LABELS_FILE if options.labels else None
+        ),
+        networks=RecordedNetworks(_extraction_networks(run), _networks(completion)),
+        parameters=common,
+        block_parameters={
+            label: result.parameters.differences_from(common)
+            for label, result in results.items()
+            if result.parameters != common
+        },
+        extrapolate=run.extrapolate,
+        export=options,
+        blocks_outcome=tuple(result.outcome for result in results.values()),
+        depth_sha256=array_sha256(completion.depth),
     )
 
 
@@ -220,46 +250,9 @@ def array_sha256(values: NDArray[Any]) -> str:
 
 
 def to_json(record: RunRecord) -> bytes:
-    """Content of run.json."""
-    common = record.common.to_dict()
-    data = {
-        "program": PROGRAM,
-        "schema": SCHEMA,
-        "version": record.version,
-        "versions": record.versions,
-        "processor": record.processor,
-        "name": record.name,
-        "inputs": None if record.inputs is None else dataclasses.asdict(record.inputs),
-        "invalid_mask": _as_dict(record.invalid_mask),
-        "drawn": _as_dict(record.drawn),
-        "outside_view": _as_dict(record.outside_view),
-        "guide": _as_dict(record.guide),
-        "pose": record.pose,
-        "extraction": None if record.extraction is None else record.extraction.to_dict(),
-        "blocks": {
-            "sha256": record.labels_sha256,
-            "shape": list(record.shape),
-            "edited": record.edited,
-            "file": record.labels_file,
-        },
-        "networks": {"extraction": record.extraction_networks, "filter": record.networks},
-        "parameters": common,
-        "block_parameters": {
-            str(label): {name: value for name, value in own.to_dict().items() if value != common[name]}
-            for label, own in record.parameters.items()
-            if own != record.common
-        },
-        "extrapolate": record.extrapolate,
-        "export": dataclasses.asdict(record.options),
-        "blocks_outcome": [outcome_to_dict(outcome) for outcome in record.outcomes],
-        "depth_sha256": record.depth_sha256,
-        "outputs": record.outputs,
-    }
-    return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
-
-
-def _as_dict(mask: RecordedMask | None) -> dict[str, Any] | None:
-    return None if mask is None else dataclasses.asdict(mask)
+    """Content of run.json, with null for NaN."""
+    data = {"program": PROGRAM, "schema": SCHEMA, **dataclasses.asdict(record)}
+    return f"{json.dumps(plain(data), indent=2)}\n".encode()
 
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
@@ -268,12 +261,6 @@ def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
 
 def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
     return None if guide is None else RecordedGuide(array_sha256(guide.array), GUIDE_FILE, guide.path)
-
-
-def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """Convert a block's outcome for JSON: NaN becomes None."""
-    sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
-    return dataclasses.asdict(outcome) | {"status": outcome.status.value, "sigma_i": sigma}
 
 
 def _extraction_networks(run: RunSetup) -> dict[str, str]:

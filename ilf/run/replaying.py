@@ -80,12 +80,12 @@ def networks_now_available(record: RunRecord) -> list[str]:
     missed = set()
     if record.extraction is not None:
         requested = requested_networks(record.extraction.detector, record.extraction.model)
-        missed.update(set(requested[:1]) - record.extraction_networks.keys())
-    for outcome in record.outcomes:
-        parameters = record.parameters[outcome.label]
+        missed.update(set(requested[:1]) - record.networks.extraction.keys())
+    for outcome in record.blocks_outcome:
+        parameters = record.own_parameters[outcome.label]
         if parameters.filter == "edge-aware" and outcome.iterations:
             requested = requested_networks(parameters.edges, parameters.model)
-            missed.update(set(requested[:1]) - record.networks.keys())
+            missed.update(set(requested[:1]) - record.networks.filter.keys())
     return [
         f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges replaced "
         "its own: blocks and depth may differ now that it is available."
@@ -98,8 +98,8 @@ def network_differences(record: RunRecord) -> list[str]:
     """Sentences on networks that differ from the record, and the consequences."""
     sentences = []
     parts = (
-        (record.extraction_networks, "used by the extraction", "the blocks may differ"),
-        (record.networks, "used by the filter", "depth beside edges may differ by more than rounding"),
+        (record.networks.extraction, "used by the extraction", "the blocks may differ"),
+        (record.networks.filter, "used by the filter", "depth beside edges may differ by more than rounding"),
     )
     for networks, had, means in parts:
         for name, sha256 in networks.items():
@@ -231,7 +231,7 @@ def replay(
         *networks_now_available(record),
     ]
     labels, network, notes = _recorded_blocks(record, frame, folder)
-    gone = sorted(set(record.parameters) - set(np.unique(labels).tolist()))
+    gone = sorted(set(record.own_parameters) - set(np.unique(labels).tolist()))
     if gone:
         raise InputError(
             f"The record has been changed: it has outcomes of blocks that its label map lacks: {gone}. Restore it."
@@ -243,17 +243,17 @@ def replay(
     run = Run(
         frame,
         labels,
-        record.common,
-        {label: own for label, own in record.parameters.items() if own != record.common},
-        frozenset(record.parameters),
+        record.parameters,
+        {label: own for label, own in record.own_parameters.items() if own != record.parameters},
+        frozenset(record.own_parameters),
         extrapolate=record.extrapolate,
         extraction=record.extraction,
-        edited=record.edited,
+        edited=record.blocks.edited,
         network=network,
         notes=notes,
         drawn=_recorded_mask(record.drawn, "drawn borders", folder, frame.shape),
     )
-    return Replay(run, record.options, record, tuple(differences), _recorded_depth(record, folder))
+    return Replay(run, record.export, record, tuple(differences), _recorded_depth(record, folder))
 
 
 def _recorded_frame(
@@ -384,21 +384,21 @@ def _recorded_blocks(
 ) -> tuple[NDArray[np.int32], str | None, tuple[str, ...]]:
     """The recorded label map, extracted again or read from the file beside the record; the network of the extraction,
     and notes."""
-    network = next(iter(record.extraction_networks.values()), None)
+    network = next(iter(record.networks.extraction.values()), None)
     saved = _saved_labels(record, folder)
-    if record.extraction is None or record.edited:
+    if record.extraction is None or record.blocks.edited:
         if saved is None:
             raise InputError(
                 "The blocks of this run were drawn or edited by hand, and their label map "
-                f"({record.labels_file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
+                f"({record.blocks.file or LABELS_FILE}) is not beside the record or has changed. Restore it there."
             )
         return saved, network, ()
     again = found_blocks(frame, record.extraction)
-    if array_sha256(again.blocks) == record.labels_sha256:
+    if array_sha256(again.blocks) == record.blocks.sha256:
         return again.blocks, again.network, again.notes
     versions = version_differences(record)
     problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
-    name = record.labels_file or LABELS_FILE
+    name = record.blocks.file or LABELS_FILE
     if saved is None:
         raise InputError(
             " ".join(
@@ -410,10 +410,10 @@ def _recorded_blocks(
 
 def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
     """The label map beside the record; None if it is missing or not the recorded one."""
-    if record.labels_file is None or not os.path.isfile(folder / record.labels_file):
+    if record.blocks.file is None or not os.path.isfile(folder / record.blocks.file):
         return None
-    labels = read_labels(folder / record.labels_file)
-    matches = labels.shape == record.shape and array_sha256(labels) == record.labels_sha256
+    labels = read_labels(folder / record.blocks.file)
+    matches = labels.shape == record.blocks.shape and array_sha256(labels) == record.blocks.sha256
     return labels if matches else None
 
 

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from types import NoneType
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from .._runtime.schema import Section
 from ..errors import InputError, warn_of_reading
 from .naming import name_from_path, recorded_frame_name
+from .reading_options import AS_STATED, OPTIONS, ReadingOptions
 
 if TYPE_CHECKING:
     from ..data.frame import FrameInputs, RGBDFrame
-    from ..io.cameras import IntrinsicsSpec
     from ..io.depth_reading import DepthReading
-    from ..io.encodings import EncodingSpec
     from .frames import FrameFiles
     from .recorded import ReadFrame
     from .registration import RawPair
@@ -26,41 +28,37 @@ if TYPE_CHECKING:
 class FrameSource:
     """Location of a frame: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
 
-    `depth_units`, `encoding`, `invalid` and `intrinsics` are as in `ilf.load_frame`. `ground_truth` is the ground
-    truth file (None: that of the folder, if any), and `ground_truth_units` are its file units per metre. `guide` is
-    the guide file (None: that of the folder, if any). `frame` is the key of a frame in a recording; `rgb` is then the
-    recording, and `depth` is None. `confidence` is the confidence map (None: that of the folder, if any); depth below
-    `min_confidence` counts as missing.
+    `frame` is the key of a frame in a recording; `rgb` is then the recording, and `depth` is None.
     """
 
     rgb: str
     depth: str | None = None
-    depth_units: float | None = None
-    intrinsics: IntrinsicsSpec | None = None
-    ground_truth: str | None = None
-    ground_truth_units: float | None = None
-    guide: str | None = None
-    encoding: EncodingSpec | None = None
-    invalid: float | None = None
     frame: str | None = None
-    confidence: str | None = None
-    min_confidence: float | None = None
+    options: ReadingOptions = AS_STATED
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
         """The source of a frame with these inputs, without its guide and its invalid mask."""
         ground_truth = inputs.ground_truth
-        return cls(
-            inputs.rgb.path,
-            inputs.depth.path if inputs.frame is None else None,
-            inputs.depth_units if inputs.encoding is None else None,
-            inputs.intrinsics,
-            None if ground_truth is None else ground_truth.path,
-            None if ground_truth is None else ground_truth.units,
+        options = ReadingOptions(
             encoding=inputs.encoding,
+            depth_units=inputs.depth_units if inputs.encoding is None else None,
             invalid=inputs.invalid,
-            frame=inputs.frame,
+            intrinsics=inputs.intrinsics,
+            ground_truth=None if ground_truth is None else ground_truth.path,
+            ground_truth_units=None if ground_truth is None else ground_truth.units,
         )
+        return cls(inputs.rgb.path, inputs.depth.path if inputs.frame is None else None, inputs.frame, options)
+
+    @classmethod
+    def from_json(cls, data: Section) -> Self:
+        """The source in an object of a JSON file; raises FormatError for missing or wrong values."""
+        depth, frame = (data.get(key, str, NoneType) for key in ("depth", "frame"))
+        return cls(data.get("rgb", str), depth, frame, ReadingOptions.from_json(data))
+
+    def to_json(self) -> dict[str, Any]:
+        """The source as an object for JSON: the location and the given options."""
+        return {"rgb": self.rgb, "depth": self.depth, "frame": self.frame, **self.options.to_json()}
 
     @property
     def key(self) -> str:
@@ -76,33 +74,30 @@ class FrameSource:
             return recorded_frame_name(path, self.frame)
         return path.name if self.depth is None else name_from_path(path)
 
-    def absolute(self) -> FrameSource:
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All given paths: of the colour file, folder or recording, the depth file and the files of the options."""
+        return self.rgb, *(() if self.depth is None else (self.depth,)), *self.options.paths.values()
+
+    def with_paths(self, change: Callable[[str], str]) -> Self:
+        """A copy with changed paths."""
+        depth = None if self.depth is None else change(self.depth)
+        return replace(self, rgb=change(self.rgb), depth=depth, options=self.options.with_paths(change))
+
+    def with_options(self, **changes: Any) -> Self:
+        """A copy with changed reading options."""
+        return replace(self, options=replace(self.options, **changes))
+
+    def absolute(self) -> Self:
         """A copy with absolute paths; itself if all paths are absolute."""
-        paths = {name: getattr(self, name) for name in ("rgb", "depth", "ground_truth", "guide", "confidence")}
-        if all(path is None or os.path.isabs(path) for path in paths.values()):
-            return self
-        return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
+        return self if all(map(os.path.isabs, self.paths)) else self.with_paths(os.path.abspath)
 
     def load(self, warn: bool = False) -> RGBDFrame:
         """Read the frame; raises what `ilf.load_frame` does. Plausibility warnings are in its `notes`; they are issued
         as `DepthWarning` only with `warn`."""
         from .frames import load_frame
 
-        return load_frame(
-            self.rgb,
-            self.depth,
-            depth_units=self.depth_units,
-            encoding=self.encoding,
-            invalid=self.invalid,
-            intrinsics=self.intrinsics,
-            ground_truth=self.ground_truth,
-            ground_truth_units=self.ground_truth_units,
-            guide=self.guide,
-            frame=self.frame,
-            confidence=self.confidence,
-            min_confidence=self.min_confidence,
-            warn=warn,
-        )
+        return load_frame(self.rgb, self.depth, frame=self.frame, warn=warn, **vars(self.options))
 
     def load_pair(self, warn: bool = False) -> RawPair:
         """Read colour and depth as captured by their two cameras, before registration; for registered images both
@@ -132,36 +127,21 @@ class FrameSource:
 
         if self.frame is not None:
             return self.recorded().reading
-        return read_frame_depth(self.rgb, self.depth, self._encoding(), self.invalid)
+        return read_frame_depth(self.rgb, self.depth, self.options)
 
     def recorded(self) -> ReadFrame:
         """Read a frame of a recording as stored, and its depth in metres; raises what `ilf.load_frame` does."""
         from .recorded import read_recorded
 
-        return read_recorded(self.rgb, self.frame or "", self._encoding(), self.invalid)
-
-    def _encoding(self) -> EncodingSpec | None:
-        from ..io.encodings import single_encoding
-
-        return single_encoding(self.encoding, self.depth_units)
+        return read_recorded(self.rgb, self.frame or "", self.options.depth_encoding, self.options.invalid)
 
     def files(self) -> FrameFiles:
         """The frame's files with the options given here or in a meta.json beside them; raises what `frame_folder`
         does."""
-        from ..io.cameras import intrinsics_from
         from .frames import files_of
 
         found = files_of(self.rgb, self.depth, beside=True)
-        spec = self._encoding()
-        return replace(
-            found,
-            depth_units=None if spec is not None else found.depth_units,
-            encoding=found.encoding if spec is None else spec,
-            invalid=found.invalid if self.invalid is None else self.invalid,
-            intrinsics=intrinsics_from(self.intrinsics) or found.intrinsics,
-            confidence=found.confidence if self.confidence is None else Path(self.confidence),
-            min_confidence=found.min_confidence if self.min_confidence is None else self.min_confidence,
-        )
+        return replace(found, options=self.options.or_else(found.options))
 
     def beside(self) -> str:
         """A sentence that lists what is read from a meta.json beside the two files; "" for nothing."""
@@ -170,13 +150,6 @@ class FrameSource:
         files = meta_beside(self.rgb, self.depth) if self.depth is not None else None
         if files is None:
             return ""
-        used_items = ["name"]
-        has_no_encoding = self.depth_units is None and self.encoding is None
-        used_items += ["depth units"] * (has_no_encoding and files.depth_units is not None)
-        used_items += ["depth encoding"] * (has_no_encoding and files.encoding is not None)
-        used_items += ["invalid value"] * (self.invalid is None and files.invalid is not None)
-        used_items += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
-        used_items += ["ground truth"] * (self.ground_truth is None and files.ground_truth is not None)
-        used_items += ["guide"] * (self.guide is None and files.guide is not None)
-        used_items += ["min. confidence"] * (self.min_confidence is None and files.min_confidence is not None)
+        added = self.options.or_else(files.options).given.keys() - self.options.given.keys()
+        used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
         return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."

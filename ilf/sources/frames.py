@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, read_file, read_json, write_bytes
-from ..data.camera import CameraIntrinsics, checked_transform
+from ..data.camera import checked_transform
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, cause, one_line, warn_of_reading
 from ..io.cameras import IntrinsicsSpec, intrinsics_from
@@ -38,6 +38,7 @@ from ..io.labels import read_mask
 from .naming import name_from_path
 from .opening import is_recording
 from .poses import camera_pose
+from .reading_options import AS_STATED, ReadingOptions, path_text
 from .recorded import read_recorded
 
 META_NAME = "meta.json"
@@ -54,26 +55,11 @@ class FrameFiles:
     ----------
     rgb, depth : Path
         Absolute paths.
-    depth_units : float or None
-        File units per metre, if stated.
-    encoding : str, float or None
-        The depth encoding, if stated instead of the units.
-    invalid : float or None
-        The depth file's value for missing depth, if stated.
-    intrinsics : CameraIntrinsics or None
+    name : str
+    options : ReadingOptions
+        As stated, with the ground truth, guide and confidence map that lie beside the images.
     size : (int, int) or None
         Width and height of both images, if stated.
-    name : str
-    ground_truth : Path or None
-        Ground truth, if there is any.
-    ground_truth_units : float or None
-        Its file units per metre, if stated.
-    guide : Path or None
-        Guide, if there is any.
-    confidence : Path or None
-        Confidence map, if there is any.
-    min_confidence : float or None
-        The confidence below which depth counts as missing, if stated.
     pose : tuple of tuple of float, or None
         The camera's pose as rows of a matrix, if stated.
     outside_view : Path or None
@@ -82,17 +68,9 @@ class FrameFiles:
 
     rgb: Path
     depth: Path
-    depth_units: float | None
-    intrinsics: CameraIntrinsics | None
-    size: tuple[int, int] | None
     name: str
-    ground_truth: Path | None = None
-    ground_truth_units: float | None = None
-    guide: Path | None = None
-    encoding: EncodingSpec | None = None
-    invalid: float | None = None
-    confidence: Path | None = None
-    min_confidence: float | None = None
+    options: ReadingOptions = AS_STATED
+    size: tuple[int, int] | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
     outside_view: Path | None = None
 
@@ -100,11 +78,6 @@ class FrameFiles:
     def camera_pose(self) -> NDArray[np.float64] | None:
         """The camera's pose, (4, 4): as stated, or else from files beside the depth; None if not known."""
         return camera_pose(self.depth) if self.pose is None else np.array(self.pose)
-
-    @property
-    def stated_encoding(self) -> EncodingSpec | None:
-        """The depth encoding from `encoding` or `depth_units`; None if neither is stated."""
-        return single_encoding(self.encoding, self.depth_units)
 
 
 def load_frame(
@@ -192,54 +165,55 @@ def load_frame(
     >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.ground_truth is None
     ('room', (480, 640), 0.168, False)
     """
-    given = single_encoding(encoding, depth_units)
-    known_confidence: Path | NDArray[Any] | None
+    options = ReadingOptions(
+        encoding=encoding,
+        depth_units=depth_units,
+        invalid=invalid,
+        min_confidence=min_confidence,
+        intrinsics=intrinsics,
+        ground_truth=path_text(ground_truth),
+        ground_truth_units=ground_truth_units,
+        guide=path_text(guide),
+        confidence=path_text(confidence),
+    )
+    given, sensor_confidence = options.depth_encoding, None
     if frame is not None:
         if depth is not None:
             raise ParameterError("A recording contains the depth of its frames: leave the depth file out.")
         recorded = read_recorded(rgb, frame, given, invalid)
         camera = intrinsics_from(intrinsics, recorded.shape)
         loaded, reported = recorded.frame(camera, name), recorded.reading.warnings
-        known_guide, known_ground_truth, known_units = None, None, None
-        known_confidence, stated_min_confidence = recorded.stored.confidence, None
+        stated, sensor_confidence = AS_STATED, recorded.stored.confidence
     else:
         files = files_of(rgb, depth, beside)
-        if depth is None and files.stated_encoding is None and given is None:
+        stated = files.options
+        if depth is None and stated.depth_encoding is None and given is None:
             raise FormatError(
                 f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
-        loaded, reported = _from_files(files, given, invalid, intrinsics, name)
-        known_guide, known_ground_truth, known_units = files.guide, files.ground_truth, files.ground_truth_units
-        known_confidence, stated_min_confidence = files.confidence, files.min_confidence
+        loaded, reported = _from_files(files, options, name)
     if warn:
         for text in reported:
             warn_of_reading(text)
-    min_value = stated_min_confidence if min_confidence is None else checked_min_confidence(min_confidence)
-    loaded = _with_min_confidence(loaded, known_confidence if confidence is None else confidence, min_value)
-    if (chosen_guide := known_guide if guide is None else guide) is not None:
-        loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
-    chosen = known_ground_truth if ground_truth is None else ground_truth
-    if chosen is None:
+    chosen = options.checked().or_else(stated)
+    confidence_map = sensor_confidence if chosen.confidence is None else chosen.confidence
+    loaded = _with_min_confidence(loaded, confidence_map, chosen.min_confidence)
+    if chosen.guide is not None:
+        loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape))
+    if chosen.ground_truth is None:
         if ground_truth_units is not None:
             raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
         return loaded
-    stated = known_units if ground_truth is None else None
-    return with_ground_truth_file(loaded, chosen, stated if ground_truth_units is None else ground_truth_units)
+    return with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
 
 
-def _from_files(
-    files: FrameFiles,
-    given: EncodingSpec | None,
-    invalid: float | None,
-    intrinsics: IntrinsicsSpec | None,
-    name: str | None,
-) -> tuple[RGBDFrame, tuple[str, ...]]:
+def _from_files(files: FrameFiles, options: ReadingOptions, name: str | None) -> tuple[RGBDFrame, tuple[str, ...]]:
     """A frame without ground truth and guide, and the warnings about reading it."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
-    read = _read_depth(files, depth_file, given, invalid)
+    read = _read_depth(files, depth_file, options)
     values = read.values
     if colour.shape[:2] != values.shape:
         raise InputError(
@@ -251,7 +225,7 @@ def _from_files(
             f"{files.rgb.with_name(META_NAME)} has the size {files.size}, but the images are {_size(values)} pixels. "
             "Correct its size, or load the two files separately."
         )
-    camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
+    camera = intrinsics_from(options.or_else(files.options).intrinsics, values.shape)
     try:
         frame = RGBDFrame(
             rgb=colour,
@@ -276,9 +250,7 @@ def _from_files(
     return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
 
 
-def _with_min_confidence(
-    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, min_value: float | None
-) -> RGBDFrame:
+def _with_min_confidence(frame: RGBDFrame, confidence: str | NDArray[Any] | None, min_value: float | None) -> RGBDFrame:
     """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file."""
     low, reported = None, UNUSED_CONFIDENCE
     if confidence is None:
@@ -289,16 +261,15 @@ def _with_min_confidence(
     return replace(frame, invalid_mask=low, notes=(*frame.notes, reported)) if reported else frame
 
 
-def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
+def read_frame_depth(rgb: str, depth: str | None, options: ReadingOptions) -> DepthReading:
     """Read the depth of a frame alone, as `load_frame` does; raises the same errors except for the depth scale."""
     files = files_of(rgb, depth, beside=True)
-    return _read_depth(files, read_file(files.depth), given, invalid)
+    return _read_depth(files, read_file(files.depth), options)
 
 
-def _read_depth(
-    files: FrameFiles, content: FileContent, given: EncodingSpec | None, invalid: float | None
-) -> DepthReading:
-    return read_depth(content, given, files.stated_encoding, files.invalid if invalid is None else invalid)
+def _read_depth(files: FrameFiles, content: FileContent, options: ReadingOptions) -> DepthReading:
+    invalid = options.or_else(files.options).invalid
+    return read_depth(content, options.depth_encoding, files.options.depth_encoding, invalid)
 
 
 def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
@@ -380,25 +351,21 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f" with depth units {meta.get('gt_units_per_m')}."
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
-    guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
-    ground_truth = _ground_truth_in(root, named["gt"])
-    confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
-    return FrameFiles(
-        *(
-            rgb,
-            depth,
-            units,
-            camera,
-            size,
-            name,
-            ground_truth,
-            ground_truth_units,
-            guide,
-            encoding,
-            invalid,
-            confidence,
-            min_value,
+    options = ReadingOptions(
+        encoding=encoding,
+        depth_units=units,
+        invalid=invalid,
+        min_confidence=min_value,
+        intrinsics=camera,
+        ground_truth=path_text(_ground_truth_in(root, named["gt"])),
+        ground_truth_units=ground_truth_units,
+        guide=path_text(_named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)),
+        confidence=path_text(
+            _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
         ),
+    )
+    return FrameFiles(
+        *(rgb, depth, name, options, size),
         pose=None if pose is None else tuple(map(tuple, pose.tolist())),
         outside_view=_named_image(root, named["outside_view"]),
     )
@@ -439,7 +406,7 @@ def _input_file(content: FileContent) -> InputFile:
 
 def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
-    return FrameFiles(rgb, depth, None, None, None, name_from_path(rgb))
+    return FrameFiles(rgb, depth, name_from_path(rgb))
 
 
 def _named_image(root: Path, named: str | None) -> Path | None:

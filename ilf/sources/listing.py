@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +14,12 @@ from .._runtime.files import read_file
 from .._runtime.formatting import counted
 from ..data.camera import INTRINSICS, CameraIntrinsics, camera_from_numbers
 from ..errors import FormatError, InputError, ParameterError, cause
-from ..io.cameras import CAMERA_FILE, IntrinsicsSpec, read_cameras
-from ..io.encodings import EncodingSpec, single_encoding
-from ..io.frame_additions import checked_min_confidence
+from ..io.cameras import CAMERA_FILE, read_cameras
 from .frame_source import FrameSource
 from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened, recording_suffixes
 from .pairing import Pairs, natural, paired, paired_by_time, split_by_kind, time_of
+from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .times import ASSOCIATION_FILES, MAX_TIME_GAP_S, TUM_UNITS, associated, read_associations, read_time_list
 
@@ -32,22 +31,11 @@ SEVEN_SCENES_NOTE = (
 )
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_SEVEN_SCENES_CAMERA = CameraIntrinsics(585.0, 585.0, 320.0, 240.0, "7-scenes")
+_SEVEN_SCENES = ReadingOptions(
+    depth_units=1000.0, invalid=65535.0, intrinsics=CameraIntrinsics(585.0, 585.0, 320.0, 240.0, "7-scenes")
+)
 _SEVEN_SCENES_NAME = re.compile(r"frame-\d{6}\.(color|depth)\.png$")
 _BOP_COLOUR_FOLDERS = "rgb", "gray"
-
-
-def with_options(how: FrameSource, source: FrameSource) -> FrameSource:
-    """A source in which the user's options for all frames replace those of the data set."""
-    has_no_encoding = how.depth_units is None and how.encoding is None
-    return replace(
-        source,
-        depth_units=source.depth_units if has_no_encoding else how.depth_units,
-        encoding=source.encoding if has_no_encoding else how.encoding,
-        invalid=source.invalid if how.invalid is None else how.invalid,
-        min_confidence=source.min_confidence if how.min_confidence is None else how.min_confidence,
-        intrinsics=source.intrinsics if how.intrinsics is None else how.intrinsics,
-    )
 
 
 def is_bop(files: Collection[str]) -> bool:
@@ -55,7 +43,7 @@ def is_bop(files: Collection[str]) -> bool:
     return CAMERA_FILE in files
 
 
-def bop_frames(root: str | Path) -> list[FrameSource]:
+def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameSource]:
     """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
     cameras = read_cameras(Path(root) / CAMERA_FILE)
     colours = {
@@ -65,7 +53,11 @@ def bop_frames(root: str | Path) -> list[FrameSource]:
         if path.stem.isdecimal()
     }
     return [
-        FrameSource(str(colours[int(path.stem)]), str(path), 1000 / scale, camera)
+        FrameSource(
+            str(colours[int(path.stem)]),
+            str(path),
+            options=given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera)),
+        )
         for path in _files(Path(root) / "depth", DEPTH_FILE_SUFFIXES)
         if path.stem.isdecimal() and int(path.stem) in colours
         for camera, scale in (cameras.get(int(path.stem), (None, None)),)
@@ -78,7 +70,7 @@ def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
     return _SUN_CAMERA_FILE in files and set(_SUN_FOLDERS) <= set(folders)
 
 
-def sun_frame(root: str | Path) -> FrameSource:
+def sun_frame(root: str | Path, given: ReadingOptions) -> FrameSource:
     """The frame of a SUN RGB-D folder; raises InputError unless it has exactly one colour and one depth file."""
     colours, depths = (
         _files(Path(root) / folder, suffixes)
@@ -95,17 +87,13 @@ def sun_frame(root: str | Path) -> FrameSource:
         camera = camera_from_numbers(numbers, "")
     except (ValueError, InputError) as error:
         raise FormatError(f"{path} must contain the nine numbers of a camera matrix ({error!s:.200}).") from error
-    return FrameSource(str(colours[0]), str(depths[0]), None, camera, encoding="sun")
+    options = given.or_else(ReadingOptions(encoding="sun", intrinsics=camera))
+    return FrameSource(str(colours[0]), str(depths[0]), options=options)
 
 
 def is_seven_scenes(files: Collection[str]) -> bool:
     """Whether a folder with these files is a sequence of 7-Scenes."""
     return any(name.endswith(".pose.txt") for name in files) and any(map(_SEVEN_SCENES_NAME.match, files))
-
-
-def of_seven_scenes(source: FrameSource) -> FrameSource:
-    """The same files with the options for 7-Scenes."""
-    return replace(source, depth_units=1000.0, invalid=65535.0, intrinsics=_SEVEN_SCENES_CAMERA)
 
 
 def camera_by_name(root: Path) -> CameraIntrinsics | None:
@@ -162,12 +150,8 @@ class Listing:
 
 def list_frames(
     folder: str | os.PathLike[str],
+    given: ReadingOptions = AS_STATED,
     *,
-    depth_units: float | None = None,
-    encoding: EncodingSpec | None = None,
-    invalid: float | None = None,
-    intrinsics: IntrinsicsSpec | None = None,
-    min_confidence: float | None = None,
     max_gap: float = MAX_TIME_GAP_S,
     topics: Topics | None = None,
 ) -> Listing:
@@ -182,12 +166,8 @@ def list_frames(
     Parameters
     ----------
     folder : path-like
-    depth_units, encoding, invalid : optional
-        How the depth of all frames is read, as for `ilf.load_frame`. None uses the options of each frame.
-    intrinsics : optional
-        Intrinsics of all frames; anything that `ilf.io.intrinsics_from` accepts.
-    min_confidence : float, optional
-        As for `ilf.load_frame`.
+    given : ReadingOptions
+        They replace the options of each frame; those for a single frame are not used.
     max_gap : float
         Maximum time difference [s] of colour and depth of one frame, where they are matched by time.
     topics : tuple of str, optional
@@ -200,8 +180,8 @@ def list_frames(
     FormatError
         If its lists by time or its calibrations are damaged.
     ParameterError
-        If both units and an encoding are given, `max_gap` is not a duration, or `topics` are given for a source without
-        topics.
+        If both units and an encoding are given, the minimum confidence is not a number, `max_gap` is not a duration, or
+        `topics` are given for a source without topics.
 
     Examples
     --------
@@ -210,38 +190,33 @@ def list_frames(
     ['room']
     """
     root = Path(folder).absolute()
-    single_encoding(encoding, depth_units)
+    given = given.of_all_frames.checked()
     if not max_gap >= 0:
         raise ParameterError(f"The maximum time gap must be 0 s or more, not {max_gap!r:.60}.")
-    how = FrameSource(
-        *("", None, depth_units, intrinsics),
-        encoding=encoding,
-        invalid=invalid,
-        min_confidence=None if min_confidence is None else checked_min_confidence(min_confidence),
-    )
     if is_recording(root):
-        return _recorded(root, how, max_gap, topics)
+        return _recorded(root, given, max_gap, topics)
     if topics is not None:
         raise ParameterError(f"{root} is not a ROS recording: it has no topics. Leave the topics out.")
     content = _content(root)
     if META_NAME in content.files:
-        return Listing((replace(how, rgb=str(root)),))
+        return Listing((FrameSource(str(root), options=given),))
     if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
-        return _by_time(root, content, how, max_gap)
+        return _by_time(root, content, given, max_gap)
     if is_bop(content.files):
-        return _of_scenes(root, [str(root)], how)
+        return _of_scenes(root, [str(root)], given)
     if is_sun(content.files, content.folders):
-        return Listing((with_options(how, sun_frame(root)),))
+        return Listing((sun_frame(root, given),))
     pairs, notes = _side_by_side(root, content, max_gap)
-    found = [replace(how, rgb=rgb, depth=depth) for rgb, depth in pairs]
+    options = given
     if is_seven_scenes(content.files):
-        found = [with_options(how, of_seven_scenes(source)) for source in found]
+        options = given.or_else(_SEVEN_SCENES)
         notes.append(SEVEN_SCENES_NOTE)
+    found = [FrameSource(rgb, depth, options=options) for rgb, depth in pairs]
     if not found:
         inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
         if scenes := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
-            return _of_scenes(root, scenes, how)
-        folders = [_frame_in(path, how) for path in inside]
+            return _of_scenes(root, scenes, given)
+        folders = [_frame_in(path, given) for path in inside]
         found = [source for frame in folders for source in frame]
         if empty := sum(not frame for frame in folders):
             notes.append(
@@ -298,26 +273,26 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
         return False
 
 
-def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | None) -> Listing:
+def _recorded(path: Path, given: ReadingOptions, max_gap: float, topics: Topics | None) -> Listing:
     """The frames of a recording."""
     with opened(path) as recording:
         if topics is not None and not recording.has_topics:
             raise ParameterError(f"{path} is {recording.kind}: it has no topics. Leave the topics out.")
         index = recording.index(max_gap, topics)
         registered = recording.cameras(index.keys[0]).is_registered
-    sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
+    sources = tuple(FrameSource(str(path), frame=key, options=given) for key in index.keys)
     return Listing(sources, index.notes, index.times, registered)
 
 
-def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:
+def _of_scenes(root: Path, scenes: list[str], given: ReadingOptions) -> Listing:
     """The frames of scenes of BOP."""
-    found = [with_options(how, source) for scene in scenes for source in bop_frames(scene)]
+    found = [source for scene in scenes for source in bop_frames(scene, given)]
     if not found:
         raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
     return Listing(tuple(found))
 
 
-def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) -> Listing:
+def _by_time(root: Path, content: _Content, given: ReadingOptions, max_gap: float) -> Listing:
     listed = content.file(ASSOCIATION_FILES)
     notes: list[str] = []
     if {"rgb.txt", "depth.txt"} <= content.files:
@@ -334,9 +309,15 @@ def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) ->
         rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
     else:
         rows = read_associations(root / str(listed))
-    how = with_options(how, FrameSource("", None, TUM_UNITS, camera_by_name(root)))
-    encoding_text = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
-    sources = (replace(how, rgb=os.path.join(root, rgb), depth=os.path.join(root, depth)) for _, rgb, depth in rows)
+    options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=camera_by_name(root)))
+    encoding_text = (
+        f"the encoding {options.encoding}"
+        if options.depth_units is None
+        else f"{options.depth_units:g} units per metre"
+    )
+    sources = (
+        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), options=options) for _, rgb, depth in rows
+    )
     times_found = tuple(time for time, _, _ in rows)
     return Listing(tuple(sources), (f"Depth is read with {encoding_text}.", *notes), times_found)
 
@@ -358,21 +339,21 @@ def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[t
     return (paths, _unmatched_notes(pairs, match_condition)) if paths else ([], [])
 
 
-def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
+def _frame_in(folder: str, given: ReadingOptions) -> list[FrameSource]:
     """The frame of a folder: the folder itself if it has a meta.json, a frame of SUN RGB-D, or its only pair; empty if
     there is no pair, or more than one."""
     if os.path.isfile(os.path.join(folder, META_NAME)):
-        return [replace(how, rgb=folder)]
+        return [FrameSource(folder, options=given)]
     try:
         content = _content(folder)
         if is_sun(content.files, content.folders):
-            return [with_options(how, sun_frame(folder))]
+            return [sun_frame(folder, given)]
     except InputError:
         return []
     pairs = paired(*split_by_kind(content.files)).pairs
     if len(pairs) != 1:
         return []
-    return [replace(how, rgb=os.path.join(folder, pairs[0][0]), depth=os.path.join(folder, pairs[0][1]))]
+    return [FrameSource(os.path.join(folder, pairs[0][0]), os.path.join(folder, pairs[0][1]), options=given)]
 
 
 def _unmatched_notes(pairs: Pairs, match_condition: str) -> list[str]:

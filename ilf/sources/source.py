@@ -22,6 +22,7 @@ from .frame_source import FrameSource
 from .frames import frame_folder
 from .listing import Listing, list_frames
 from .opening import opened
+from .reading_options import ReadingOptions
 from .recording import Cameras, Topics
 from .registration import RawPair
 from .times import MAX_TIME_GAP_S
@@ -95,6 +96,18 @@ class Source:
         self.notes = listing.notes
         self.is_registered = listing.is_registered
 
+    @classmethod
+    def of(
+        cls,
+        path: str | os.PathLike[str],
+        options: ReadingOptions,
+        *,
+        max_gap: float = MAX_TIME_GAP_S,
+        topics: Topics | None = None,
+    ) -> Self:
+        """Open a source as `open_source`, with the reading options as one object."""
+        return cls(Path(path).absolute(), list_frames(path, options, max_gap=max_gap, topics=topics))
+
     def __len__(self) -> int:
         return len(self.keys)
 
@@ -147,12 +160,12 @@ class Source:
             If there is no such frame, or the file with its calibration cannot be read.
         """
         source = self.frame_source(key)
-        camera = intrinsics_from(source.intrinsics)
+        camera = intrinsics_from(source.options.intrinsics)
         if source.frame is not None and (camera is None or not self.is_registered):
             with opened(source.rgb) as recording:
                 return Calibration.of(recording.cameras(source.frame))
         if camera is None and source.depth is None:
-            camera = frame_folder(source.rgb).intrinsics
+            camera = intrinsics_from(frame_folder(source.rgb).options.intrinsics)
         return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
@@ -253,17 +266,14 @@ def open_source(
     >>> source[0].name == source["room"].name
     True
     """
-    listing = list_frames(
-        path,
-        depth_units=depth_units,
+    options = ReadingOptions(
         encoding=encoding,
+        depth_units=depth_units,
         invalid=invalid,
-        intrinsics=intrinsics,
         min_confidence=min_confidence,
-        max_gap=max_gap,
-        topics=topics,
+        intrinsics=intrinsics,
     )
-    return Source(Path(path).absolute(), listing)
+    return Source.of(path, options, max_gap=max_gap, topics=topics)
 
 
 def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:

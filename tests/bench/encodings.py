@@ -49,7 +49,7 @@ def main(folders: list[str]) -> None:
             print(f"{Path(folder).name}: skipped ({error})")
             continue
         frames += 1
-        values, own = read_depth_values(files.depth), encoding_of(files.stated_encoding or 1000.0)
+        values, own = read_depth_values(files.depth), encoding_of(files.options.depth_encoding or 1000.0)
         found = {"plain": _proposed(_doubts(values, own)) or "plain"}
         metres = own.metres(values)
         for name, file in stored(metres).items():

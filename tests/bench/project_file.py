@@ -30,6 +30,7 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 TIMES = 5
 
@@ -98,7 +99,7 @@ def _made(folder: Path, count: int) -> tuple[list[FrameState], list[ProjectFrame
         summary = FrameSummary(
             Stage.RUN, shape=frame.shape, missing=frame.missing_share, blocks=len(completion.results)
         )
-        source = FrameSource(str(own / "rgb.jpg"), str(own / "depth.png"), 1000.0)
+        source = FrameSource(str(own / "rgb.jpg"), str(own / "depth.png"), options=ReadingOptions(depth_units=1000.0))
         listed.append(ProjectFrame(states[-1].id, own.name, source, summary, True))
     return states, listed
 

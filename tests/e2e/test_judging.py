@@ -29,6 +29,7 @@ from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, open_frame
 
@@ -178,7 +179,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     sweep = part(window, SweepFeature)
     assert isinstance(sweep, SweepFeature)
     workspace, shown = window.workspace, sweep.window_
-    open_frame(window, qtbot, FrameSource(str(frame_folder), ground_truth=str(ground_truth_file)))
+    open_frame(
+        window, qtbot, FrameSource(str(frame_folder), options=ReadingOptions(ground_truth=str(ground_truth_file)))
+    )
     session = workspace.session
     # from the menu of a parameter in the form
     row = window.feature(FilterFeature).panel.form.findChild(QWidget, "smoothness").parentWidget()

@@ -17,6 +17,7 @@ from gui.state.entries import Entry
 from ilf.data.frame import RGBDFrame
 from ilf.project.file import open_project, save_project
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, write_frame
 
@@ -97,7 +98,8 @@ def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBo
     (worked,) = workspace.frames.entries
     workspace.blocks.edit_info(1, "Rename", name="Wall")
     others = [
-        Entry(uuid.uuid4().hex, worked.key, "other", FrameSource(worked.key, None, units)) for units in (None, 1000.0)
+        Entry(uuid.uuid4().hex, worked.key, "other", FrameSource(worked.key, options=ReadingOptions(depth_units=units)))
+        for units in (None, 1000.0)
     ]
     workspace.frames.add_entries(others)
     for other in others:
@@ -134,12 +136,12 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
         documents.open_source(FrameSource(os.path.relpath(frame_folder)))
     assert workspace.session.info(1).name == "Wall"
     workspace.frames.unload(workspace.session)
-    documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+    documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
     box.button(QMessageBox.StandardButton.Cancel).click()
     assert list(workspace.frames.entries) == [entry]
     assert not opened.loader.busy
     documents.discard_silently = True
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+        documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     assert [one.id for one in workspace.frames.entries] == [workspace.session.id] != [entry.id]

@@ -23,6 +23,7 @@ from ilf.cli import main as command_line
 from ilf.data.results import Status
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 from .conftest import WAIT_MS, open_frame
 
@@ -292,7 +293,7 @@ def test_opening_a_run_twice_keeps_the_work_in_it(
 def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
     first = opened.workspace.session
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
-        opened.documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+        opened.documents.open_source(FrameSource(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
     second = opened.workspace.session
     assert opened.workspace.frames.sessions == [second]
     assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)

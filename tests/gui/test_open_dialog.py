@@ -70,7 +70,8 @@ def test_request_opens_the_very_frame(dialog, folder):
     dialog.accept()
     assert dialog.result() == QDialog.DialogCode.Accepted
     request = dialog.request()
-    frame = load_frame(request.rgb, request.depth, depth_units=request.depth_units, intrinsics=request.intrinsics)
+    options = request.options
+    frame = load_frame(request.rgb, request.depth, depth_units=options.depth_units, intrinsics=options.intrinsics)
     assert float(np.nanmedian(frame.depth)) == 4.0
     assert frame.intrinsics.cx == 319.5
 
@@ -189,7 +190,7 @@ def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
     assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, sun,")
     assert dialog.message.tone() == "good"
     assert not dialog.apply_button.isVisible()
-    assert (dialog.request().encoding, dialog.request().invalid) == ("sun", 65535)
+    assert (dialog.request().options.encoding, dialog.request().options.invalid) == ("sun", 65535)
 
 
 def test_what_is_doubted_is_offered_where_the_scale_is_refused_too(dialog, rotated):

@@ -91,7 +91,7 @@ def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: Profil
     panel.pointed.connect(pointed.append)
     assert panel.data is None
     panel.show_data(data, {1: "wall <left>", 2: "floor"})
-    for name in ("raw", "result", "first try", "ground_truth"):
+    for name in ("raw", "result", "first try", "ground truth"):
         assert name in legend(panel)
     assert " m<" not in legend(panel)
     panel.plot.hovered.emit(7.6)  # in the hole, at column 12

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,19 @@ from PySide6.QtCore import QSettings
 
 from gui.features.project.recent import MOST, RecentOrigins, is_missing, name_of
 from ilf.data.camera import CameraIntrinsics
+from ilf.io.cameras import IntrinsicsSpec
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
+
+WRONG_OPTIONS = (
+    {"depth_units": "1000"},
+    {"encoding": True},
+    {"invalid": float("nan")},
+    {"intrinsics": 5},
+    {"intrinsics": [1, "1", 0, 0]},
+    {"ground_truth": 1},
+    {"guide": ["a"]},
+)
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -18,7 +31,14 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
     frames = RecentOrigins("frames", persistent=True)
     folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
     colour, depth, ground_truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
-    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), ground_truth, 1.0, guide)
+    options = ReadingOptions(
+        depth_units=5000.0,
+        intrinsics=(525.0, 525.0, 319.5, 239.5),
+        ground_truth=ground_truth,
+        ground_truth_units=1.0,
+        guide=guide,
+    )
+    pair = FrameSource(colour, depth, options=options)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
     later = RecentOrigins("frames", persistent=True)
@@ -32,11 +52,22 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
     assert len(later.origins) == MOST
 
 
-def test_what_settings_cannot_hold_costs_no_other(tmp_path: Path) -> None:
-    frames = RecentOrigins("frames", persistent=True)
-    frames.note(FrameSource(str(tmp_path)))
-    frames.note(FrameSource("a.png", "b.png", intrinsics=CameraIntrinsics(1, 1, 0, 0)))
-    assert RecentOrigins("frames", persistent=True).origins == [FrameSource(str(tmp_path))]
+@pytest.mark.parametrize("camera", [CameraIntrinsics(1, 1, 0, 0, "own"), "kinect-v2", {"K": [1.0, 1.0, 0.0, 0.0]}])
+def test_every_kind_of_camera_is_kept(tmp_path: Path, camera: IntrinsicsSpec) -> None:
+    origin = FrameSource(str(tmp_path), options=ReadingOptions(intrinsics=camera))
+    RecentOrigins("frames", persistent=True).note(origin)
+    assert RecentOrigins("frames", persistent=True).origins == [origin]
+
+
+@pytest.mark.parametrize(
+    "damaged",
+    [7, {}, {"file": 7}, *({"rgb": "a", "depth": "b", "frame": None, **wrong} for wrong in WRONG_OPTIONS)],
+)
+def test_a_damaged_entry_costs_no_other(tmp_path: Path, damaged: object) -> None:
+    folder, record = FrameSource(str(tmp_path)), tmp_path / "run.json"
+    entries = [folder.to_json(), damaged, {"file": str(record)}]
+    QSettings().setValue("recent/frames", json.dumps(entries))
+    assert RecentOrigins("frames", persistent=True).origins == [folder, record]
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:

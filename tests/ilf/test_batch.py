@@ -302,10 +302,15 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
     folder = out / frames_in(source)[0].folder
     sound = json.loads((folder / "frame.json").read_text())
     outcome = sound["outcome"]
-    for wrong in ({"outcome": outcome | {"frame": []}}, {"outcome": outcome | {"status": "done"}}, {"outcome": 7}):
+    for wrong in (
+        {"outcome": outcome | {"frame": []}},
+        {"outcome": outcome | {"status": "done"}},
+        {"outcome": 7},
+        {"files": {"x": 3}},
+    ):
         (folder / "frame.json").write_text(json.dumps(sound | wrong))
         assert read_frame_record(folder) is None
-    for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: 3}}):
+    for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: [3]}}):
         (folder / "frame.json").write_text(json.dumps(sound | odd))
         record = read_frame_record(folder)
         assert not (record.has_all_files(folder) and record.is_of(frames_in(source)[0]))
@@ -550,7 +555,7 @@ def test_steady_depth_keeps_the_pose(tmp_path, in_this_process, capsys):
 
 def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):
     monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
-    first = replace(frames_in(source)[0], source=replace(frames_in(source)[0].source, intrinsics="30,30,16,12"))
+    first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
     (tmp_path / "out").mkdir()
     settings = BatchSettings(QUICK, ExportOptions(axes="world"))
     task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))

@@ -143,7 +143,7 @@ def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
     assert main(["complete", *files, "--out", "out", "--quiet", *QUICK]) == 0
     assert set(contents("out")) == RESULTS - {"cloud.ply"}
     assert "ilf: warning: No point cloud" in capsys.readouterr().err
-    assert read_record("out/run.json").options.cloud is None
+    assert read_record("out/run.json").export.cloud is None
     assert "intrinsics" in fails(capsys, "complete", *files, "--out", "new", "--cloud-format", "ply")
     assert "A mesh needs" in fails(capsys, "complete", *files, "--out", "new", "--no-cloud", "--mesh", "glb")
     assert not Path("new").exists()
@@ -461,7 +461,7 @@ def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
     assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
     assert "2 blocks cover 100.0%" in capsys.readouterr().out
     assert main(["complete", *files, "--blocks", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
-    assert read_record("out/run.json").edited
+    assert read_record("out/run.json").blocks.edited
 
 
 def test_info_shows_frames_and_records(files, capsys):

@@ -14,7 +14,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ilf
-from ilf._runtime.schema import Section
 from ilf.cli import main
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
@@ -400,10 +399,10 @@ def test_a_record_keeps_encoding_and_invalid_value():
         FrameInputs(file, file, 5000.0, None, invalid=65535.0),
     ):
         data = json.loads(json.dumps(dataclasses.asdict(inputs)))
-        assert parsed_inputs(Section("inputs", data)) == inputs
+        assert parsed_inputs(data) == inputs
     assert encoding_of_inputs(inputs).text == "5000 units per metre, 65535 is missing"
     with pytest.raises(FormatError, match="no depth encoding 'later'"):
-        parsed_inputs(Section("inputs", dataclasses.asdict(dataclasses.replace(inputs, encoding="later"))))
+        parsed_inputs(dataclasses.asdict(dataclasses.replace(inputs, encoding="later")))
 
 
 def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monkeypatch):

@@ -13,6 +13,7 @@ from ilf.project.missing_files import MissingFile, find_in_folder, missing_files
 from ilf.project.project import ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 T = TypeVar("T")
 
@@ -63,9 +64,10 @@ def test_a_frame_without_work_misses_what_it_is_opened_from(tmp_path: Path) -> N
 
 def test_a_source_follows_its_files(tmp_path: Path) -> None:
     found = {os.path.join("/old", "a", "sub", "rgb.png"): Path("/new/b/sub/rgb.png"), "/t.npy": Path("/u/t.npy")}
-    assert relocated(FrameSource("/old/a", ground_truth="/t.npy"), found) == FrameSource(
-        "/new/b", ground_truth="/u/t.npy"
-    )
+    source = FrameSource("/old/a", options=ReadingOptions(ground_truth="/t.npy", confidence="/old/a/sub/sure.png"))
+    found["/old/a/sub/sure.png"] = Path("/new/b/sub/sure.png")
+    options = ReadingOptions(ground_truth="/u/t.npy", confidence="/new/b/sub/sure.png")
+    assert relocated(source, found) == FrameSource("/new/b", options=options)
     renamed = {"/old/a/rgb.png": Path("/new/colour.png")}
     assert relocated(FrameSource("/old/a"), renamed) == FrameSource("/old/a"), "no folder has it under its name"
     assert relocated(FrameSource("/old/a/rgb.png", "/old/a/d.png"), renamed).rgb == "/new/colour.png"

@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf._runtime.files import FileContent
-from ilf._runtime.schema import Section
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
@@ -131,7 +130,7 @@ def test_disparity_becomes_depth(save, tmp_path):
 
 def test_records_keep_disparity(save):
     frame = ilf.load_frame(*save("disparity.pfm", pfm(METRES)), encoding="disparity:5")
-    assert parsed_inputs(Section("record", dataclasses.asdict(frame.inputs))) == frame.inputs
+    assert parsed_inputs(dataclasses.asdict(frame.inputs)) == frame.inputs
 
 
 def _npy(values: np.ndarray) -> bytes:

@@ -15,6 +15,7 @@ from ilf.errors import FormatError, InputError
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.listing import list_frames
 from ilf.sources.pairing import natural, paired
+from ilf.sources.reading_options import ReadingOptions
 from ilf.sources.source import open_source
 from ilf.sources.times import associated
 
@@ -116,15 +117,15 @@ def test_pairs_in_one_folder(tmp_path, colour, depth):
 
 def test_what_is_given_goes_for_all_frames(tmp_path):
     _touch(tmp_path, "rgb/1.png", "depth/1.png")
-    source = list_frames(tmp_path, depth_units=256, intrinsics="kinect-v2").sources[0]
-    assert (source.depth_units, source.intrinsics) == (256, "kinect-v2")
+    given = ReadingOptions(depth_units=256.0, intrinsics="kinect-v2")
+    assert list_frames(tmp_path, given).sources[0].options == given
 
 
 def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
     (tmp_path / "rgb.txt").write_text("# timestamp filename\n1.000 rgb/a.png\n1.033 rgb/b.png\n1.066 rgb/c.png\n\n")
     (tmp_path / "depth.txt").write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
     assert _named(tmp_path) == [("rgb/a.png", "depth/a.png"), ("rgb/b.png", "depth/b.png")]
-    assert list_frames(tmp_path).sources[0].depth_units == 5000
+    assert list_frames(tmp_path).sources[0].options.depth_units == 5000
     assert list_frames(tmp_path).notes[1] == "1 colour file left out: there is no depth file within 0.02 s."
     (tmp_path / "depth.txt").write_text("1.004\n")
     with pytest.raises(FormatError, match=r"depth\.txt, line 1"):

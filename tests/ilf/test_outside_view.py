@@ -118,11 +118,11 @@ def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     mask = cv2.imread(str(tmp_path / "out" / "outside_view.png"), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(mask > 0, OUTSIDE)
     record = read_record(tmp_path / "out" / "run.json")
-    assert record.outcomes == tuple(completion.outcomes.values())
-    assert record.outcomes[0].outside == OUTSIDE.sum()
+    assert record.blocks_outcome == tuple(completion.outcomes.values())
+    assert record.blocks_outcome[0].outside == OUTSIDE.sum()
     plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ExportOptions())
     assert b'"outside":' in to_json(record)
-    assert b'"outside":' not in to_json(replace(plain, outcomes=()))
+    assert b'"outside":' not in to_json(replace(plain, blocks_outcome=()))
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ def test_a_new_project_has_the_frames_of_folders_or_two_files(tmp_path, monkeypa
     (tmp_path / "all").rename("moved")
     with open_project("all.ilf") as opened:
         assert [frame.name for frame in opened.project.frames] == ["one", "two"]
-        assert opened.project.frames[0].source.intrinsics == CAMERA
+        assert opened.project.frames[0].source.options.intrinsics == CAMERA
     with open_project("one.ilf") as opened:
         assert opened.state(opened.project.frames[0].id).state.frame.shape == (60, 80)
     assert main(["project", "new", "all.ilf", "moved"]) == 1

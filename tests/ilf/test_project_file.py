@@ -25,6 +25,7 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.result_packs import unpack_results
 from ilf.project.sources import ChangedSource, MissingSource, Places, source_part
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 from .project_states import assert_same, made_frame, rich_state, small_frame
 from .small_frames import write_small_frame
@@ -44,12 +45,12 @@ def work(tmp_path):
     filed = rich_state(small_frame(folder / "frames" / "one"), "a1")
     made = rich_state(made_frame(), "b2")
     rgb, depth = map(str, write_small_frame(folder / "frames" / "two"))
-    camera = intrinsics_from("80,80,39.5,29.5")
+    options = ReadingOptions(depth_units=1000.0, intrinsics=intrinsics_from("80,80,39.5,29.5"))
     project = Project(
         (
             listed(filed, FrameSource(filed.frame.inputs.rgb.path, filed.frame.inputs.depth.path)),
             listed(made),
-            ProjectFrame("c3", "two", FrameSource(rgb, depth, 1000.0, camera)),
+            ProjectFrame("c3", "two", FrameSource(rgb, depth, options=options)),
         ),
         "b2",
         ilf.preset("paper"),
@@ -419,7 +420,8 @@ def test_what_claims_to_be_huge_is_not_unpacked(work, monkeypatch):
 def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
     """Bits and zeros take hardly any room as long as they are packed."""
     measured = np.full((1000, 1000), 2.0, np.float32)
-    row = {"box": [0, 1000, 0, 1000], "drawn": False, "history": None}
+    row = {"label": 1, "box": [0, 1000, 0, 1000], "outcome": {}, "parameters": 0, "edges": None, "network": None}
+    row |= {"correction": None, "notes": [], "drawn": False, "history": None}
     head = {"results": [row] * 69, "parameters": [], "edges": []}
     content = npz({"masks": np.zeros(69 * 125_000, np.uint8)}, {"results.json": json.dumps(head).encode()})
     assert len(content) < 50_000
@@ -433,7 +435,8 @@ def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
 
 
 def test_how_a_frame_is_read_comes_back_as_it_was_given(tmp_path):
-    source = FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), 1000.0, (80.0, 80.0, 39.5, 29.5))
+    options = ReadingOptions(depth_units=1000.0, intrinsics=(80.0, 80.0, 39.5, 29.5))
+    source = FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), options=options)
     save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "room", source),)))
     with open_project(tmp_path / "room.ilf") as opened:
         assert opened.project.frames[0].source == source

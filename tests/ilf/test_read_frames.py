@@ -1,12 +1,15 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
+import argparse
 import contextlib
 import hashlib
+import inspect
 import io
 import json
 import os
 import struct
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -16,11 +19,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
+import ilf
+from ilf._runtime.schema import Section
+from ilf.cli.parsing import add_options
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
+from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import frame_folder, load_frame
+from ilf.sources.reading_options import OPTIONS, ReadingOptions
 
 from .small_frames import write_small_frame
 
@@ -505,3 +513,38 @@ def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
     assert frame.inputs == FrameInputs(
         InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
     )
+
+
+EVERY_OPTION = ReadingOptions(
+    encoding="tum",
+    depth_units=5000.0,
+    invalid=65535.0,
+    min_confidence=2.0,
+    intrinsics="kinect-v2",
+    ground_truth="gt.png",
+    ground_truth_units=1000.0,
+    guide="guide.npy",
+    confidence="sure.png",
+)
+
+
+def test_every_reading_option_is_an_argument_of_load_frame() -> None:
+    assert EVERY_OPTION.given.keys() == OPTIONS.keys() < inspect.signature(load_frame).parameters.keys()
+    of_all = {name for name, option in OPTIONS.items() if not option.one_frame}
+    assert EVERY_OPTION.of_all_frames.given.keys() == of_all < inspect.signature(ilf.open_source).parameters.keys()
+
+
+def test_reading_options_come_back_from_json_and_from_arguments() -> None:
+    source = FrameSource("rgb.png", "depth.png", options=EVERY_OPTION)
+    assert FrameSource.from_json(Section("frame", json.loads(json.dumps(source.to_json())))) == source
+    parser = argparse.ArgumentParser()
+    add_options(parser, OPTIONS)
+    options = replace(EVERY_OPTION, encoding=None, confidence=None)
+    assert ReadingOptions.from_arguments(vars(parser.parse_args(options.to_arguments()))) == options
+
+
+def test_options_given_go_before_those_of_the_files() -> None:
+    stated = ReadingOptions(depth_units=1000.0, invalid=0.0, ground_truth="gt.png", ground_truth_units=1000.0)
+    chosen = ReadingOptions(encoding="tum", ground_truth="other.npy").or_else(stated)
+    assert chosen == ReadingOptions(encoding="tum", invalid=0.0, ground_truth="other.npy")
+    assert ReadingOptions(ground_truth_units=1.0).or_else(stated) == replace(stated, ground_truth_units=1.0)

@@ -16,7 +16,7 @@ import ilf
 from ilf._runtime.installation import asset_path
 from ilf._runtime.machine import library_versions
 from ilf.errors import FormatError
-from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, outcome_to_dict, to_json
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
 from ilf.run.record_file import read_record
 
 from .small_frames import QUICK
@@ -44,13 +44,13 @@ def test_record_reads_back(tmp_path):
     assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
     record = read_record(path)
     assert json.loads(path.read_text())["schema"] == SCHEMA == 1
-    assert record.parameters == {1: ilf.preset(**QUICK), 2: special}
-    assert record.options == OPTIONS
+    assert record.own_parameters == {1: ilf.preset(**QUICK), 2: special}
+    assert record.export == OPTIONS
     assert record.extraction == ilf.BlockParameters()
     assert (record.name, record.inputs) == ("in", run.frame.inputs)
-    assert record.shape == (60, 80)
+    assert record.blocks.shape == (60, 80)
     assert record.extrapolate
-    assert not record.edited
+    assert not record.blocks.edited
     assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "invalid_mask.png")
     assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
     assert to_json(record) == path.read_bytes()
@@ -77,11 +77,11 @@ def test_the_record_vouches_for_the_networks(tmp_path):
     run = small_run(tmp_path, own={1: ilf.preset("paper", **QUICK)})
     record = make_record(run, run.complete(), OPTIONS)
     bundled = sha256(asset_path("models/edges.onnx"))
-    assert record.extraction_networks == {"edges": bundled}
-    assert record.networks == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
+    assert record.networks.extraction == {"edges": bundled}
+    assert record.networks.filter == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
     other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
     record = make_record(other, other.complete(), OPTIONS)
-    assert (record.extraction_networks, record.networks) == ({}, {})
+    assert (record.networks.extraction, record.networks.filter) == ({}, {})
 
 
 def test_a_record_without_drawn_borders_has_no_file_of_them(tmp_path):
@@ -98,8 +98,8 @@ def test_what_is_not_a_number_becomes_null(tmp_path):
     assert {outcome["status"] for outcome in outcomes} == {"not recoverable"}
     assert {outcome["sigma_i"] for outcome in outcomes} == {None}
     record = read_record(path)
-    assert all(math.isnan(outcome.sigma_i) for outcome in record.outcomes)
-    assert [outcome_to_dict(outcome) for outcome in record.outcomes] == outcomes
+    assert all(math.isnan(outcome.sigma_i) for outcome in record.blocks_outcome)
+    assert to_json(record) == path.read_bytes()
 
 
 def test_hashes_of_arrays_do_not_depend_on_their_form():
@@ -115,7 +115,13 @@ def test_hashes_of_arrays_do_not_depend_on_their_form():
 
 def test_what_a_record_does_not_know_is_passed_over_but_not_unknown_parameters(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    for keys in (["mood"], ["blocks", "outline"], ["export", "colour"], ["blocks_outcome", 0, "note"]):
+    for keys in (
+        ["mood"],
+        ["own_parameters"],
+        ["blocks", "outline"],
+        ["export", "colour"],
+        ["blocks_outcome", 0, "defect_rate"],
+    ):
         changed(path, *keys, "good")
     read_record(path)
     with pytest.raises(FormatError, match="There is no parameter 'prior'"):
@@ -223,7 +229,7 @@ def test_files_that_are_no_record_are_refused(tmp_path, content):
 
 def test_a_record_may_hold_values_without_effect(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
-    assert {own.padding for own in read_record(path).parameters.values()} == {3.0}
+    assert {own.padding for own in read_record(path).own_parameters.values()} == {3.0}
 
 
 def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
@@ -248,10 +254,26 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
 @pytest.mark.parametrize(
     ("damage", "sentence"),
     [
-        (("version", 3), "'version' in the run record must be str, not 3."),
-        (("inputs", 5), "'inputs' in the run record must be dict or null, not 5."),
-        (("inputs", "depth_units", True), "'depth_units' in the inputs must be float, not True."),
-        (("blocks_outcome", 0, "sigma_i", "x"), "'sigma_i' in the blocks_outcome must be float or null, not 'x'."),
+        (("version", 3), "'version' in the run record must be str, not int."),
+        (("inputs", 5), "'inputs' in the run record must be object or null, not int."),
+        (("inputs", "depth_units", True), "'inputs.depth_units' in the run record must be float, not bool."),
+        (
+            ("inputs", "depth_units", float("inf")),
+            "'inputs.depth_units' in the run record must be a finite number, not inf.",
+        ),
+        (("blocks", "file", "../x"), "'blocks.file' in the run record must be a plain file name."),
+        (("outputs", {"../x": "0"}), "A name in 'outputs' in the run record must be a plain file name."),
+        (("versions", []), "'versions' in the run record must be object, not array."),
+        (("export", "mesh", "stl"), "'export' in the run record is not valid: There is no mesh format 'stl'."),
+        (
+            ("blocks_outcome", 0, "status", "x"),
+            "'blocks_outcome[0].status' in the run record is not valid: Invalid enum value 'x'.",
+        ),
+        (("blocks_outcome", 0, {}), "The run record has no 'blocks_outcome[0].label'."),
+        (
+            ("blocks_outcome", 0, "sigma_i", "x"),
+            "'blocks_outcome[0].sigma_i' in the run record must be float, not str.",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_value_is_said(tmp_path, damage, sentence):
@@ -275,8 +297,8 @@ def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
     special = ilf.preset(**QUICK, mode="fill+denoise")
     mixed = replace(run, blocks=labels, edited=True, own={1: special, 3: special})
     record = make_record(mixed, mixed.complete(), OPTIONS)
-    assert record.common == special
-    assert record.parameters == {1: special, 2: run.parameters, 3: special}
+    assert record.parameters == special
+    assert record.own_parameters == {1: special, 2: run.parameters, 3: special}
 
 
 def test_people_can_read_a_record(tmp_path):

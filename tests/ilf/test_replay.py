@@ -266,7 +266,7 @@ def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
 
 def test_every_network_is_looked_at(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    own = read_record(path).networks["edges"]
+    own = read_record(path).networks.filter["edges"]
     changed(path, "networks", "filter", {"edges": own, "gone": "0"})
     (difference,) = replay(path).differences
     assert difference == (
@@ -305,6 +305,6 @@ def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatc
 
 def test_the_network_of_the_guess_is_vouched_for(tmp_path):
     paper = small_run(tmp_path, parameters=ilf.preset("paper", **QUICK), only=frozenset({2}))
-    assert read_record(written(paper, tmp_path / "out")).networks == {}
+    assert read_record(written(paper, tmp_path / "out")).networks.filter == {}
     extrapolate = read_record(written(replace(paper, extrapolate=True), tmp_path / "extrapolate"))
-    assert extrapolate.networks == extrapolate.extraction_networks
+    assert extrapolate.networks.filter == extrapolate.networks.extraction

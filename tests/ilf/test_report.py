@@ -33,6 +33,7 @@ from ilf.report.report import ReportOptions, report, report_steps, write_report
 from ilf.run.record_file import read_record
 from ilf.run.run import Run
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 from .small_frames import CAMERA, write_small_frame
 from .small_runs import small_run
@@ -249,7 +250,7 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     _, command = replay_text(made)
     assert main([*shlex.split(command)[1:], "--out", "out", "--quiet"]) == 0
     ours, theirs = made.complete(), read_record("out/run.json")
-    assert theirs.outcomes == tuple(ours.outcomes.values())
+    assert theirs.blocks_outcome == tuple(ours.outcomes.values())
     assert theirs.extraction == extraction
     assert replay_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
 
@@ -262,7 +263,8 @@ def test_the_command_line_reports_on_projects(
     notes = BlockNotes(own={1: {"smoothness": 3.0}})
     state = FrameState("a1", frame, run.blocks, notes, run.parameters, subject.completion.results)
     files = frame.inputs
-    source = FrameSource(files.rgb.path, files.depth.path, files.depth_units, files.intrinsics)
+    options = ReadingOptions(depth_units=files.depth_units, intrinsics=files.intrinsics)
+    source = FrameSource(files.rgb.path, files.depth.path, options=options)
     project = Project((
         ProjectFrame("a1", "first", source, FrameSummary(Stage.RUN), has_state=True),
         ProjectFrame("b2", "second", source, FrameSummary(Stage.EXTRACTED), has_state=False),

@@ -201,7 +201,7 @@ def test_the_record_names_the_network_that_was_used(
     run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()
-    assert record.extraction_networks == record.networks == {"depth-edges": sha256}
+    assert record.networks.extraction == record.networks.filter == {"depth-edges": sha256}
     assert network_differences(record) == networks_now_available(record) == []
 
     network.unlink()
@@ -211,7 +211,7 @@ def test_the_record_names_the_network_that_was_used(
         assert " is not available: " in text
     run = Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
-    assert record.extraction_networks == record.networks == {"edges": find_edges(run.frame, HED).network}
+    assert record.networks.extraction == record.networks.filter == {"edges": find_edges(run.frame, HED).network}
     assert network_differences(record) == networks_now_available(record) == []
 
     write_network(network, NODES, {"image": 3, "depth": 6}, {"jump": 1, "crease": 1})

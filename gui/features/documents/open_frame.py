@@ -32,6 +32,7 @@ from ilf.io.images import read_colour
 from ilf.sources.frame_source import FrameSource
 from ilf.sources.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, frame_folder
 from ilf.sources.opening import is_recording
+from ilf.sources.reading_options import ReadingOptions
 
 from ...widgets.basics import Message, PlainLabel, last_folder
 from ...widgets.notices import error_text
@@ -168,10 +169,15 @@ class OpenFrameDialog(QDialog):
         guide = self.guide_path.text().strip() or None
         pair = (colour, None if is_whole else depth)
         units, name = self._encoding()
-        invalid, minimum = self._invalid(), self._min_confidence()
-        return FrameSource(
-            *(*pair, units, self._intrinsics()), guide=guide, encoding=name, invalid=invalid, min_confidence=minimum
+        options = ReadingOptions(
+            encoding=name,
+            depth_units=units,
+            invalid=self._invalid(),
+            min_confidence=self._min_confidence(),
+            intrinsics=self._intrinsics(),
+            guide=guide,
         )
+        return FrameSource(*pair, options=options)
 
     def read(self) -> None:
         """Read the chosen files and describe them."""
@@ -208,7 +214,7 @@ class OpenFrameDialog(QDialog):
 
     def _look_into(self, source: FrameSource) -> None:
         """List the frames in a worker thread; meanwhile the source can be opened already."""
-        if source.guide is not None:
+        if source.options.guide is not None:
             raise InputError("A guide belongs to a single frame. Clear it here, and load a guide for each frame later.")
         self._show_nothing()
         self.message.show_message("Listing frames…", "text")

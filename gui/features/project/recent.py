@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction
@@ -26,8 +27,6 @@ from ..menus import insert_menu
 # Recently opened files with their reading options.
 
 MOST = 12
-
-T = TypeVar("T")
 
 Origin = FrameSource | Path
 """A frame's files, the record of a run, or a project file."""
@@ -50,10 +49,9 @@ class RecentOrigins:
         self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if persistent else []
 
     def note(self, origin: Origin) -> None:
-        """Add an opened origin, if it can be stored with its reading options."""
-        if _entry(origin) is not None:
-            others = [other for other in self.origins if key_of(other) != key_of(origin)]
-            self._set([origin, *others][:MOST])
+        """Add an opened origin."""
+        others = [other for other in self.origins if key_of(other) != key_of(origin)]
+        self._set([origin, *others][:MOST])
 
     def remove_missing(self) -> None:
         """Remove origins whose files are missing."""
@@ -66,8 +64,7 @@ class RecentOrigins:
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
         if self._persistent:
-            entries = [entry for origin in origins if (entry := _entry(origin)) is not None]
-            QSettings().setValue(self._key, json.dumps(entries))
+            QSettings().setValue(self._key, json.dumps(list(map(_entry, origins))))
 
 
 def key_of(origin: Origin) -> str:
@@ -77,10 +74,8 @@ def key_of(origin: Origin) -> str:
 
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is missing."""
-    paths = (
-        (origin.rgb, origin.depth, origin.ground_truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
-    )
-    return any(path is not None and not os.path.exists(path) for path in paths)
+    paths = origin.paths if isinstance(origin, FrameSource) else (origin,)
+    return not all(map(os.path.exists, paths))
 
 
 def name_of(origin: Origin) -> str:
@@ -94,66 +89,28 @@ def name_of(origin: Origin) -> str:
     return f"{Path(origin.rgb).absolute().parent.name}/{Path(origin.rgb).name}"
 
 
-def _entry(origin: Origin) -> dict[str, Any] | None:
-    """Return an origin as values for JSON; None if it cannot be stored, such as with a camera object."""
-    if isinstance(origin, Path):
-        return {"file": os.path.abspath(origin)}
-    camera = origin.intrinsics
-    if camera is not None and not isinstance(camera, str):
-        if not isinstance(camera, (tuple, list)):
-            return None
-        camera = [float(number) for number in camera]
-    return {
-        "rgb": _absolute(origin.rgb),
-        "depth": _absolute(origin.depth),
-        "units": origin.depth_units,
-        "camera": camera,
-        "ground_truth": _absolute(origin.ground_truth),
-        "ground_truth_units": origin.ground_truth_units,
-        "guide": _absolute(origin.guide),
-        "encoding": origin.encoding,
-        "invalid": origin.invalid,
-        "frame": origin.frame,
-        "confidence": _absolute(origin.confidence),
-        "min_confidence": origin.min_confidence,
-    }
-
-
-def _absolute(path: str | None) -> str | None:
-    return None if path is None else os.path.abspath(path)
+def _entry(origin: Origin) -> dict[str, Any]:
+    """Return an origin as values for JSON."""
+    return {"file": os.path.abspath(origin)} if isinstance(origin, Path) else origin.absolute().to_json()
 
 
 def _read(text: str) -> list[Origin]:
-    """Parse stored origins; return an empty list if they are damaged."""
+    """Parse stored origins, without the damaged ones."""
     try:
-        return [_origin(Section("entry", entry)) for entry in json.loads(text)][:MOST]
-    except (ValueError, TypeError, RecursionError, FormatError):
+        entries = json.loads(text)
+    except (ValueError, RecursionError):
         return []
+    origins: list[Origin] = []
+    for entry in entries if isinstance(entries, list) else []:
+        with suppress(FormatError):
+            origins.append(_origin(entry))
+    return origins[:MOST]
 
 
-def _origin(entry: Section) -> Origin:
-    if "file" in entry.values:
-        return Path(entry.get("file", str))
-
-    def get(key: str, kind: type[T]) -> T | None:
-        found: T | None = entry.get(key, kind, type(None))
-        return found
-
-    is_numbers = isinstance(entry.get("camera", str, list, type(None)), list)
-    return FrameSource(
-        entry.get("rgb", str),
-        get("depth", str),
-        get("units", float),
-        tuple(entry.items("camera", float)) if is_numbers else get("camera", str),
-        get("ground_truth", str),
-        get("ground_truth_units", float),
-        get("guide", str),
-        get("encoding", str),
-        get("invalid", float),
-        frame=get("frame", str),
-        confidence=get("confidence", str),
-        min_confidence=get("min_confidence", float),
-    )
+def _origin(entry: object) -> Origin:
+    """Parse a stored origin; raises FormatError if it is damaged."""
+    data = Section("list", {"entry": entry}).section("entry")
+    return Path(data.get("file", str)) if "file" in data.values else FrameSource.from_json(data)
 
 
 # The menu.

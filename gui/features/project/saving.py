@@ -387,7 +387,7 @@ def _size_of(source: FrameSource) -> int:
     size = 0
     if source.frame is not None:
         return size
-    for path in (source.rgb, source.depth, source.ground_truth):
+    for path in (source.rgb, source.depth, source.options.ground_truth):
         if path is None:
             continue
         try:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.files import read_json
 from ..._runtime.processes import run_units
-from ..._runtime.schema import Section
+from ..._runtime.schema import converted
 from ...completion.completion import prepare
 from ...completion.confidence.expected_error import DEFAULT_MODEL, depth_error
 from ...completion.interpolation import nearest
@@ -120,6 +120,14 @@ class EarlierResult:
         return {method: self.rows[facts.pattern, facts.frame, method] for method in self.methods}
 
 
+@dataclass(frozen=True)
+class _ResultFile:
+    """The part of a result's file that is read."""
+
+    rows: tuple[Row, ...]
+    tasks: tuple[TaskFacts, ...]
+
+
 def read_earlier_result(path: str | os.PathLike[str], methods: Sequence[str]) -> EarlierResult:
     """Read the methods of a result that need not run again: peers that use no blocks.
 
@@ -139,24 +147,21 @@ def read_earlier_result(path: str | os.PathLike[str], methods: Sequence[str]) ->
     FormatError
         If it is not a result of this bench.
     """
-    content = read_json(path)
     try:
-        result = Section("result", content)
-        rows = [Row(**Section("row", row).fields(Row)) for row in result.items("rows", dict)]
-        tasks = [TaskFacts(**Section("task", task).fields(TaskFacts)) for task in result.items("tasks", dict)]
-    except (FormatError, TypeError) as error:
+        result = converted(read_json(path), _ResultFile, "result")
+    except FormatError as error:
         raise FormatError(
             f"{path} is not a result of `ilf bench --json` of this version ({error!s:.120}). Run the peers again."
         ) from error
-    found = {row.method for row in rows}
+    found = {row.method for row in result.rows}
     taken = tuple(method for method in methods if method in found and not METHODS[method].needs_blocks)
     if not taken:
         raise InputError(f"{path} has no rows of the peers to compare. Run the peers again.")
     return EarlierResult(
         str(path),
         taken,
-        {(row.pattern, row.frame, row.method): row for row in rows},
-        {(task.pattern, task.frame): task.sha256 for task in tasks},
+        {(row.pattern, row.frame, row.method): row for row in result.rows},
+        {(task.pattern, task.frame): task.sha256 for task in result.tasks},
     )
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import io
 import math
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import msgspec
 
 from ..._runtime.files import read_json, write_bytes
+from ..._runtime.schema import converted
 from ...errors import FormatError, InputError
 from ...io.tables import write_csv
 from ..bench.results import write_content
@@ -19,15 +21,17 @@ from .experiment import Drawing, Experiment, Result, Row
 
 PNG_DPI = 110
 
-_STEM = re.compile(r"[\w-]{1,100}", re.ASCII)
-"""Allowed stems of figures: no path separators, so a figure can only lie beside its result."""
+_Stem = Annotated[str, msgspec.Meta(pattern=r"\A[A-Za-z0-9_-]{1,100}\Z")]
+"""Stem of a figure: no path separators, so a figure can only lie beside its result."""
+_LARGEST = 10**15
+"""Limit of numbers that are printed in full."""
 
 
 @dataclass(frozen=True)
 class StoredFigure:
     """A figure stored in files: their stem, and fields of `Drawing`."""
 
-    stem: str
+    stem: _Stem
     caption: str
     shows_data: bool
 
@@ -41,12 +45,12 @@ class StoredResult:
     source: str
     about: str
     parameters: dict[str, Any]
-    seed: int
+    seed: Annotated[int, msgspec.Meta(ge=-_LARGEST, le=_LARGEST)]
     quick: bool
-    seconds: float
+    seconds: Annotated[float, msgspec.Meta(ge=-_LARGEST, le=_LARGEST)]
     notes: list[str]
     figures: list[StoredFigure]
-    rows: list[Row]
+    rows: Annotated[list[Row], msgspec.Meta(min_length=1)]
 
 
 def write_result(result: Result, experiment: Experiment, folder: str | os.PathLike[str]) -> list[Path]:
@@ -127,32 +131,12 @@ def read_result(path: str | os.PathLike[str]) -> StoredResult:
     """
     content = read_json(path)
     try:
-        fields = {name: content[name] for name in StoredResult.__dataclass_fields__}
-        fields["figures"] = [StoredFigure(**figure) for figure in fields["figures"]]
-        stored = StoredResult(**fields)
-        _check(stored)
-    except (KeyError, TypeError) as error:
-        raise FormatError(f"{path} is not the result of an experiment ({error}). Run the experiment again.") from error
+        stored = converted(content, StoredResult, "result")
+    except FormatError as error:
+        raise FormatError(f"{path} is not the result of an experiment ({error}) Run the experiment again.") from error
     if stored.experiment != Path(path).stem:
         raise FormatError(f"{path} is the result of {stored.experiment!r:.60}. Restore its original file name.")
     return stored
-
-
-def _check(stored: StoredResult) -> None:
-    """Raise TypeError for content that `write_result` does not write."""
-    texts = (stored.experiment, stored.title, stored.source, stored.about, *stored.notes)
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError("texts")
-    if not (isinstance(stored.notes, list) and isinstance(stored.parameters, dict)):
-        raise TypeError("notes or parameters")
-    # large numbers are refused, because they are printed in full
-    if not all(isinstance(number, int | float) and abs(number) < 1e15 for number in (stored.seed, stored.seconds)):
-        raise TypeError("seed or seconds")
-    if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
-        raise TypeError("rows")
-    for figure in stored.figures:
-        if not (isinstance(figure.stem, str) and _STEM.fullmatch(figure.stem) and isinstance(figure.caption, str)):
-            raise TypeError(f"the figure {figure.stem!r:.60}")
 
 
 def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list[StoredResult]:

@@ -21,6 +21,7 @@ from gui.features.project.recent import RecentOrigins, is_missing, key_of, name_
 from gui.features.shortcuts import Keymap
 from gui.widgets.basics import last_folder
 from ilf.sources.frame_source import FrameSource
+from ilf.sources.reading_options import ReadingOptions
 
 FILE = "ILF Studio/ilf-studio.ini"
 
@@ -29,7 +30,8 @@ def settings(folder: Path) -> list[bytes]:
     """Settings of a closed window, with all possible user settings."""
     window = _window(folder)
     kept = RecentOrigins("frames", True)
-    kept.note(FrameSource("rgb.png", "depth.png", 1000.0, (30.0, 30.0, 15.5, 11.5), frame="0.1"))
+    options = ReadingOptions(depth_units=1000.0, intrinsics=(30.0, 30.0, 15.5, 11.5))
+    kept.note(FrameSource("rgb.png", "depth.png", "0.1", options))
     kept.note(Path("run.json"))
     RecentCommands(True).note("open")
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())

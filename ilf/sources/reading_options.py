@@ -1,0 +1,262 @@
+"""The options of reading a frame: declared once, for files, the command line, projects and the window."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from types import NoneType
+from typing import Any, Self, get_args, get_type_hints
+
+import numpy as np
+
+from .._runtime.schema import Section, converted, plain
+from ..data.camera import INTRINSICS, CameraIntrinsics
+from ..io.cameras import IntrinsicsSpec
+from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
+from ..io.frame_additions import checked_min_confidence
+
+
+@dataclass(frozen=True)
+class ReadingOption:
+    """Declaration of one option.
+
+    Attributes
+    ----------
+    label : str
+        Its name in sentences; "" if it is never named.
+    flag, metavar : str
+        Its flag on the command line and the placeholder of its value; "" for none.
+    help : str
+        The flag's help of `ilf`.
+    short_help : str
+        The flag's help of `ilf-gui`.
+    exclusive : bool
+        Whether only one of the options marked so can be given.
+    is_path : bool
+        Whether it is the path of a file that belongs to the frame.
+    one_frame : bool
+        Whether it applies to a single frame only, not to all frames of a source.
+    group : str
+        The title of its own group in the help; "" for none.
+    """
+
+    label: str = ""
+    flag: str = ""
+    metavar: str = ""
+    help: str = ""
+    short_help: str = ""
+    exclusive: bool = False
+    is_path: bool = False
+    one_frame: bool = False
+    group: str = ""
+
+
+def _declared(**declared: Any) -> dict[str, ReadingOption]:
+    return {"option": ReadingOption(**declared)}
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How the files of a frame are read, as in `ilf.load_frame`; None: as stated beside the files, or the default."""
+
+    encoding: EncodingSpec | None = field(
+        default=None,
+        metadata=_declared(
+            label="depth encoding",
+            flag="--depth-encoding",
+            metavar="NAME",
+            help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
+            "number (default: from meta.json; for two files, mm for integers and m for floats). An explicit encoding "
+            "skips the plausibility check",
+            short_help="encoding of depth files, as for `ilf complete`",
+            exclusive=True,
+        ),
+    )
+    depth_units: float | None = field(
+        default=None,
+        metadata=_declared(
+            label="depth units",
+            flag="--depth-units",
+            metavar="N",
+            help="units per metre of the depth file (1000: millimetres)",
+            short_help="units per metre of depth files (1000: millimetres)",
+            exclusive=True,
+        ),
+    )
+    invalid: float | None = field(
+        default=None,
+        metadata=_declared(
+            label="invalid value",
+            flag="--invalid",
+            metavar="N",
+            help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
+            "meta.json)",
+            short_help="value of missing depth in depth files",
+        ),
+    )
+    min_confidence: float | None = field(
+        default=None,
+        metadata=_declared(
+            label="min. confidence",
+            flag="--min-confidence",
+            metavar="N",
+            help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
+            "(default: from meta.json, otherwise all depth is used)",
+            short_help="treat depth of a lower confidence as missing",
+        ),
+    )
+    intrinsics: IntrinsicsSpec | None = field(
+        default=None,
+        metadata=_declared(
+            label="intrinsics",
+            flag="--intrinsics",
+            metavar="CAMERA",
+            help="camera preset, fx,fy,cx,cy or a JSON file, for point clouds and meshes. Presets: "
+            f"{', '.join(INTRINSICS)}",
+            short_help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file",
+        ),
+    )
+    ground_truth: str | None = field(
+        default=None,
+        metadata=_declared(
+            label="ground truth",
+            flag="--ground-truth",
+            metavar="FILE",
+            help="depth to evaluate the result against, in the format of the depth file (default: gt.* in the frame's "
+            "folder)",
+            short_help="ground truth of the (one) frame, to evaluate results against",
+            is_path=True,
+            one_frame=True,
+            group="ground truth",
+        ),
+    )
+    ground_truth_units: float | None = field(
+        default=None,
+        metadata=_declared(
+            flag="--ground-truth-units",
+            metavar="N",
+            help="its units per metre (default: from meta.json, otherwise those of the depth file; 1 for floats)",
+            short_help="units per metre of the ground truth (1000: millimetres)",
+            one_frame=True,
+            group="ground truth",
+        ),
+    )
+    guide: str | None = field(
+        default=None,
+        metadata=_declared(
+            label="guide",
+            flag="--guide",
+            metavar="FILE",
+            help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
+            "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Its weight follows from its agreement "
+            "with the known depth (default: guide.* in the frame's folder)",
+            short_help="depth or inverse depth of the (one) frame from another source, used as a guide",
+            is_path=True,
+            one_frame=True,
+        ),
+    )
+    confidence: str | None = field(default=None, metadata=_declared(is_path=True, one_frame=True))
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The options that are given, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+    @property
+    def paths(self) -> dict[str, str]:
+        """The files that are given, by the option's name."""
+        return {name: value for name, value in self.given.items() if OPTIONS[name].is_path}
+
+    @property
+    def depth_encoding(self) -> EncodingSpec | None:
+        """The encoding from `encoding` or `depth_units`; raises ParameterError if both are given."""
+        return single_encoding(self.encoding, self.depth_units)
+
+    @property
+    def of_all_frames(self) -> Self:
+        """Only the options that can apply to all frames of a source."""
+        return replace(self, **{name: None for name, option in OPTIONS.items() if option.one_frame})
+
+    def checked(self) -> Self:
+        """The same options; raises ParameterError if both an encoding and units are given, or the minimum confidence is
+        not a number."""
+        single_encoding(self.encoding, self.depth_units)
+        lowest = self.min_confidence
+        return self if lowest is None else replace(self, min_confidence=checked_min_confidence(lowest))
+
+    def or_else(self, other: ReadingOptions) -> ReadingOptions:
+        """These options, with those of another where none is given. An encoding and units replace each other; units of
+        the ground truth belong to its file.
+
+        Examples
+        --------
+        >>> ReadingOptions(encoding="tum").or_else(ReadingOptions(depth_units=1000.0, invalid=65535.0)).given
+        {'encoding': 'tum', 'invalid': 65535.0}
+        """
+        rest = other.given
+        if self.encoding is not None or self.depth_units is not None:
+            rest = {name: value for name, value in rest.items() if not OPTIONS[name].exclusive}
+        if self.ground_truth is not None:
+            rest.pop("ground_truth_units", None)
+        return ReadingOptions(**{**rest, **self.given})
+
+    def with_paths(self, change: Callable[[str], str]) -> Self:
+        """The same options with changed paths."""
+        changed: dict[str, Any] = {name: change(path) for name, path in self.paths.items()}
+        return replace(self, **changed)
+
+    def to_arguments(self) -> list[str]:
+        """The given options as arguments of the command line that they were read from."""
+        return [
+            text for name, value in self.given.items() if (flag := OPTIONS[name].flag) for text in (flag, str(value))
+        ]
+
+    @classmethod
+    def from_arguments(cls, arguments: Mapping[str, Any]) -> Self:
+        """The options among parsed arguments of the command line, by name."""
+        return cls(**{name: arguments.get(name) for name in OPTIONS})
+
+    def to_json(self) -> dict[str, Any]:
+        """The given options as values for JSON, by name."""
+        found: dict[str, Any] = plain({name: value for name, value in self.given.items() if name != "intrinsics"})
+        return found if self.intrinsics is None else {**found, "intrinsics": _camera_to_json(self.intrinsics)}
+
+    @classmethod
+    def from_json(cls, data: Section) -> Self:
+        """The options in an object of a JSON file, which may contain other values; raises FormatError for a value of
+        the wrong type."""
+        found = {name: data.get(name, *KINDS[name]) for name in OPTIONS if name in data.values}
+        camera = found.get("intrinsics")
+        if isinstance(camera, list):
+            found["intrinsics"] = tuple(data.items("intrinsics", float))
+        elif isinstance(camera, dict) and camera.keys() == {one.name for one in fields(CameraIntrinsics)}:
+            found["intrinsics"] = converted(camera, CameraIntrinsics, data.name, "intrinsics")
+        return cls(**found)
+
+
+def path_text(path: str | os.PathLike[str] | None) -> str | None:
+    """A path as the options hold it; None for none."""
+    return None if path is None else os.fspath(path)
+
+
+def _camera_to_json(given: IntrinsicsSpec) -> Any:
+    """Intrinsics for JSON: text, a list of four or nine numbers, or an object."""
+    if isinstance(given, CameraIntrinsics):
+        return asdict(given)
+    if isinstance(given, os.PathLike):
+        return os.fspath(given)
+    return plain(given if isinstance(given, str | Mapping) else np.asarray(given, float).ravel().tolist())
+
+
+AS_STATED = ReadingOptions()
+"""No option is given."""
+
+OPTIONS: Mapping[str, ReadingOption] = {one.name: one.metadata["option"] for one in fields(ReadingOptions)}
+"""Name -> declaration."""
+
+KINDS: Mapping[str, tuple[type, ...]] = {
+    name: (str, list, dict, NoneType) if name == "intrinsics" else get_args(hint)
+    for name, hint in get_type_hints(ReadingOptions).items()
+}
+"""Name -> types of its value in JSON."""
