@@ -1,4 +1,4 @@
-"""The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
+X"""The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
 
 from __future__ import annotations
 
@@ -251,7 +251,7 @@ def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench: B
     second = bench.open("second")
     seen: list[str] = []
     for name in ("runs.results_changed", "runs.results_added", "runs.records_added", "runs.previews_changed"):
-        getattr(bench.workspace, name).connect(lambda *_, name=name: seen.append(name))
+        attrgetter(name)(bench.workspace).connect(lambda *_, name=name: seen.append(name))
     listed: list[int] = []
     bench.workspace.frames.sessions_changed.connect(lambda: listed.append(len(bench.session.valid_results())))
     bench.script.allow()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gui.state.blocks import KeptBlocks
 from pytestqt.qtbot import QtBot
 
+from gui.state.blocks import KeptBlocks
 from gui.state.results import BlockCounts, ErrorEstimate, FrameResults
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.workspace import Workspace
