@@ -1,8 +1,9 @@
-X"""The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
+"""The run control with scripted runs: what it starts, holds, drops and brings to the workspace, and what it says."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 import pytest
